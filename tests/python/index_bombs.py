@@ -5,6 +5,7 @@ import struct
 from collections.abc import Callable, Iterable
 from pathlib import Path
 
+import numpy as np
 import zstandard
 
 from mcap_records import BEGIN, MAGIC, packed, record, text
@@ -58,6 +59,17 @@ def metadata(folder: Path) -> Path:
         at += len(begin) + size
     parts.append(DEFINED + entries + end(at, 0, 0, 4))
     return compressed(folder / "metadata.mcap.zstd", parts)
+
+
+def pairs(folder: Path) -> Path:
+    """Metadata of five million pairs of texts, each of which needs more memory than its bytes."""
+    numbers = np.arange(5_000_000, dtype="<u4")
+    # Seven bits a byte, so that each text is one of ASCII.
+    keys = sum(((numbers >> 7 * k) & 127) << 8 * k for k in range(4))
+    content = np.zeros(len(numbers), dtype=[("length", "<u4"), ("key", "<u4"), ("value", "<u4")])
+    content["length"], content["key"] = 4, keys
+    body = text(b"m") + text(content.tobytes())
+    return compressed(folder / "pairs.mcap.zstd", [BEGIN, record(0x0C, body)])
 
 
 def chunk_indices(folder: Path) -> Path:
@@ -145,6 +157,7 @@ def compressed(path: Path, parts: Iterable[bytes]) -> Path:
 INDICES: dict[str, Callable[[Path], Path]] = {
     "200 entries for one chunk of 200 MB": one_chunk,
     "800 MB of metadata in an index": metadata,
+    "5 million pairs of metadata": pairs,
     "3 million chunks in an index": chunk_indices,
     "8 million chunks without an index": small_chunks,
     "800 MB of names of SQLite": topic_names,

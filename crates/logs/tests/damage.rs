@@ -9,6 +9,14 @@ use std::fs;
 use common::{foreign_log, log, random, read, read_file};
 use mcap::Compression;
 
+const MAGIC: &[u8] = b"\x89MCAP0\r\n";
+
+/// Returns a record of an MCAP file.
+fn record(opcode: u8, body: &[&[u8]]) -> Vec<u8> {
+    let body = body.concat();
+    [&[opcode], &(body.len() as u64).to_le_bytes()[..], &body].concat()
+}
+
 /// Returns a small log of each kind.
 fn kinds() -> Vec<(&'static str, Vec<u8>)> {
     let steps: Vec<u64> = (0..12).collect();
@@ -144,12 +152,6 @@ fn a_bad_index_loses_nothing() {
     assert!(damage[0].what.contains("index"), "{}", damage[0]);
 }
 
-/// Returns a record of an MCAP file.
-fn record(opcode: u8, body: &[&[u8]]) -> Vec<u8> {
-    let body = body.concat();
-    [&[opcode], &(body.len() as u64).to_le_bytes()[..], &body].concat()
-}
-
 /// A channel or schema that is defined again as another one would change the topic or type of messages: the log ends there.
 #[test]
 fn a_channel_that_is_defined_again_ends_the_log() {
@@ -157,7 +159,6 @@ fn a_channel_that_is_defined_again_ends_the_log() {
     let schema = |name: &str| record(3, &[&[1, 0], &text(name), &text(""), &text("")]);
     let channel = |topic: &str| record(4, &[&[1, 0, 1, 0], &text(topic), &text("cdr"), &text("")]);
     let message = record(5, &[&[1, 0], &[0; 4], &[7; 16], &[0; 12]]);
-    let magic = b"\x89MCAP0\r\n".to_vec();
     let header = record(1, &[&text("ros2"), &text("")]);
     let parts = [
         schema("T"),
@@ -174,7 +175,7 @@ fn a_channel_that_is_defined_again_ends_the_log() {
         (schema("U"), "a schema with the id of another one"),
     ] {
         let bytes = [
-            &[magic.clone(), header.clone()][..],
+            &[MAGIC.to_vec(), header.clone()][..],
             &parts,
             &[again, message.clone()],
         ]
@@ -191,4 +192,17 @@ fn a_channel_that_is_defined_again_ends_the_log() {
         );
         assert!(damage[0].what.contains(expected), "{damage:?}");
     }
+}
+
+/// A record that ends early, within the summary, where no reader needs it.
+#[test]
+fn an_attachment_in_the_index_is_ignored() {
+    let header = record(1, &[&[0; 8]]);
+    let attachment = record(9, &[&[0; 32]]);
+    let start = (MAGIC.len() + header.len()) as u64;
+    let footer = record(2, &[&start.to_le_bytes(), &[0; 12]]);
+    let bytes = [MAGIC, &header, &attachment, &footer, MAGIC].concat();
+    let (messages, damage) = read(&bytes).unwrap();
+    assert!(messages.is_empty());
+    assert_eq!(damage.len(), 1, "{damage:?}");
 }

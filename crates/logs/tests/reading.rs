@@ -6,7 +6,7 @@ mod common;
 
 use std::{fs, io::Cursor, path::Path};
 
-use common::{STEP_NS, foreign_log, golden, joint_state, log, read, sqlite::bag};
+use common::{STEP_NS, foreign_log, golden, joint_state, joint_state_log, log, read, sqlite::bag};
 use mcap::{Compression, WriteOptions, records::MessageHeader};
 use tactid_logs::{
     LogReader, Message,
@@ -121,6 +121,20 @@ fn topics_are_the_same_without_an_index() {
     assert_eq!(indexed.metadata(), cut.metadata());
     assert_eq!(indexed.topics()[0].times_ns, Some((0, 24 * STEP_NS)));
     assert_eq!(indexed.metadata()["first"]["key"], "value");
+}
+
+/// A writer may leave the schemas out of the index, and with them the types of the topics.
+#[test]
+fn topics_have_types_without_schemas_in_the_index() {
+    let options = WriteOptions::new().repeat_schemas(false);
+    let bytes = joint_state_log(options, 0..10, <[u8]>::to_vec);
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("log.mcap");
+    fs::write(&path, bytes).unwrap();
+    let log = LogReader::open(path).unwrap();
+    let topic = log.topics_of::<JointState>().next().unwrap();
+    assert_eq!((topic.name.as_str(), topic.count), ("/joint_states", 10));
+    assert!(log.damage().is_empty());
 }
 
 #[test]

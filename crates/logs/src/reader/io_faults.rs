@@ -7,7 +7,7 @@ use std::sync::Arc;
 
 use super::mcap;
 use super::opening::Opening;
-use super::source::{Content, Stream};
+use super::source::{Content, Ranges};
 use super::storage::Damage;
 use super::{DEFAULT_MEMORY_LIMIT, LogReader};
 use crate::messages::{Header, JointState, Time};
@@ -38,7 +38,7 @@ impl Content for Faulty {
         Path::new("faulty.mcap")
     }
 
-    fn open_stream(&self) -> io::Result<Box<dyn Stream>> {
+    fn open_ranges(&self) -> io::Result<Box<dyn Ranges>> {
         Ok(Box::new(FaultyStream {
             bytes: Cursor::new(self.bytes.clone()),
             fault: self.fault.clone(),

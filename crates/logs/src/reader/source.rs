@@ -3,7 +3,7 @@
 use std::{
     fmt,
     fs::File,
-    io::{self, Read, Seek},
+    io::{self, Read, Seek, SeekFrom},
     path::{Path, PathBuf},
     sync::Arc,
 };
@@ -32,18 +32,36 @@ pub(super) enum Format {
     Sqlite,
 }
 
-/// Bytes that can be read from any position.
-pub(super) trait Stream: Read + Seek + Send + fmt::Debug {}
+/// Bytes that are read by ranges: those of a file, or of whatever else has a length.
+pub(super) trait Ranges: Send + fmt::Debug {
+    /// Returns the number of bytes.
+    fn length(&mut self) -> io::Result<u64>;
 
-impl<S: Read + Seek + Send + fmt::Debug> Stream for S {}
+    /// Reads the bytes from an offset on: as many as `length`, or fewer where the content ends.
+    fn read_range(&mut self, at_byte: u64, length: u64) -> io::Result<Vec<u8>>;
+}
 
-/// What the reader of an MCAP file reads: a file, or, in a test, a stream that fails.
+/// A file, or, in a test, a stream that fails.
+impl<S: Read + Seek + Send + fmt::Debug> Ranges for S {
+    fn length(&mut self) -> io::Result<u64> {
+        self.seek(SeekFrom::End(0))
+    }
+
+    fn read_range(&mut self, at_byte: u64, length: u64) -> io::Result<Vec<u8>> {
+        self.seek(SeekFrom::Start(at_byte))?;
+        let mut bytes = Vec::with_capacity(usize::try_from(length).unwrap_or_default());
+        self.take(length).read_to_end(&mut bytes)?;
+        Ok(bytes)
+    }
+}
+
+/// What the reader of an MCAP file reads.
 pub(super) trait Content: Send + Sync + fmt::Debug {
     /// Returns the path by which errors name the content.
     fn path(&self) -> &Path;
 
-    /// Opens the content at its beginning.
-    fn open_stream(&self) -> io::Result<Box<dyn Stream>>;
+    /// Opens the content for reading.
+    fn open_ranges(&self) -> io::Result<Box<dyn Ranges>>;
 
     /// Returns the damage of the compressed file, after which the content is missing.
     fn damage(&self) -> Option<&Damage>;
@@ -54,7 +72,7 @@ impl Content for Source {
         &self.path
     }
 
-    fn open_stream(&self) -> io::Result<Box<dyn Stream>> {
+    fn open_ranges(&self) -> io::Result<Box<dyn Ranges>> {
         Ok(Box::new(self.open_content()?))
     }
 

@@ -1,4 +1,10 @@
 //! Records of a chunk, decompressed and checked.
+//!
+//! The messages of a chunk stay where it is decompressed to, and are read from there in the order
+//! of their times. `mcap::sans_io` cannot do that: `LinearReader` and `IndexedReader` lend each
+//! record from a buffer of their own, so that a copy takes memory of the same size again.
+//! `IndexedReader` also keeps as many chunks as an index claims to overlap, and checks no checksum;
+//! `LinearReader` computes with a length below zero after a record that goes beyond its chunk.
 
 use std::{io::Read, ops::Range};
 
@@ -6,7 +12,7 @@ use mcap::records::op;
 
 use super::file::RECORD_HEADER;
 use crate::reader::{
-    storage::{Entry, MAX_RECORD, MemoryBudget},
+    storage::{Entry, MAX_RECORD},
     zstd_context::{MOST_WINDOW, ZstdContext},
 };
 
@@ -17,279 +23,211 @@ const MESSAGE_HEADER: usize = 22;
 /// known.
 const USUAL_CHUNK: u64 = 8 << 20;
 
-/// What is wrong with a chunk whose compressed data are damaged.
-const UNREADABLE: &str = "a chunk that cannot be decompressed";
-
 /// What is wrong with a file that ends within a record, be it in a chunk or not.
 pub(super) const CUT: &str = "the file ends within a record";
 
 /// Uncompressed records, one after the other.
 pub(super) struct Records {
-    bytes: Vec<u8>,
+    /// The bytes to which the ranges of bodies and messages refer.
+    pub(super) bytes: Vec<u8>,
     start: usize,
-    /// Whether the end of the file cuts them off.
-    cut: bool,
+    /// Whether the end of the file cuts them off, which is an error after the last one.
+    is_cut: bool,
 }
 
-/// Reason why a chunk is not read.
-pub(super) enum ChunkFault {
-    /// It is damaged: the description of the fault.
-    Damage(String),
-    /// It needs more memory than is left.
-    TooLarge,
-}
-
-impl<S: Into<String>> From<S> for ChunkFault {
-    fn from(what: S) -> Self {
-        Self::Damage(what.into())
-    }
-}
-
-/// Header of a chunk and the position of its data.
-struct ChunkHeader<'a> {
+/// Header of a chunk and the range of its data.
+pub(super) struct ChunkHeader {
     uncompressed_size: u64,
     uncompressed_crc: u32,
-    compression: &'a [u8],
-    compressed_size: u64,
-    data: usize,
+    compression: Vec<u8>,
+    data: Range<usize>,
+    /// Whether the end of the file cuts the chunk off, which then has the records up to there.
+    is_cut: bool,
 }
 
-impl Records {
-    /// Wraps records from the beginning of some bytes. `cut` says whether the end of the file cuts them off.
-    pub(super) fn new(bytes: Vec<u8>, cut: bool) -> Self {
-        Self {
-            bytes,
-            start: 0,
-            cut,
-        }
-    }
-
-    /// Returns the records of a chunk. A chunk that the end of the file cuts off has the records up
-    /// to there.
-    pub(super) fn of_chunk(
-        body: Vec<u8>,
-        cut: bool,
-        budget: MemoryBudget,
-        zstd: &mut ZstdContext,
-    ) -> Result<Self, ChunkFault> {
-        let header = ChunkHeader::parse(&body);
-        let header = header.ok_or(if cut {
+impl ChunkHeader {
+    /// Parses the header in the body of a chunk, of which a part may be missing if it is cut off.
+    pub(super) fn parse(body: &[u8], is_cut: bool) -> Result<Self, &'static str> {
+        let (header, size) = Self::fields(body, is_cut).ok_or(if is_cut {
             CUT
         } else {
             "a chunk without its header"
         })?;
-        if header.uncompressed_size > MAX_RECORD && !cut {
-            return Err("a chunk of impossible size".into());
+        if !is_cut && header.uncompressed_size > MAX_RECORD {
+            return Err("a chunk of impossible size");
         }
-        // A chunk that is not compressed is not copied.
-        let packed = if header.compression.is_empty() {
-            0
-        } else {
-            body.len() as u64
+        let available = header.data.len() as u64;
+        if !is_cut && size > available {
+            return Err("a chunk that is shorter than the size in its header");
+        }
+        let end = header.data.start + size.min(available) as usize;
+        let data = header.data.start..end;
+        Ok(Self { data, ..header })
+    }
+
+    /// Returns the header, as if all that follows were its data, and the size of the data.
+    fn fields(body: &[u8], is_cut: bool) -> Option<(Self, u64)> {
+        let length = u32::from_le_bytes(field(body, 28)?) as usize;
+        let compression = body.get(32..)?.get(..length)?.to_vec();
+        let header = Self {
+            uncompressed_size: u64::from_le_bytes(field(body, 16)?),
+            uncompressed_crc: u32::from_le_bytes(field(body, 24)?),
+            compression,
+            data: 40 + length..body.len(),
+            is_cut,
         };
-        // Only a chunk that is cut off is decompressed as a stream.
-        let window = if cut && header.compression == b"zstd" {
-            header.uncompressed_size.min(MOST_WINDOW)
-        } else {
-            0
-        };
-        if packed + window + header.uncompressed_size.min(MAX_RECORD) > budget.remaining {
-            return Err(ChunkFault::TooLarge);
-        }
-        let (size, crc) = (header.uncompressed_size, header.uncompressed_crc);
-        let compressed_size = usize::try_from(header.compressed_size).unwrap_or(usize::MAX);
-        let end = header.data.saturating_add(compressed_size);
-        if end > body.len() && !cut {
-            return Err("a chunk that is shorter than the size in its header".into());
-        }
-        let end = end.min(body.len());
-        let data = body.get(header.data..end).unwrap_or_default();
-        let records = match header.compression {
-            b"" => {
-                let start = header.data;
-                let mut bytes = body;
-                // Bytes after the records would stay in memory.
-                bytes.truncate(end);
-                bytes.shrink_to_fit();
-                Self { bytes, start, cut }
+        Some((header, u64::from_le_bytes(field(body, 32 + length)?)))
+    }
+
+    /// Returns the memory of the chunk while it is decompressed, beside a body of this length,
+    /// bytes.
+    pub(super) fn memory(&self, body_length: usize) -> u64 {
+        let uncompressed = self.uncompressed_size.min(MAX_RECORD);
+        match self.compression.as_slice() {
+            // A chunk that is not compressed is not copied.
+            b"" => uncompressed,
+            // Only a chunk that is cut off is decompressed as a stream.
+            b"zstd" if self.is_cut => {
+                body_length as u64 + uncompressed + self.uncompressed_size.min(MOST_WINDOW)
             }
-            b"zstd" => Self::new(decompress_zstd(zstd, data, size, cut)?, cut),
+            _ => body_length as u64 + uncompressed,
+        }
+    }
+
+    /// Returns the records of the chunk with this body.
+    pub(super) fn decompress(
+        &self,
+        mut body: Vec<u8>,
+        zstd: &mut ZstdContext,
+    ) -> Result<Records, String> {
+        let data = body.get(self.data.clone()).unwrap_or_default();
+        let mut start = 0;
+        let bytes = match self.compression.as_slice() {
+            b"" => {
+                start = self.data.start;
+                // Bytes after the records would stay in memory.
+                body.truncate(self.data.end);
+                body.shrink_to_fit();
+                Ok(body)
+            }
+            b"zstd" if self.is_cut => self.stream(zstd.stream(data)),
+            b"zstd" => {
+                // Memory that is not written to is not occupied, so that a damaged size costs none.
+                let mut bytes = Vec::with_capacity(self.uncompressed_size as usize);
+                let filled = zstd.fill(&mut bytes, data);
+                filled.map(|()| bytes).map_err(str::to_owned)
+            }
             b"lz4" => {
-                let decoder = lz4::Decoder::new(data);
-                let decoder = decoder.map_err(|error| error.to_string())?;
-                Self::new(decompress(decoder, size, cut)?, cut)
+                let decoder = lz4::Decoder::new(data).map_err(|error| error.to_string())?;
+                self.stream(decoder)
             }
             other => {
                 let name = String::from_utf8_lossy(other);
-                return Err(format!("a chunk compressed as {name:?}, not as zstd or lz4").into());
+                return Err(format!(
+                    "a chunk compressed as {name:?}, not as zstd or lz4"
+                ));
             }
         };
-        Ok(records.verified(size, crc, cut)?)
+        let bytes = bytes.map_err(|why| format!("a chunk that cannot be decompressed: {why}"))?;
+        self.verified(bytes, start)
     }
 
-    /// Checks size and checksum. A chunk that is cut off cannot have the right ones.
-    fn verified(self, size: u64, crc: u32, cut: bool) -> Result<Self, String> {
-        let bytes = self.bytes.get(self.start..).unwrap_or_default();
-        if bytes.len() as u64 != size {
-            return if cut {
-                Ok(self)
-            } else {
-                Err(format!(
-                    "a chunk of {} bytes that should have {size}",
-                    bytes.len()
-                ))
-            };
+    /// Decompresses as many bytes as the header claims, or as there are in data that is cut off.
+    fn stream(&self, decoder: impl Read) -> Result<Vec<u8>, String> {
+        let size = self.uncompressed_size.min(MAX_RECORD);
+        // The buffer grows with the output, so that a damaged size costs no memory. One byte more
+        // than expected reveals excess data.
+        let mut bytes = Vec::with_capacity(size.min(USUAL_CHUNK) as usize + 1);
+        match decoder.take(size + 1).read_to_end(&mut bytes) {
+            Err(error) if !self.is_cut => Err(error.to_string()),
+            _ => Ok(bytes),
+        }
+    }
+
+    /// Returns the records from an offset on, whose size and checksum are right, unless the end of
+    /// the file cuts them off.
+    fn verified(&self, bytes: Vec<u8>, start: usize) -> Result<Records, String> {
+        let records = bytes.get(start..).unwrap_or_default();
+        let (given, size) = (records.len() as u64, self.uncompressed_size);
+        if given != size && !self.is_cut {
+            return Err(format!("a chunk of {given} bytes that should have {size}"));
         }
         // Zero means that the writer has calculated no checksum.
-        if crc != 0 && crc32fast::hash(bytes) != crc {
+        let crc = self.uncompressed_crc;
+        if given == size && crc != 0 && crc32fast::hash(records) != crc {
             return Err("a chunk whose checksum is wrong".to_owned());
         }
-        Ok(self)
+        Ok(Records {
+            bytes,
+            start,
+            is_cut: given != size,
+        })
+    }
+}
+
+impl Records {
+    /// Wraps whole records from the beginning of some bytes.
+    pub(super) fn new(bytes: Vec<u8>) -> Self {
+        Self {
+            bytes,
+            start: 0,
+            is_cut: false,
+        }
     }
 
     /// Iterates over the records: opcode and range of the body. The last item may be an error.
     pub(super) fn iter(&self) -> impl Iterator<Item = Result<(u8, Range<usize>), &'static str>> {
-        let mut next = self.start;
+        let mut next = Some(self.start);
         std::iter::from_fn(move || {
-            let rest = self.bytes.get(next..).filter(|rest| !rest.is_empty())?;
-            let Some(body) = body_range(rest, next) else {
-                next = self.bytes.len();
-                return Some(Err(if self.cut {
-                    CUT
-                } else {
-                    "a record that goes beyond its chunk"
-                }));
-            };
-            next = body.end;
-            Some(Ok((rest[0], body)))
+            let start = next.take()?;
+            if start == self.bytes.len() {
+                return self.is_cut.then_some(Err(CUT));
+            }
+            let record = self.record(start);
+            next = record.as_ref().map(|(_, body)| body.end);
+            Some(record.ok_or(if self.is_cut {
+                CUT
+            } else {
+                "a record that goes beyond its chunk"
+            }))
         })
     }
 
-    /// Returns the bytes of a body from [`iter`](Self::iter).
-    pub(super) fn body(&self, range: Range<usize>) -> &[u8] {
-        self.bytes.get(range).unwrap_or_default()
-    }
-
-    /// Returns the range of all bytes.
-    pub(super) fn all(&self) -> Range<usize> {
-        self.start..self.bytes.len()
-    }
-
-    /// Returns how many bytes are in memory.
-    pub(super) fn byte_count(&self) -> usize {
-        self.bytes.len()
-    }
-
-    /// Returns the bytes to which the ranges of bodies and messages refer.
-    pub(super) fn into_bytes(self) -> Vec<u8> {
-        self.bytes
+    /// Returns the opcode and the range of the body of the record at an offset.
+    fn record(&self, start: usize) -> Option<(u8, Range<usize>)> {
+        let &[opcode] = self.bytes.get(start..)?.first_chunk()?;
+        let length = u64::from_le_bytes(field(&self.bytes, start + 1)?);
+        let start = start + RECORD_HEADER as usize;
+        let body = start..start.checked_add(usize::try_from(length).ok()?)?;
+        self.bytes.get(body.clone()).map(|_| (opcode, body))
     }
 
     /// Iterates over the messages. The last item may be an error.
     pub(super) fn messages(&self) -> impl Iterator<Item = Result<Entry, &'static str>> {
         self.iter().filter_map(|record| match record {
-            Ok((op::MESSAGE, body)) => Some(self.message(body)),
+            Ok((op::MESSAGE, body)) => Some(message(&self.bytes, body)),
             Ok(_) => None,
             Err(what) => Some(Err(what)),
         })
     }
-
-    /// Returns the message in the body of a record.
-    pub(super) fn message(&self, body: Range<usize>) -> Result<Entry, &'static str> {
-        let mut fields = Fields(self.body(body.clone()));
-        fields.message(body).ok_or("a message without its header")
-    }
 }
 
-impl<'a> ChunkHeader<'a> {
-    fn parse(body: &'a [u8]) -> Option<Self> {
-        let mut fields = Fields(body);
-        let _times = (fields.u64()?, fields.u64()?);
-        let uncompressed_size = fields.u64()?;
-        let uncompressed_crc = fields.u32()?;
-        let length = fields.u32()? as usize;
-        let compression = fields.bytes(length)?;
-        let compressed_size = fields.u64()?;
-        let data = body.len() - fields.0.len();
-        Some(Self {
-            uncompressed_size,
-            uncompressed_crc,
-            compression,
-            compressed_size,
-            data,
-        })
-    }
-}
-
-/// Reader of little-endian fields from the front of a slice.
-struct Fields<'a>(&'a [u8]);
-
-impl<'a> Fields<'a> {
-    fn bytes(&mut self, count: usize) -> Option<&'a [u8]> {
-        let (head, rest) = self.0.split_at_checked(count)?;
-        self.0 = rest;
-        Some(head)
-    }
-
-    fn take<const N: usize>(&mut self) -> Option<[u8; N]> {
-        self.bytes(N)?.try_into().ok()
-    }
-
-    /// Reads the header of a message whose record has this body.
-    fn message(&mut self, body: Range<usize>) -> Option<Entry> {
+/// Returns the message whose record has a range of some bytes as its body.
+pub(super) fn message(bytes: &[u8], body: Range<usize>) -> Result<Entry, &'static str> {
+    let parse = || {
+        let header = bytes.get(body.clone())?;
         Some(Entry {
-            channel: u16::from_le_bytes(self.take()?).into(),
-            sequence: self.u32()?,
-            log_time_ns: self.u64()?,
-            publish_time_ns: self.u64()?,
+            channel: u16::from_le_bytes(field(header, 0)?).into(),
+            sequence: u32::from_le_bytes(field(header, 2)?),
+            log_time_ns: u64::from_le_bytes(field(header, 6)?),
+            publish_time_ns: u64::from_le_bytes(field(header, 14)?),
             data: body.start + MESSAGE_HEADER..body.end,
         })
-    }
-
-    fn u32(&mut self) -> Option<u32> {
-        self.take().map(u32::from_le_bytes)
-    }
-
-    fn u64(&mut self) -> Option<u64> {
-        self.take().map(u64::from_le_bytes)
-    }
+    };
+    parse().ok_or("a message without its header")
 }
 
-/// Returns the range of the body of the record at the front of `rest`, which starts at `offset`.
-fn body_range(rest: &[u8], offset: usize) -> Option<Range<usize>> {
-    let length = rest.get(1..RECORD_HEADER as usize)?.try_into().ok()?;
-    let length = usize::try_from(u64::from_le_bytes(length)).ok()?;
-    let start = offset + RECORD_HEADER as usize;
-    let end = start.checked_add(length)?;
-    (end <= offset + rest.len()).then_some(start..end)
-}
-
-/// Decompresses `size` bytes of zstd, or as many as there are in data that is cut off.
-fn decompress_zstd(
-    zstd: &mut ZstdContext,
-    data: &[u8],
-    size: u64,
-    cut: bool,
-) -> Result<Vec<u8>, String> {
-    if cut {
-        return decompress(zstd.stream(data), size, cut);
-    }
-    // Memory that is not written to is not occupied, so that a damaged size costs none.
-    let mut bytes = Vec::with_capacity(size as usize);
-    match zstd.fill(&mut bytes, data) {
-        Ok(()) => Ok(bytes),
-        Err(error) => Err(format!("{UNREADABLE}: {error}")),
-    }
-}
-
-/// Decompresses `size` bytes, or as many as there are in data that is cut off.
-fn decompress(decoder: impl Read, size: u64, cut: bool) -> Result<Vec<u8>, String> {
-    let size = size.min(MAX_RECORD);
-    // The buffer grows with the output, so that a damaged size costs no memory. One byte more than
-    // expected reveals excess data.
-    let mut bytes = Vec::with_capacity(size.min(USUAL_CHUNK) as usize + 1);
-    match decoder.take(size + 1).read_to_end(&mut bytes) {
-        Err(error) if !cut => Err(format!("{UNREADABLE}: {error}")),
-        _ => Ok(bytes),
-    }
+/// Returns the field at an offset.
+fn field<const N: usize>(bytes: &[u8], start: usize) -> Option<[u8; N]> {
+    bytes.get(start..)?.first_chunk().copied()
 }

@@ -1,14 +1,11 @@
 //! Reading records from a file one by one. Every length is checked against the file's size.
 
-use std::{
-    io::{self, BufReader, Read, Seek, SeekFrom},
-    path::PathBuf,
-};
+use std::{io, path::PathBuf};
 
 use crate::{
     error::LogError,
     reader::{
-        source::{Content, Stream},
+        source::{Content, Ranges},
         storage::{Damage, MAX_RECORD, Stop},
     },
 };
@@ -16,8 +13,8 @@ use crate::{
 /// Size of a record's opcode and length, bytes.
 pub(super) const RECORD_HEADER: u64 = 9;
 
-/// Number of bytes that a checksum reads at once.
-const CHECKSUM_STEP: u64 = 1 << 20;
+/// Number of bytes that are read at least, because short records follow each other.
+const READ_AHEAD: u64 = 1 << 13;
 
 /// Position and size of a record.
 #[derive(Clone, Copy)]
@@ -44,48 +41,47 @@ impl RecordHead {
 pub(super) struct LogFile {
     pub(super) path: PathBuf,
     pub(super) length: u64,
-    stream: BufReader<Box<dyn Stream>>,
-    /// Offset of the next byte to be read.
-    position: u64,
+    ranges: Box<dyn Ranges>,
+    /// The bytes that were read ahead, and the offset of the first of them.
+    ahead: (u64, Vec<u8>),
 }
 
 impl LogFile {
     /// Opens a file.
     pub(super) fn open(content: &dyn Content) -> Result<Self, LogError> {
         let error = |e| LogError::io("open", content.path(), e);
-        let mut stream = content.open_stream().map_err(error)?;
-        let length = stream.seek(SeekFrom::End(0)).map_err(error)?;
+        let mut ranges = content.open_ranges().map_err(error)?;
         Ok(Self {
             path: content.path().to_owned(),
-            length,
-            stream: BufReader::new(stream),
-            position: length,
+            length: ranges.length().map_err(error)?,
+            ranges,
+            ahead: (0, Vec::new()),
         })
     }
 
     /// Reads a range of the file. The caller has checked that it is within the file.
     pub(super) fn read(&mut self, at_byte: u64, length: u64) -> Result<Vec<u8>, LogError> {
-        let mut bytes = Vec::with_capacity(usize::try_from(length).unwrap_or_default());
-        self.seek(at_byte)
-            .and_then(|()| self.stream.by_ref().take(length).read_to_end(&mut bytes))
-            .map_err(|source| self.error(source))?;
-        self.position += bytes.len() as u64;
+        let (start, ahead) = &self.ahead;
+        let ahead = at_byte.checked_sub(*start).and_then(|skipped| {
+            let bytes = ahead.get(usize::try_from(skipped).ok()?..)?;
+            bytes.get(..usize::try_from(length).ok()?)
+        });
+        if let Some(bytes) = ahead {
+            return Ok(bytes.to_vec());
+        }
+        // What follows may be unreadable, although nobody needs it yet.
+        let bytes = self.ranges.read_range(at_byte, length.max(READ_AHEAD));
+        let bytes = bytes.or_else(|_| self.ranges.read_range(at_byte, length));
+        let mut bytes = bytes.map_err(|source| LogError::io("read", &self.path, source))?;
         if (bytes.len() as u64) < length {
-            return Err(self.error(io::ErrorKind::UnexpectedEof.into()));
+            let source = io::ErrorKind::UnexpectedEof.into();
+            return Err(LogError::io("read", &self.path, source));
+        }
+        if length < READ_AHEAD {
+            self.ahead = (at_byte, bytes.clone());
+            bytes.truncate(length as usize);
         }
         Ok(bytes)
-    }
-
-    /// Returns the CRC-32 of a range of the file, up to the end of the file.
-    pub(super) fn checksum(&mut self, start: u64, end: u64) -> Result<u32, LogError> {
-        let mut hasher = crc32fast::Hasher::new();
-        let mut at_byte = start;
-        while at_byte < end {
-            let part = self.read(at_byte, (end - at_byte).min(CHECKSUM_STEP))?;
-            hasher.update(&part);
-            at_byte += part.len() as u64;
-        }
-        Ok(hasher.finalize())
     }
 
     /// Returns the record that starts at a byte, or `None` if too few bytes follow for its opcode
@@ -94,16 +90,13 @@ impl LogFile {
         if at_byte > self.length.saturating_sub(RECORD_HEADER) {
             return Ok(None);
         }
-        let mut head = [0; RECORD_HEADER as usize];
-        self.seek(at_byte)
-            .and_then(|()| self.stream.read_exact(&mut head))
-            .map_err(|source| self.error(source))?;
-        self.position += RECORD_HEADER;
-        let [opcode, length @ ..] = head;
-        Ok(Some(RecordHead {
+        let head = self.read(at_byte, RECORD_HEADER)?;
+        let length = head.last_chunk().map(|length| u64::from_le_bytes(*length));
+        let head = head.first().zip(length);
+        Ok(head.map(|(&opcode, length)| RecordHead {
             opcode,
             at_byte,
-            length: u64::from_le_bytes(length),
+            length,
         }))
     }
 
@@ -127,19 +120,5 @@ impl LogFile {
             at_byte,
             what: what.into(),
         }
-    }
-
-    /// Moves to a byte and keeps the buffer where possible.
-    fn seek(&mut self, at_byte: u64) -> io::Result<()> {
-        match i64::try_from(i128::from(at_byte) - i128::from(self.position)) {
-            Ok(offset) => self.stream.seek_relative(offset)?,
-            Err(_) => drop(self.stream.seek(SeekFrom::Start(at_byte))?),
-        }
-        self.position = at_byte;
-        Ok(())
-    }
-
-    fn error(&self, source: io::Error) -> LogError {
-        LogError::io("read", &self.path, source)
     }
 }

@@ -2,15 +2,13 @@
 
 use std::collections::BTreeMap;
 
-use mcap::records::{Metadata as MetadataRecord, op};
+use mcap::records::op;
 
 use super::{
-    chunk::{ChunkFault, Records},
+    chunk::{ChunkHeader, Records},
     file::LogFile,
 };
-use crate::error::LogError;
 use crate::reader::{
-    opening::Opening,
     storage::{Channel, ChannelId, Damage, MemoryBudget, Metadata, Segment, Stop},
     zstd_context::ZstdContext,
 };
@@ -31,15 +29,7 @@ pub(super) struct Place {
     pub(super) at_byte: u64,
     /// Number of bytes, at least those of the record's body.
     pub(super) length: u64,
-    pub(super) kind: PlaceKind,
-}
-
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum PlaceKind {
-    Chunk,
-    /// A chunk that the end of the file cuts off.
-    CutChunk,
-    Plain,
+    pub(super) is_chunk: bool,
 }
 
 impl Place {
@@ -53,36 +43,23 @@ impl Place {
         if self.length > budget.remaining {
             return Err(budget.exceeded_error(&file.path));
         }
-        if self.kind == PlaceKind::Plain {
-            return Ok(Records::new(file.read(self.at_byte, self.length)?, false));
+        if !self.is_chunk {
+            return Ok(Records::new(file.read(self.at_byte, self.length)?));
         }
-        match file.record_at(self.at_byte)? {
-            Some(record) if record.opcode == op::CHUNK => {
-                let cut = self.kind == PlaceKind::CutChunk;
-                if record.length > self.length {
-                    return Err(
-                        file.damage(self.at_byte, "a chunk that is longer than in the index")
-                    );
-                }
-                let body = file.body(record)?;
-                let records = Records::of_chunk(body, cut, budget, zstd);
-                records.map_err(|fault| match fault {
-                    ChunkFault::Damage(what) => file.damage(self.at_byte, what),
-                    ChunkFault::TooLarge => budget.exceeded_error(&file.path),
-                })
-            }
-            _ => Err(file.damage(self.at_byte, "no chunk at the position in the index")),
+        let record = file.record_at(self.at_byte)?;
+        let Some(record) = record.filter(|record| record.opcode == op::CHUNK) else {
+            return Err(file.damage(self.at_byte, "no chunk at the position in the index"));
+        };
+        if record.length > self.length {
+            return Err(file.damage(self.at_byte, "a chunk that is longer than in the index"));
         }
+        let body = file.body(record)?;
+        let header = ChunkHeader::parse(&body, record.end() > file.length);
+        let header = header.map_err(|what| file.damage(self.at_byte, what))?;
+        if header.memory(body.len()) > budget.remaining {
+            return Err(budget.exceeded_error(&file.path));
+        }
+        let records = header.decompress(body, zstd);
+        records.map_err(|what| file.damage(self.at_byte, what))
     }
-}
-
-/// Counts the texts of a record of metadata among what the index keeps.
-pub(super) fn keep_metadata(
-    record: &MetadataRecord,
-    file: &LogFile,
-    opening: &mut Opening<'_>,
-) -> Result<(), LogError> {
-    let pairs = record.metadata.iter();
-    let texts = pairs.flat_map(|(key, value)| [key.as_str(), value]);
-    opening.keep_each(&file.path, texts.chain([record.name.as_str()]))
 }

@@ -1,6 +1,17 @@
 //! Parsing of a record's body, whose lengths are checked first.
 
+use std::{borrow::Cow, path::Path};
+
 use mcap::records::{Record, op};
+
+use super::file::{LogFile, RecordHead};
+use crate::{
+    error::LogError,
+    reader::{opening::Opening, storage::Stop},
+};
+
+/// What is wrong with a record whose lengths contradict each other.
+const TOO_LONG: &str = "a text or map that is longer than its record, or ends within an entry";
 
 /// A part of a record's body.
 #[derive(Clone, Copy)]
@@ -15,51 +26,87 @@ enum Part {
     Entries(usize),
 }
 
-/// Returns the parts of a record up to the last text.
-fn parts(opcode: u8) -> &'static [Part] {
+/// Returns the parts of a record up to the last text that reading needs, or `None` for a record
+/// that is not parsed.
+fn parts(opcode: u8) -> Option<&'static [Part]> {
     use Part::{Bytes, Entries, Numbers, TextPairs};
-    match opcode {
-        op::HEADER => &[Bytes, Bytes],
-        op::SCHEMA => &[Numbers(2), Bytes, Bytes, Bytes],
-        op::CHANNEL => &[Numbers(4), Bytes, Bytes, TextPairs],
-        op::CHUNK => &[Numbers(28), Bytes],
+    Some(match opcode {
+        op::SCHEMA => &[Numbers(2), Bytes, Bytes],
+        op::CHANNEL => &[Numbers(4), Bytes, Bytes],
+        op::MESSAGE_INDEX | op::STATISTICS => &[],
         op::CHUNK_INDEX => &[Numbers(32), Entries(10), Numbers(8), Bytes],
-        op::ATTACHMENT => &[Numbers(16), Bytes, Bytes],
-        op::ATTACHMENT_INDEX => &[Numbers(40), Bytes, Bytes],
         op::METADATA => &[Bytes, TextPairs],
         op::METADATA_INDEX => &[Numbers(16), Bytes],
-        _ => &[],
-    }
+        _ => return None,
+    })
 }
 
-/// Parses the body of a record.
+/// Returns the body of a record that the library may parse, or `None` if its lengths contradict
+/// each other. What an index keeps of it is counted, but for the names of schemas and channels,
+/// which are often repeated.
 ///
-/// The parser allocates as much memory as a text claims to need before it reads it, and reads the last entry of a map to its
-/// end even where the map ends before: a damaged length would take up to 4 GiB.
+/// The library allocates as much memory as a text claims to need before it reads it, and reads the
+/// last entry of a map to its end even where the map ends before: a damaged length would take up
+/// to 4 GiB. A map takes ten times the memory of its record. The definition of a schema and the
+/// metadata of a channel are not needed and left out.
+pub(super) fn checked<'a>(
+    (opcode, body): (u8, &'a [u8]),
+    path: &Path,
+    opening: &mut Opening<'_>,
+) -> Result<Option<Cow<'a, [u8]>>, LogError> {
+    let (mut rest, mut entries) = (body, 0);
+    for part in parts(opcode).unwrap_or_default() {
+        match skip(*part, rest, &mut entries) {
+            Some(after) => rest = after,
+            None => return Ok(None),
+        }
+    }
+    let bytes = body.len() as u64;
+    match opcode {
+        op::SCHEMA | op::CHANNEL => {
+            let needed = body.get(..body.len() - rest.len()).unwrap_or_default();
+            return Ok(Some([needed, &[0; 4]].concat().into()));
+        }
+        op::CHUNK_INDEX => opening.keep_segment(path, entries)?,
+        op::METADATA => opening.keep_texts(path, (2 * entries as u64 + 1, bytes))?,
+        op::METADATA_INDEX => opening.keep_texts(path, (1, bytes))?,
+        _ => {}
+    }
+    Ok(Some(body.into()))
+}
+
+/// Parses the body of a record, of which the definition of a schema and the metadata of a channel
+/// are left out.
 ///
 /// # Errors
-/// Returns the reason why the body is not that of such a record.
-pub(super) fn parse(opcode: u8, body: &[u8]) -> Result<Record<'_>, String> {
-    let mut rest = body;
-    for part in parts(opcode) {
-        rest = skip(*part, rest)
-            .ok_or("a text or map that is longer than its record, or ends within an entry")?;
-    }
-    mcap::parse_record(opcode, body).map_err(|error| error.to_string())
+/// Returns the damage of the file if the body is not that of such a record.
+pub(super) fn parse(
+    head: RecordHead,
+    body: &[u8],
+    file: &LogFile,
+    opening: &mut Opening<'_>,
+) -> Result<Record<'static>, Stop> {
+    let body = checked((head.opcode, body), &file.path, opening)?;
+    let body = body.ok_or_else(|| file.damage(head.at_byte, TOO_LONG))?;
+    let parsed = mcap::parse_record(head.opcode, &body).map(Record::into_owned);
+    parsed.map_err(|error| file.damage(head.at_byte, error.to_string()))
 }
 
-/// Returns the bytes after a part, or `None` where the part is longer than they are.
-fn skip(part: Part, bytes: &[u8]) -> Option<&[u8]> {
+/// Returns the bytes after a part, or `None` where the part is longer than they are. Counts the
+/// pairs and entries of maps.
+fn skip<'a>(part: Part, bytes: &'a [u8], entries: &mut usize) -> Option<&'a [u8]> {
     let Part::Numbers(length) = part else {
         let (length, rest) = bytes.split_first_chunk()?;
         let (mut inner, rest) = rest.split_at_checked(u32::from_le_bytes(*length) as usize)?;
         match part {
             Part::TextPairs => {
                 while !inner.is_empty() {
-                    inner = skip(Part::Bytes, skip(Part::Bytes, inner)?)?;
+                    *entries += 1;
+                    inner = skip(Part::Bytes, skip(Part::Bytes, inner, entries)?, entries)?;
                 }
             }
             Part::Entries(each) if inner.len() % each != 0 => return None,
+            Part::Entries(each) => *entries += inner.len() / each,
             _ => {}
         }
         return Some(rest);
@@ -69,7 +116,18 @@ fn skip(part: Part, bytes: &[u8]) -> Option<&[u8]> {
 
 #[cfg(test)]
 mod tests {
+    use std::ops::ControlFlow;
+
     use super::*;
+    use crate::reader::DEFAULT_MEMORY_LIMIT;
+
+    fn parse(opcode: u8, body: &[u8]) -> Result<Record<'static>, String> {
+        let mut watch = || ControlFlow::Continue(());
+        let mut opening = Opening::new(DEFAULT_MEMORY_LIMIT, &mut watch);
+        let body = checked((opcode, body), Path::new("log.mcap"), &mut opening).unwrap();
+        let parsed = mcap::parse_record(opcode, &body.ok_or(TOO_LONG)?).map(Record::into_owned);
+        parsed.map_err(|error| error.to_string())
+    }
 
     /// A metadata record with one pair of texts of this claimed length.
     fn metadata(length: u32) -> Vec<u8> {
@@ -108,28 +166,53 @@ mod tests {
         }
     }
 
-    /// Each record with a text is refused where the text claims more bytes than there are. The others have numbers alone.
+    /// Each record with a text is refused where the text claims more bytes than there are. The others
+    /// have numbers alone, or are not parsed.
     #[test]
     fn no_record_claims_more_than_its_body() {
         let body = [0xff; 300];
-        let refused = |opcode: &u8| {
-            let error = parse(*opcode, &body).err();
+        let is_refused = |opcode: u8| {
+            let error = parse(opcode, &body).err();
             error.is_some_and(|error| error.contains("longer than its record"))
         };
-        let without_text = [
-            op::FOOTER,
-            op::MESSAGE,
-            op::MESSAGE_INDEX,
-            op::STATISTICS,
-            op::SUMMARY_OFFSET,
-            op::DATA_END,
+        let refused: Vec<u8> = (op::HEADER..=op::DATA_END)
+            .filter(|opcode| is_refused(*opcode))
+            .collect();
+        let with_text = [
+            op::SCHEMA,
+            op::CHANNEL,
+            op::CHUNK_INDEX,
+            op::METADATA,
+            op::METADATA_INDEX,
         ];
-        for opcode in op::HEADER..=op::DATA_END {
-            assert_eq!(
-                refused(&opcode),
-                !without_text.contains(&opcode),
-                "{opcode}"
-            );
-        }
+        assert_eq!(refused, with_text);
+    }
+
+    /// The definition of a schema and the metadata of a channel are left out: a map of short texts
+    /// takes ten times the memory of its record.
+    #[test]
+    fn what_is_not_needed_is_left_out() {
+        let mut channel = vec![7, 0, 1, 0, 1, 0, 0, 0, b't', 1, 0, 0, 0, b'e'];
+        channel.extend(&metadata(1)[5..]);
+        let Ok(Record::Channel(record)) = parse(op::CHANNEL, &channel) else {
+            panic!("no channel");
+        };
+        assert_eq!((record.id, record.schema_id), (7, 1));
+        assert_eq!(
+            (record.topic.as_str(), record.message_encoding.as_str()),
+            ("t", "e")
+        );
+        assert!(record.metadata.is_empty());
+    }
+
+    /// The texts of a map count before they are parsed.
+    #[test]
+    fn a_map_needs_the_memory_of_its_texts() {
+        let mut watch = || ControlFlow::Continue(());
+        let mut opening = Opening::new(4 * 96, &mut watch);
+        let body = metadata(1);
+        let path = Path::new("log.mcap");
+        let error = checked((op::METADATA, &body), path, &mut opening).unwrap_err();
+        assert!(matches!(error, LogError::Index { .. }), "{error}");
     }
 }

@@ -5,11 +5,10 @@ use std::collections::BTreeMap;
 use mcap::records::{Record, op};
 
 use super::{
-    chunk::{CUT, Records},
+    chunk::{CUT, message},
     file::{LogFile, RecordHead},
-    index::{McapIndex, Place, PlaceKind, keep_metadata},
-    record,
-    summary::{self, Summary},
+    index::{McapIndex, Place},
+    record, summary,
 };
 use crate::{
     error::LogError,
@@ -24,6 +23,9 @@ use crate::{
 /// Number of bytes of messages outside of chunks that are read at once.
 const PLAIN_SEGMENT: u64 = 1 << 20;
 
+/// What is wrong with a message whose channel is not defined before it.
+pub(super) const UNKNOWN_CHANNEL: &str = "a message of an unknown channel";
+
 /// Opens a file with the index in its summary. Without a complete summary the whole file is
 /// read, which takes as long as reading every message.
 pub(super) fn open(
@@ -31,12 +33,19 @@ pub(super) fn open(
     opening: &mut Opening<'_>,
 ) -> Result<McapIndex, LogError> {
     let mut file = LogFile::open(content)?;
-    let why = match summary::read(&mut file, opening)? {
-        Summary::Whole(index) => return Ok(index),
-        Summary::Absent => None,
-        Summary::Broken(damage) => Some(damage),
+    let why = match summary::read(&mut file, opening) {
+        Ok(Some(index)) => return Ok(index),
+        Ok(None) => None,
+        Err(Stop::Damage(damage)) => Some(damage),
+        Err(Stop::Error(error)) => return Err(error),
     };
-    let mut scan = Scan::new(opening);
+    let mut scan = Scan {
+        opening,
+        index: McapIndex::default(),
+        schemas: BTreeMap::new(),
+        plain: None,
+        zstd: ZstdContext::default(),
+    };
     match scan.run(&mut file) {
         Ok(()) => scan.index.damage = why,
         Err(Stop::Damage(damage)) => scan.index.damage = Some(damage),
@@ -57,17 +66,7 @@ struct Scan<'a, 'b> {
     zstd: ZstdContext,
 }
 
-impl<'a, 'b> Scan<'a, 'b> {
-    fn new(opening: &'a mut Opening<'b>) -> Self {
-        Self {
-            opening,
-            index: McapIndex::default(),
-            schemas: BTreeMap::new(),
-            plain: None,
-            zstd: ZstdContext::default(),
-        }
-    }
-
+impl Scan<'_, '_> {
     /// Scans up to the end of the data or the first damage.
     fn run(&mut self, file: &mut LogFile) -> Result<(), Stop> {
         let mut at_byte = mcap::MAGIC.len() as u64;
@@ -75,7 +74,7 @@ impl<'a, 'b> Scan<'a, 'b> {
             self.opening.go_on()?;
             let cut = record.end() > file.length;
             match record.opcode {
-                op::CHUNK => self.chunk(file, record, cut)?,
+                op::CHUNK => self.chunk(file, record)?,
                 _ if cut => {}
                 op::DATA_END => return Ok(()),
                 op::MESSAGE => self.message(file, record)?,
@@ -98,56 +97,41 @@ impl<'a, 'b> Scan<'a, 'b> {
         Err(file.damage(at_byte, "the file ends before the log does"))
     }
 
-    fn chunk(&mut self, file: &mut LogFile, record: RecordHead, cut: bool) -> Result<(), Stop> {
+    /// Adds a chunk to the index, with its records up to the first that is damaged.
+    fn chunk(&mut self, file: &mut LogFile, chunk: RecordHead) -> Result<(), Stop> {
         self.close_plain();
         let place = Place {
-            at_byte: record.at_byte,
-            length: record.length,
-            kind: if cut {
-                PlaceKind::CutChunk
-            } else {
-                PlaceKind::Chunk
-            },
+            at_byte: chunk.at_byte,
+            length: chunk.length,
+            is_chunk: true,
         };
         let records = place.read(file, self.opening.memory, &mut self.zstd)?;
         let mut segment = Segment::default();
-        let end = self.chunk_records(file, record, &records, &mut segment);
+        let damage = |what: &str| file.damage(chunk.at_byte, what);
+        let end = records.iter().try_for_each(|record| {
+            let (opcode, body) = record.map_err(damage)?;
+            match opcode {
+                op::MESSAGE => message(&records.bytes, body)
+                    .and_then(|message| self.count(&message, &mut segment))
+                    .map_err(damage),
+                op::SCHEMA | op::CHANNEL => {
+                    let head = RecordHead { opcode, ..chunk };
+                    let body = records.bytes.get(body).unwrap_or_default();
+                    self.record(file, head, body)
+                }
+                // The format has metadata outside of chunks only.
+                _ => Ok(()),
+            }
+        });
         self.opening
             .keep_segment(&file.path, segment.channels.len())?;
         self.index.segments.push((place, segment));
         end
     }
 
-    /// Adds the records of a chunk to the index, up to the first that is damaged.
-    fn chunk_records(
-        &mut self,
-        file: &LogFile,
-        chunk: RecordHead,
-        records: &Records,
-        segment: &mut Segment,
-    ) -> Result<(), Stop> {
-        let damage = |what: &'static str| file.damage(chunk.at_byte, what);
-        for record in records.iter() {
-            let (opcode, body) = record.map_err(damage)?;
-            match opcode {
-                op::MESSAGE => {
-                    let message = records.message(body).map_err(damage)?;
-                    self.count(&message, segment).map_err(damage)?;
-                }
-                op::SCHEMA | op::CHANNEL => {
-                    let head = RecordHead { opcode, ..chunk };
-                    self.record(file, head, records.body(body))?;
-                }
-                // The format has metadata outside of chunks only.
-                _ => {}
-            }
-        }
-        Ok(())
-    }
-
     /// Adds a message outside of chunks to the index.
     fn message(&mut self, file: &mut LogFile, record: RecordHead) -> Result<(), Stop> {
-        let body = Records::new(file.body(record)?, false);
+        let body = file.body(record)?;
         let (mut place, mut segment) = match self.plain.take() {
             Some((place, segment)) if record.end() - place.at_byte <= PLAIN_SEGMENT => {
                 (place, segment)
@@ -158,14 +142,13 @@ impl<'a, 'b> Scan<'a, 'b> {
                 let place = Place {
                     at_byte: record.at_byte,
                     length: 0,
-                    kind: PlaceKind::Plain,
+                    is_chunk: false,
                 };
                 (place, Segment::default())
             }
         };
-        let counted = body
-            .message(body.all())
-            .and_then(|message| self.count(&message, &mut segment));
+        let message = message(&body, 0..body.len());
+        let counted = message.and_then(|message| self.count(&message, &mut segment));
         if counted.is_ok() {
             place.length = record.end() - place.at_byte;
         }
@@ -174,60 +157,49 @@ impl<'a, 'b> Scan<'a, 'b> {
     }
 
     fn count(&mut self, message: &Entry, segment: &mut Segment) -> Result<(), &'static str> {
-        let channel = self
-            .index
-            .channels
-            .get_mut(&message.channel)
-            .ok_or("a message of an unknown channel")?;
+        let channel = self.index.channels.get_mut(&message.channel);
+        let channel = channel.ok_or(UNKNOWN_CHANNEL)?;
         channel.count_message(message.log_time_ns);
         segment.add(message.channel, message.log_time_ns);
         Ok(())
     }
 
-    /// Adds a schema, a channel or metadata to the index. Damage is at the record, or at its chunk. Writers repeat schemas and
-    /// channels in every chunk, which counts once.
+    /// Adds a schema, a channel or metadata to the index. Damage is at the record, or at its
+    /// chunk. Writers repeat schemas and channels in every chunk, which counts once.
     fn record(&mut self, file: &LogFile, head: RecordHead, body: &[u8]) -> Result<(), Stop> {
-        let parsed = record::parse(head.opcode, body);
-        let mut parsed = parsed.map_err(|what| file.damage(head.at_byte, what))?;
-        match &mut parsed {
-            Record::Schema { header, .. } => {
-                let name = std::mem::take(&mut header.name);
-                if self
-                    .schemas
-                    .get(&header.id)
-                    .is_some_and(|known| *known != name)
-                {
-                    return Err(file.damage(head.at_byte, "a schema with the id of another one"));
+        let redefined = |what: &str| {
+            let what = format!("a {what} with the id of another one");
+            Err(file.damage(head.at_byte, what))
+        };
+        match record::parse(head, body, file, self.opening)? {
+            Record::Schema { header, .. } => match self.schemas.get(&header.id) {
+                Some(known) if *known != header.name => return redefined("schema"),
+                Some(_) => {}
+                None => {
+                    let name = [header.name.as_str()];
+                    self.opening.keep_names(&file.path, name)?;
+                    self.schemas.insert(header.id, header.name);
                 }
-                if !self.schemas.contains_key(&header.id) {
-                    self.opening.keep_names(&file.path, [name.as_str()])?;
-                    self.schemas.insert(header.id, name);
-                }
-            }
+            },
             Record::Channel(record) => {
-                let schema = self.schemas.get(&record.schema_id);
-                let type_name = schema.map_or("", String::as_str);
-                let key = [record.topic.as_str(), type_name, &record.message_encoding];
-                let known = self.index.channels.get(&record.id.into());
-                if known.is_some_and(|known| known.key() != key) {
-                    return Err(file.damage(head.at_byte, "a channel with the id of another one"));
-                }
-                if known.is_none() {
-                    self.opening.keep_names(&file.path, key)?;
-                    let channel = Channel {
-                        type_name: type_name.to_owned(),
-                        topic: std::mem::take(&mut record.topic),
-                        encoding: std::mem::take(&mut record.message_encoding),
-                        ..Channel::default()
-                    };
-                    self.index.channels.insert(record.id.into(), channel);
+                let type_name = self.schemas.get(&record.schema_id);
+                let channel = Channel {
+                    type_name: type_name.cloned().unwrap_or_default(),
+                    topic: record.topic,
+                    encoding: record.message_encoding,
+                    ..Channel::default()
+                };
+                match self.index.channels.get(&record.id.into()) {
+                    Some(known) if known.key() != channel.key() => return redefined("channel"),
+                    Some(_) => {}
+                    None => {
+                        self.opening.keep_names(&file.path, channel.key())?;
+                        self.index.channels.insert(record.id.into(), channel);
+                    }
                 }
             }
             Record::Metadata(record) => {
-                keep_metadata(record, file, self.opening)?;
-                let (name, pairs) = (&mut record.name, &mut record.metadata);
-                let kept = &mut self.index.metadata;
-                kept.insert(std::mem::take(name), std::mem::take(pairs));
+                self.index.metadata.insert(record.name, record.metadata);
             }
             _ => {}
         }

@@ -2,12 +2,7 @@
 
 use std::{collections::BTreeSet, sync::Arc};
 
-use super::{
-    chunk::{ChunkFault, Records},
-    file::LogFile,
-    index::Place,
-    scan,
-};
+use super::{file::LogFile, index::Place, scan};
 use crate::{
     error::LogError,
     reader::{
@@ -83,43 +78,31 @@ impl SegmentReader for McapReader {
         };
         let records = place.read(&mut self.file, budget, &mut self.zstd)?;
         // The shortest messages need more memory for their headers than for themselves.
-        let left = (budget.remaining as usize).saturating_sub(records.byte_count());
+        let left = (budget.remaining as usize).saturating_sub(records.bytes.len());
         let most = left / size_of::<Entry>();
         // A vector that grows would occupy three times its content while it moves.
         let mut entries = Vec::with_capacity(records.messages().count().min(most));
-        let damage = match self.select(&records, selected, most, &mut entries) {
-            Ok(()) => None,
-            Err(ChunkFault::Damage(what)) => Some(self.file.damage_at(place.at_byte, what)),
-            Err(ChunkFault::TooLarge) => return Err(budget.exceeded_error(&self.file.path)),
-        };
-        Ok(Block {
-            bytes: records.into_bytes(),
-            entries,
-            damage,
-        })
-    }
-}
-
-impl McapReader {
-    /// Collects the selected messages of a segment, up to the first damaged record or a number of messages.
-    fn select(
-        &self,
-        records: &Records,
-        selected: &Selected,
-        most: usize,
-        entries: &mut Vec<Entry>,
-    ) -> Result<(), ChunkFault> {
+        let mut fault = None;
         for entry in records.messages() {
-            let entry = entry?;
-            if selected.contains_key(&entry.channel) {
-                if entries.len() == most {
-                    return Err(ChunkFault::TooLarge);
+            match entry {
+                Ok(entry) if selected.contains_key(&entry.channel) => {
+                    if entries.len() == most {
+                        return Err(budget.exceeded_error(&self.file.path));
+                    }
+                    entries.push(entry);
                 }
-                entries.push(entry);
-            } else if !self.known.contains(&entry.channel) {
-                return Err("a message of an unknown channel".into());
+                Ok(entry) if self.known.contains(&entry.channel) => {}
+                Ok(_) => fault = Some(scan::UNKNOWN_CHANNEL),
+                Err(what) => fault = Some(what),
+            }
+            if fault.is_some() {
+                break;
             }
         }
-        Ok(())
+        Ok(Block {
+            bytes: records.bytes,
+            entries,
+            damage: fault.map(|what| self.file.damage_at(place.at_byte, what)),
+        })
     }
 }

@@ -1,368 +1,206 @@
 //! The summary at the end of a finished log, which contains the index of the file.
+//!
+//! The library reads it, from a tidy copy: it believes every length, keeps everything it finds, and
+//! panics at a record of an attachment that ends early.
 
-use std::{collections::BTreeMap, ops::Range, path::Path};
+use std::collections::BTreeMap;
 
 use mcap::{
-    MAGIC,
-    records::{ChunkIndex, Footer, MetadataIndex, Record, Statistics, op},
+    MAGIC, McapError, Summary,
+    records::{ChunkIndex, Footer, Record, op},
 };
 
 use super::{
+    chunk::Records,
     file::{LogFile, RECORD_HEADER},
-    index::{McapIndex, Place, PlaceKind, keep_metadata},
+    index::{McapIndex, Place},
     record,
 };
-use crate::{
-    error::LogError,
-    reader::{
-        opening::Opening,
-        storage::{Channel, Damage, Metadata, Segment, Stop},
-    },
+use crate::reader::{
+    opening::Opening,
+    storage::{Channel, Segment, Stop},
 };
 
-const FOOTER_BODY: u64 = 20;
+/// Opcode and length of a footer.
+const FOOTER_HEAD: [u8; RECORD_HEADER as usize] = [op::FOOTER, 20, 0, 0, 0, 0, 0, 0, 0];
 
-/// Result of reading a file's summary.
-pub(super) enum Summary {
-    /// The summary contains everything that reading needs.
-    Whole(McapIndex),
-    /// There is no summary, or an incomplete one, as the writer left it.
-    Absent,
-    /// There should be a summary, but it is damaged.
-    Broken(Damage),
-}
+/// Size of the footer up to the checksum of the summary, which covers it, and after it, bytes.
+const FOOTER_CHECKED: u64 = RECORD_HEADER + 16;
+const AFTER_CHECKED: u64 = 4 + MAGIC.len() as u64;
 
-/// Records of a summary.
-#[derive(Default)]
-struct Parts {
-    schemas: BTreeMap<u16, String>,
-    channels: BTreeMap<u16, (u16, Channel)>,
-    chunks: Vec<ChunkIndex>,
-    metadata: Vec<MetadataIndex>,
-    statistics: Option<Statistics>,
-}
+/// What is wrong with a summary that cannot be parsed.
+const BROKEN: &str = "the log's index is damaged";
 
-/// Reads the summary of a file.
-pub(super) fn read(file: &mut LogFile, opening: &mut Opening<'_>) -> Result<Summary, LogError> {
-    let footer_at = match footer_position(file)? {
-        Some(at_byte) => at_byte,
-        None => {
-            let stop = file.damage(file.length, "the file ends before the log's index does");
-            return broken_or_error(stop);
-        }
-    };
-    let summary = parse(file, footer_at, opening).and_then(|parts| match parts {
-        Some(parts) if parts.suffice() => parts.index(file, opening).map(Summary::Whole),
-        _ => Ok(Summary::Absent),
-    });
-    summary.or_else(broken_or_error)
-}
-
-fn broken_or_error(stop: Stop) -> Result<Summary, LogError> {
-    match stop {
-        Stop::Damage(damage) => Ok(Summary::Broken(damage)),
-        Stop::Error(error) => Err(error),
-    }
-}
-
-/// Returns the position of the footer, or `None` if the file does not end as a finished log.
-fn footer_position(file: &mut LogFile) -> Result<Option<u64>, LogError> {
-    let magic = MAGIC.len() as u64;
-    let tail = RECORD_HEADER + FOOTER_BODY + magic;
-    if file.length < magic + tail {
-        return Ok(None);
-    }
-    let at_byte = file.length - tail;
-    let end = file.read(file.length - magic, magic)?;
-    let footer = file.record_at(at_byte)?;
-    let found = footer.is_some_and(|f| f.opcode == op::FOOTER && f.length == FOOTER_BODY);
-    Ok((found && end == MAGIC).then_some(at_byte))
-}
-
-/// Reads the records of the summary, or `None` if the file has no summary.
-fn parse(
+/// Reads the index in the summary of a file, or `None` if there is no summary, or an incomplete
+/// one, as the writer left it. Damage means that there should be one.
+pub(super) fn read(
     file: &mut LogFile,
-    footer_at: u64,
     opening: &mut Opening<'_>,
-) -> Result<Option<Parts>, Stop> {
-    let broken = |file: &LogFile, at| file.damage(at, "the log's index is damaged");
-    let tail = file.read(footer_at, RECORD_HEADER + FOOTER_BODY)?;
-    let body = tail.get(RECORD_HEADER as usize..).unwrap_or_default();
-    let Ok(Record::Footer(footer)) = record::parse(op::FOOTER, body) else {
-        return Err(broken(file, footer_at));
-    };
+) -> Result<Option<McapIndex>, Stop> {
+    let (footer_at, footer) = footer(file)?;
     let start = footer.summary_start;
     if start == 0 {
         return Ok(None);
     }
-    if start > footer_at {
-        return Err(broken(file, footer_at));
-    }
+    let length = footer_at.checked_sub(start);
+    let length = length.ok_or_else(|| file.damage(footer_at, BROKEN))?;
     // What it is made of needs more memory than the summary itself.
-    if footer_at - start > opening.longest_record() {
+    if length > opening.longest_record() {
         return Err(opening.too_large(&file.path).into());
     }
-    // The checksum covers the summary and the footer up to the checksum itself.
-    let end = footer_at + RECORD_HEADER + FOOTER_BODY - 4;
-    if footer.summary_crc != 0 && file.checksum(start, end)? != footer.summary_crc {
-        return Err(broken(file, start));
+    let mut bytes = file.read(start, length + FOOTER_CHECKED)?;
+    if footer.summary_crc != 0 && crc32fast::hash(&bytes) != footer.summary_crc {
+        return Err(file.damage(start, BROKEN));
     }
-    let mut parts = Parts::default();
-    parts.read(file, start..end_of_summary(&footer, footer_at), opening)?;
-    Ok(Some(parts))
-}
-
-fn end_of_summary(footer: &Footer, footer_at: u64) -> u64 {
-    if (footer.summary_start..footer_at).contains(&footer.summary_offset_start) {
-        footer.summary_offset_start
-    } else {
-        footer_at
+    let offsets = footer.summary_offset_start.checked_sub(start);
+    bytes.truncate(offsets.filter(|end| *end < length).unwrap_or(length) as usize);
+    let tidy = tidy(bytes, start, file, opening)?;
+    match Summary::read(&tidy) {
+        Ok(Some(summary)) if suffices(&summary) => index(summary, file, opening).map(Some),
+        // A writer may omit the schemas.
+        Ok(_) | Err(McapError::UnknownSchema(..)) => Ok(None),
+        Err(_) => Err(file.damage(start, BROKEN)),
     }
 }
 
-impl Parts {
-    fn read(
-        &mut self,
-        file: &mut LogFile,
-        range: Range<u64>,
-        opening: &mut Opening<'_>,
-    ) -> Result<(), Stop> {
-        let Range {
-            start: mut at_byte,
-            end,
-        } = range;
-        while at_byte < end {
-            opening.go_on()?;
-            let broken = |file: &LogFile| file.damage(at_byte, "the log's index is damaged");
-            let Some(record) = file
-                .record_at(at_byte)?
-                .filter(|record| record.end() <= end)
-            else {
-                return Err(broken(file));
-            };
-            let body = file.body(record)?;
-            let parsed = record::parse(record.opcode, &body).map_err(|_| broken(file))?;
-            if self.redefines(&parsed) {
-                return Err(broken(file));
-            }
-            self.add(parsed, &file.path, opening)?;
-            at_byte = record.end();
-        }
-        Ok(())
-    }
-
-    /// Returns whether a record is a schema or a channel with the id of another one.
-    fn redefines(&self, record: &Record<'_>) -> bool {
-        match record {
-            Record::Schema { header, .. } => {
-                let known = self.schemas.get(&header.id);
-                known.is_some_and(|known| *known != header.name)
-            }
-            Record::Channel(record) => {
-                let known = self.channels.get(&record.id);
-                known.is_some_and(|(schema, channel)| {
-                    (*schema, &channel.topic, &channel.encoding)
-                        != (record.schema_id, &record.topic, &record.message_encoding)
-                })
-            }
-            _ => false,
-        }
-    }
-
-    /// Adds a record, which counts among what the index keeps.
-    fn add(
-        &mut self,
-        record: Record<'_>,
-        path: &Path,
-        opening: &mut Opening<'_>,
-    ) -> Result<(), LogError> {
-        match record {
-            Record::Schema { header, .. } => {
-                opening.keep_names(path, [header.name.as_str()])?;
-                self.schemas.insert(header.id, header.name);
-            }
-            Record::Channel(record) => {
-                let texts = [record.topic.as_str(), &record.message_encoding];
-                opening.keep_names(path, texts)?;
-                let channel = Channel {
-                    topic: record.topic,
-                    encoding: record.message_encoding,
-                    ..Channel::default()
-                };
-                self.channels.insert(record.id, (record.schema_id, channel));
-            }
-            Record::ChunkIndex(index) => {
-                opening.keep_segment(path, index.message_index_offsets.len())?;
-                self.chunks.push(index);
-            }
-            Record::MetadataIndex(index) => {
-                opening.keep_each(path, [index.name.as_str()])?;
-                self.metadata.push(index);
-            }
-            Record::Statistics(statistics) => self.statistics = Some(statistics),
-            _ => {}
-        }
-        Ok(())
-    }
-
-    /// Returns whether the summary describes the whole content of the file. It does not if the
-    /// writer omitted records or wrote messages outside of chunks, which no index lists.
-    fn suffice(&self) -> bool {
-        let Some(statistics) = &self.statistics else {
-            return false;
-        };
-        statistics.metadata_count as usize == self.metadata.len()
-            && statistics.channel_count as usize == self.channels.len()
-            && statistics.chunk_count as usize == self.chunks.len()
-            && statistics
-                .channel_message_counts
-                .values()
-                .fold(0, |sum: u64, n| sum.wrapping_add(*n))
-                == statistics.message_count
-            && (statistics.message_count == 0
-                || self
-                    .chunks
-                    .iter()
-                    .any(|chunk| !chunk.message_index_offsets.is_empty()))
-    }
-
-    fn index(mut self, file: &mut LogFile, opening: &mut Opening<'_>) -> Result<McapIndex, Stop> {
-        self.chunks.sort_by_key(|chunk| chunk.chunk_start_offset);
-        if let Some(at_byte) = self.overlap() {
-            return Err(file.damage(at_byte, "the chunks in the log's index overlap"));
-        }
-        let counts = self
-            .statistics
-            .take()
-            .map(|s| s.channel_message_counts)
-            .unwrap_or_default();
-        let mut lookup = Lookup::new(file, opening);
-        let mut chunks: BTreeMap<u16, Vec<&ChunkIndex>> = BTreeMap::new();
-        for chunk in &self.chunks {
-            for &channel in chunk.message_index_offsets.keys() {
-                chunks.entry(channel).or_default().push(chunk);
-            }
-        }
-        let mut channels = BTreeMap::new();
-        for (id, (schema, mut channel)) in std::mem::take(&mut self.channels) {
-            channel.type_name = self.schemas.get(&schema).cloned().unwrap_or_default();
-            let type_name = [channel.type_name.as_str()];
-            lookup.opening.keep_each(&lookup.file.path, type_name)?;
-            channel.count = counts.get(&id).copied().unwrap_or(0);
-            if let Some(chunks) = chunks.get_mut(&id) {
-                channel.times_ns = times(chunks, id, &mut lookup)?;
-            }
-            channels.insert(id.into(), channel);
-        }
-        let metadata = self.read_metadata(&mut lookup)?;
-        Ok(McapIndex {
-            segments: self.chunks.iter().map(segment).collect(),
-            channels,
-            metadata,
-            damage: None,
-        })
-    }
-
-    /// Returns the position of the first chunk that begins before the one before it ends. Each would be read as a whole.
-    fn overlap(&self) -> Option<u64> {
-        let end = |chunk: &ChunkIndex| chunk.chunk_start_offset.saturating_add(chunk.chunk_length);
-        let pairs = self.chunks.iter().zip(self.chunks.iter().skip(1));
-        let overlap = pairs
-            .filter(|(chunk, next)| end(chunk) > next.chunk_start_offset)
-            .map(|(_, next)| next.chunk_start_offset);
-        overlap.min()
-    }
-
-    fn read_metadata(&self, lookup: &mut Lookup<'_, '_>) -> Result<Metadata, Stop> {
-        let mut metadata = Metadata::new();
-        for index in &self.metadata {
-            let body = lookup.body(op::METADATA, index.offset)?;
-            match record::parse(op::METADATA, &body) {
-                Ok(Record::Metadata(record)) => {
-                    keep_metadata(&record, lookup.file, lookup.opening)?;
-                    metadata.insert(record.name, record.metadata)
-                }
-                _ => return Err(lookup.broken(index.offset)),
+/// Returns the footer and its position.
+fn footer(file: &mut LogFile) -> Result<(u64, Footer), Stop> {
+    let tail = FOOTER_CHECKED + AFTER_CHECKED;
+    let at_byte = file.length.checked_sub(tail);
+    if let Some(at_byte) = at_byte.filter(|at_byte| *at_byte >= MAGIC.len() as u64) {
+        let tail = file.read(at_byte, tail)?;
+        let body = tail.strip_prefix(&FOOTER_HEAD);
+        if let Some(body) = body.and_then(|body| body.strip_suffix(MAGIC)) {
+            return match mcap::parse_record(op::FOOTER, body) {
+                Ok(Record::Footer(footer)) => Ok((at_byte, footer)),
+                _ => Err(file.damage(at_byte, BROKEN)),
             };
         }
-        Ok(metadata)
     }
+    Err(file.damage(file.length, "the file ends before the log's index does"))
 }
 
-/// Reads the records that an index names.
-struct Lookup<'a, 'b> {
-    file: &'a mut LogFile,
-    opening: &'a mut Opening<'b>,
-    /// Number of bytes that may still be read: a damaged index can name one long record for thousands of entries.
-    bytes_left: u64,
+/// Returns a log without messages that has the summary with these bytes: checked, and without
+/// records and texts that are not needed.
+fn tidy(
+    bytes: Vec<u8>,
+    start: u64,
+    file: &LogFile,
+    opening: &mut Opening<'_>,
+) -> Result<Vec<u8>, Stop> {
+    let mut tidy = Vec::with_capacity(bytes.len() + 64);
+    tidy.extend(MAGIC);
+    let records = Records::new(bytes);
+    for record in records.iter() {
+        opening.go_on()?;
+        let (opcode, body) = record.map_err(|_| file.damage(start, BROKEN))?;
+        let at_byte = start + body.start as u64 - RECORD_HEADER;
+        if !matches!(
+            opcode,
+            op::SCHEMA | op::CHANNEL | op::CHUNK_INDEX | op::METADATA_INDEX | op::STATISTICS
+        ) {
+            continue;
+        }
+        let body = records.bytes.get(body).unwrap_or_default();
+        let body = record::checked((opcode, body), &file.path, opening)?;
+        let body = body.ok_or_else(|| file.damage(at_byte, BROKEN))?;
+        tidy.push(opcode);
+        tidy.extend((body.len() as u64).to_le_bytes());
+        tidy.extend(&*body);
+    }
+    tidy.extend(FOOTER_HEAD);
+    tidy.extend((MAGIC.len() as u64).to_le_bytes());
+    tidy.extend([0; 12]);
+    tidy.extend(MAGIC);
+    Ok(tidy)
 }
 
-impl<'a, 'b> Lookup<'a, 'b> {
-    /// Allows twice the length of the file: an index names each record once, and the message index of a chunk may be read
-    /// twice, for the first and for the last log time of its channel.
-    fn new(file: &'a mut LogFile, opening: &'a mut Opening<'b>) -> Self {
-        Self {
-            bytes_left: 2 * file.length,
-            file,
-            opening,
+/// Returns whether the summary describes the whole content of the file. It does not if the
+/// writer omitted records or wrote messages outside of chunks, which no index lists.
+fn suffices(summary: &Summary) -> bool {
+    let Some(statistics) = &summary.stats else {
+        return false;
+    };
+    let counts = statistics.channel_message_counts.values();
+    let lists_messages = |chunk: &ChunkIndex| !chunk.message_index_offsets.is_empty();
+    statistics.metadata_count as usize == summary.metadata_indexes.len()
+        && statistics.channel_count as usize == summary.channels.len()
+        && statistics.chunk_count as usize == summary.chunk_indexes.len()
+        && counts.fold(0, |sum: u64, n| sum.wrapping_add(*n)) == statistics.message_count
+        && (statistics.message_count == 0 || summary.chunk_indexes.iter().any(lists_messages))
+}
+
+/// Makes the index of a file from its summary.
+fn index(
+    mut summary: Summary,
+    file: &mut LogFile,
+    opening: &mut Opening<'_>,
+) -> Result<McapIndex, Stop> {
+    summary
+        .chunk_indexes
+        .sort_by_key(|chunk| chunk.chunk_start_offset);
+    let chunks = &summary.chunk_indexes;
+    let counts = summary.stats.take().unwrap_or_default();
+    let counts = counts.channel_message_counts;
+    if let Some(at_byte) = overlap(chunks) {
+        return Err(file.damage(at_byte, "the chunks in the log's index overlap"));
+    }
+    let mut index = McapIndex {
+        segments: chunks.iter().map(segment).collect(),
+        ..McapIndex::default()
+    };
+    let mut chunks_of: BTreeMap<u16, Vec<&ChunkIndex>> = BTreeMap::new();
+    for chunk in chunks {
+        for &channel in chunk.message_index_offsets.keys() {
+            chunks_of.entry(channel).or_default().push(chunk);
         }
     }
-
-    /// Returns the body of the record at a position, which must have this opcode.
-    fn body(&mut self, opcode: u8, at_byte: u64) -> Result<Vec<u8>, Stop> {
-        self.opening.go_on()?;
-        let record = self.file.record_at(at_byte)?;
-        let Some(record) = record.filter(|head| head.opcode == opcode) else {
-            return Err(self.broken(at_byte));
+    // Each record is named once.
+    let bytes_left = file.length;
+    let mut lookup = Lookup {
+        file,
+        opening,
+        bytes_left,
+    };
+    for (&id, defined) in summary.channels.iter().collect::<BTreeMap<_, _>>() {
+        let type_name = defined.schema.as_ref().map(|schema| schema.name.as_str());
+        let mut channel = Channel {
+            topic: defined.topic.clone(),
+            type_name: type_name.unwrap_or_default().to_owned(),
+            encoding: defined.message_encoding.clone(),
+            ..Channel::default()
         };
-        let Some(bytes_left) = self.bytes_left.checked_sub(record.length) else {
-            return Err(self.broken(at_byte));
+        let (opening, path) = (&mut lookup.opening, &lookup.file.path);
+        opening.keep_names(path, channel.key())?;
+        channel.count = counts.get(&id).copied().unwrap_or(0);
+        let chunks = chunks_of.remove(&id).unwrap_or_default();
+        lookup.find_times(id, &mut channel, chunks)?;
+        index.channels.insert(id.into(), channel);
+    }
+    for entry in &summary.metadata_indexes {
+        let Record::Metadata(record) = lookup.record(op::METADATA, entry.offset)? else {
+            return Err(lookup.broken(entry.offset));
         };
-        self.bytes_left = bytes_left;
-        if record.length > self.opening.longest_record() {
-            return Err(self.opening.too_large(&self.file.path).into());
-        }
-        self.file.body(record)
+        index.metadata.insert(record.name, record.metadata);
     }
-
-    fn broken(&self, at_byte: u64) -> Stop {
-        let what = "the log's index does not fit the record at this position";
-        self.file.damage(at_byte, what)
-    }
+    Ok(index)
 }
 
-/// Returns first and last log time of a channel, ns, in the chunks that contain it. Only chunks that can contain the first or
-/// the last one are looked up.
-fn times(
-    chunks: &mut [&ChunkIndex],
-    channel: u16,
-    lookup: &mut Lookup<'_, '_>,
-) -> Result<Option<(u64, u64)>, Stop> {
-    let (mut first, mut last) = (None, None);
-    chunks.sort_by_key(|chunk| chunk.message_start_time);
-    for chunk in &*chunks {
-        if first.is_some_and(|first| first <= chunk.message_start_time) {
-            break;
-        }
-        let times = times_in(chunk, channel, lookup)?;
-        first = times.map(|t| t.0).into_iter().chain(first).min();
-    }
-    chunks.sort_by_key(|chunk| std::cmp::Reverse(chunk.message_end_time));
-    for chunk in &*chunks {
-        if last.is_some_and(|last| last >= chunk.message_end_time) {
-            break;
-        }
-        let times = times_in(chunk, channel, lookup)?;
-        last = times.map(|t| t.1).into_iter().chain(last).max();
-    }
-    Ok(first.zip(last))
+/// Returns the position of the first chunk that begins before the one before it ends. Each would
+/// be read as a whole.
+fn overlap(chunks: &[ChunkIndex]) -> Option<u64> {
+    let end = |chunk: &ChunkIndex| chunk.chunk_start_offset.saturating_add(chunk.chunk_length);
+    let starts = chunks.iter().skip(1).map(|next| next.chunk_start_offset);
+    let mut pairs = chunks.iter().zip(starts);
+    let overlap = pairs.find(|(chunk, start)| end(chunk) > *start);
+    overlap.map(|(_, start)| start)
 }
 
 fn segment(chunk: &ChunkIndex) -> (Place, Segment) {
     let place = Place {
         at_byte: chunk.chunk_start_offset,
         length: chunk.chunk_length,
-        kind: PlaceKind::Chunk,
+        is_chunk: true,
     };
     let channels = chunk.message_index_offsets.keys();
     let segment = Segment {
@@ -372,19 +210,68 @@ fn segment(chunk: &ChunkIndex) -> (Place, Segment) {
     (place, segment)
 }
 
-/// Returns first and last log time of a channel in a chunk from the index of the chunk, ns.
-fn times_in(
-    chunk: &ChunkIndex,
-    channel: u16,
-    lookup: &mut Lookup<'_, '_>,
-) -> Result<Option<(u64, u64)>, Stop> {
-    let Some(&at_byte) = chunk.message_index_offsets.get(&channel) else {
-        return Ok(None);
-    };
-    let body = lookup.body(op::MESSAGE_INDEX, at_byte)?;
-    let Ok(Record::MessageIndex(index)) = record::parse(op::MESSAGE_INDEX, &body) else {
-        return Err(lookup.broken(at_byte));
-    };
-    let times = || index.records.iter().map(|entry| entry.log_time);
-    Ok(times().min().zip(times().max()))
+/// Reads the records that an index names.
+struct Lookup<'a, 'b> {
+    file: &'a mut LogFile,
+    opening: &'a mut Opening<'b>,
+    /// Number of bytes that may still be read: a damaged index can name one long record for
+    /// thousands of entries.
+    bytes_left: u64,
+}
+
+impl Lookup<'_, '_> {
+    /// Returns the record at a position, which must have this opcode.
+    fn record(&mut self, opcode: u8, at_byte: u64) -> Result<Record<'static>, Stop> {
+        self.opening.go_on()?;
+        let head = self.file.record_at(at_byte)?;
+        let head = head.filter(|head| head.opcode == opcode);
+        let left = head.and_then(|head| self.bytes_left.checked_sub(head.length));
+        let (Some(head), Some(left)) = (head, left) else {
+            return Err(self.broken(at_byte));
+        };
+        self.bytes_left = left;
+        if head.length > self.opening.longest_record() {
+            return Err(self.opening.too_large(&self.file.path).into());
+        }
+        let body = self.file.body(head)?;
+        match record::parse(head, &body, self.file, self.opening) {
+            Err(Stop::Damage(_)) => Err(self.broken(at_byte)),
+            parsed => parsed,
+        }
+    }
+
+    /// Finds the first and the last log time of a channel in the chunks that contain it. Only
+    /// chunks that can contain the first or the last one are looked up.
+    fn find_times(
+        &mut self,
+        id: u16,
+        channel: &mut Channel,
+        mut chunks: Vec<&ChunkIndex>,
+    ) -> Result<(), Stop> {
+        chunks.sort_by_key(|chunk| chunk.message_start_time);
+        // The first and the last chunk usually contain both.
+        if let Some(after_first) = chunks.get_mut(1..) {
+            after_first.reverse();
+        }
+        for chunk in chunks {
+            let (start, end) = (chunk.message_start_time, chunk.message_end_time);
+            let is_known = |(first, last): (u64, u64)| first <= start && end <= last;
+            let at_byte = chunk.message_index_offsets.get(&id);
+            let Some(&at_byte) = at_byte.filter(|_| !channel.times_ns.is_some_and(is_known)) else {
+                continue;
+            };
+            let Record::MessageIndex(index) = self.record(op::MESSAGE_INDEX, at_byte)? else {
+                return Err(self.broken(at_byte));
+            };
+            for entry in index.records {
+                channel.extend_times((entry.log_time, entry.log_time));
+            }
+        }
+        Ok(())
+    }
+
+    fn broken(&self, at_byte: u64) -> Stop {
+        let what = "the log's index does not fit the record at this position";
+        self.file.damage(at_byte, what)
+    }
 }
