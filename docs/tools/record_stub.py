@@ -28,7 +28,6 @@ from numpy.typing import NDArray
 from tactid._native import MassProperties
 from tactid.equality import ComparedByValue
 from tactid.findings import DataFault, Finding
-from tactid.payload import PayloadEstimate as _PayloadEstimate
 
 CLASSES: dict[str, type[Record]]
 SCHEMAS: dict[str, dict[str, Any]]
@@ -84,8 +83,7 @@ def _not_null(schema: Mapping[str, Any]) -> str:
     if entry is not None or value.get("type") == "array":
         return f"Sequence[{annotation(entry or value['items'])}]"
     if "$ref" in value:
-        name = str(value["$ref"].removeprefix("#/$defs/"))
-        return "_PayloadEstimate" if name == "PayloadEstimate" else name
+        return str(value["$ref"].removeprefix("#/$defs/"))
     if "const" in value:
         return f"Literal[{_quoted(value['const'])}]"
     return PLAIN[value["type"]]

@@ -4,7 +4,7 @@ use std::ops::Range;
 use std::sync::Arc;
 
 use schemars::JsonSchema;
-use serde::Serialize;
+use serde::{Serialize, Serializer};
 use tactid_dynamics::{
     InertialParameters, MassProperties, Wrench, symmetric_entries, symmetric_matrix,
 };
@@ -43,12 +43,12 @@ pub struct PayloadEstimate {
     /// Name of the frame in which the payload is expressed: the end-effector frame.
     pub frame: Arc<str>,
     /// Mass, centre of mass in `frame`, and inertia about the centre of mass along the axes of `frame`.
-    #[serde(rename = "values", serialize_with = "serial::body")]
+    #[serde(rename = "values", serialize_with = "serialize_body")]
     #[schemars(with = "TenValues<f64>")]
     pub body: MassProperties,
     /// Mass properties of the whole load as one body, in `frame`: gripper, payload and, where one is given, known tool;
     /// for the joint-sensing method only.
-    #[serde(serialize_with = "serial::optional_body")]
+    #[serde(serialize_with = "serialize_composite")]
     #[schemars(with = "Option<TenValues<f64>>", extend("x-class" = "MassProperties"))]
     pub composite: Option<MassProperties>,
     /// Whether the motion excites each of [`VALUE_NAMES`], and whether the noise leaves enough of it.
@@ -151,7 +151,7 @@ pub struct WrenchOffset {
     /// that of the sum of the wrenches, in the end-effector frame.
     pub frame: Arc<str>,
     /// Force in N and moment in N m, with the sign of the measured wrenches, which act on the payload.
-    #[serde(rename = "values", serialize_with = "serial::wrench")]
+    #[serde(rename = "values", serialize_with = "serialize_wrench")]
     #[schemars(with = "[f64; 6]")]
     pub wrench: Wrench,
     /// Standard deviations of force, N, and moment, N m, infinite where the motion does not distinguish the offset from
@@ -204,6 +204,29 @@ impl HistoryPoint {
             ..*self
         }
     }
+}
+
+/// Serialises force, N, and moment, N m, as one sequence.
+fn serialize_wrench<S: Serializer>(wrench: &Wrench, serializer: S) -> Result<S::Ok, S::Error> {
+    let (f, n) = (&wrench.force, &wrench.moment);
+    [f.x, f.y, f.z, n.x, n.y, n.z].serialize(serializer)
+}
+
+/// Serialises the ten values of a body.
+fn serialize_body<S: Serializer>(body: &MassProperties, serializer: S) -> Result<S::Ok, S::Error> {
+    values_of_body(body).serialize(serializer)
+}
+
+/// Serialises a body as a structure of its name around its ten values.
+fn serialize_composite<S: Serializer>(
+    body: &Option<MassProperties>,
+    serializer: S,
+) -> Result<S::Ok, S::Error> {
+    #[derive(Serialize)]
+    #[serde(rename = "MassProperties")]
+    struct Values([f64; 10]);
+    let values = body.as_ref().map(|body| Values(values_of_body(body)));
+    values.serialize(serializer)
 }
 
 /// Returns the ten values of a body, in the order of [`VALUE_NAMES`].

@@ -6,9 +6,6 @@ use std::marker::PhantomData;
 use nalgebra::{Dyn, OMatrix, SMatrix, SVector, U10, Vector3};
 use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
-use tactid_dynamics::{MassProperties, Wrench};
-
-use crate::result::values_of_body;
 
 /// A vector as a sequence of its entries.
 pub mod vector {
@@ -88,29 +85,6 @@ pub(crate) mod square {
     ) -> Result<SMatrix<f64, 10, 10>, D::Error> {
         <[[f64; 10]; 10]>::deserialize(from).map(SMatrix::from)
     }
-}
-
-/// Serialises force, N, and moment, N m, as one sequence.
-pub(crate) fn wrench<S: Serializer>(wrench: &Wrench, serializer: S) -> Result<S::Ok, S::Error> {
-    let (f, n) = (&wrench.force, &wrench.moment);
-    [f.x, f.y, f.z, n.x, n.y, n.z].serialize(serializer)
-}
-
-/// Serialises the ten values of a body.
-pub(crate) fn body<S: Serializer>(body: &MassProperties, serializer: S) -> Result<S::Ok, S::Error> {
-    values_of_body(body).serialize(serializer)
-}
-
-/// Serialises a body that may be missing as a structure of its name around its ten values.
-pub(crate) fn optional_body<S: Serializer>(
-    body: &Option<MassProperties>,
-    serializer: S,
-) -> Result<S::Ok, S::Error> {
-    #[derive(Serialize)]
-    #[serde(rename = "MassProperties")]
-    struct Values([f64; 10]);
-    let values = body.as_ref().map(|body| Values(values_of_body(body)));
-    values.serialize(serializer)
 }
 
 /// Serialises what an estimator may not know; as NaN where it does not.

@@ -5,6 +5,7 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use nalgebra::Vector3;
 use numpy::PyArrayDyn;
 use pyo3::prelude::*;
+use pyo3::types::PyDict;
 use tactid_dynamics::{BaseKind, Wrench};
 use tactid_identify::{BaseState, IdentifyError, PayloadEstimate, PushOutcome, Sample};
 use tactid_recordings::{OnlineSetup, RecordingError, Request};
@@ -16,7 +17,7 @@ use crate::finding_data::FindingData;
 use crate::findings::data_finding;
 use crate::options;
 use crate::poses::Poses;
-use crate::record::record;
+use crate::record::fields;
 
 type Argument<'a, 'py> = Option<&'a Bound<'py, PyAny>>;
 
@@ -92,8 +93,8 @@ impl OnlineSolver {
     }
 
     /// Returns the payload as known now.
-    fn estimate<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
-        record(py, &detached(py, || lock(&self.solver).estimate())?)
+    fn estimate<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+        fields(py, &detached(py, || lock(&self.solver).estimate())?)
     }
 }
 
@@ -125,8 +126,9 @@ impl Identifier {
     }
 
     /// Returns the offset of the wrenches; None where it is not an unknown.
-    fn wrench_offset<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
-        record(py, &detached(py, || lock(&self.0).wrench_offset())?)
+    fn wrench_offset<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyDict>>> {
+        let offset = detached(py, || lock(&self.0).wrench_offset())?;
+        offset.map(|offset| fields(py, &offset)).transpose()
     }
 
     /// Returns what the most recent windows show about the assumptions: the kind of each finding and its data.
@@ -177,8 +179,8 @@ impl PaperFilter {
     }
 
     /// Returns how strongly the motion excited mass and inertia.
-    fn singular_values<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
-        record(py, &detached(py, || lock(&self.0).singular_values())?)
+    fn singular_values<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+        fields(py, &detached(py, || lock(&self.0).singular_values())?)
     }
 }
 

@@ -14,15 +14,6 @@ use serde::ser::{SerializeTuple, SerializeTupleStruct};
 
 use crate::arrays::output;
 
-/// Returns the instance of the class of a structure.
-pub(crate) fn record<'py, T: Serialize>(
-    py: Python<'py>,
-    structure: &T,
-) -> PyResult<Bound<'py, PyAny>> {
-    let value = structure.serialize(ToPython(py)).map_err(|error| error.0)?;
-    value.into_object(py).map_err(|error| error.0)
-}
-
 /// Returns the fields of a structure by their names, of which the inner structures are instances of their classes.
 pub(crate) fn fields<'py, T: Serialize>(
     py: Python<'py>,

@@ -3,15 +3,20 @@
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from tactid import records
 from tactid.findings import Finding
 from tactid.identification import IdentificationData
+from tactid.payload import PayloadEstimate
 
 
 @dataclass(frozen=True, eq=False, repr=False)
 class CombinationData(records.Combination):
     """The fields of :class:`tactid.Combination`."""
+
+    if TYPE_CHECKING:
+        estimate: PayloadEstimate
 
     runs: Sequence[IdentificationData] = ()
     """The result of each recording alone, in the order in which they were given."""

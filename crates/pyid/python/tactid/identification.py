@@ -7,18 +7,23 @@ points of the history.
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from tactid import _native, records
 from tactid._native import VALUE_NAMES
 from tactid.errors import ArgumentError
+from tactid.payload import PayloadEstimate
 from tactid.values import Array, listed_fields
 
 
 @dataclass(frozen=True, eq=False, repr=False)
 class IdentificationData(records.Identification):
     """The fields of :class:`tactid.Identification`."""
+
+    if TYPE_CHECKING:
+        estimate: PayloadEstimate
 
     inputs: Mapping[str, Path] = field(default_factory=dict)
     """Files and folders that were read, by the words that name them; empty for arrays."""

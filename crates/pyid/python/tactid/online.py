@@ -57,7 +57,7 @@ class _Online:
 
     def estimate(self) -> PayloadEstimate:
         """Returns the payload as known now."""
-        return self._native.estimate()
+        return PayloadEstimate(**self._native.estimate())
 
 
 @documented(Options, "online")
@@ -120,7 +120,8 @@ class Identifier(_Online):
         stands where the option ``wrench_offset`` does not make it an unknown. Standard
         deviations are not estimated online.
         """
-        return self._native.wrench_offset()
+        offset = self._native.wrench_offset()
+        return None if offset is None else WrenchOffset(**offset)
 
     def findings(self) -> list[Finding]:
         """Returns what the recent samples show about the assumptions of the identification.
@@ -183,4 +184,4 @@ class PaperFilter(_Online):
 
     def singular_values(self) -> SingularValues:
         """Returns how strongly the motion excited mass and inertia."""
-        return self._native.singular_values()
+        return SingularValues(**self._native.singular_values())

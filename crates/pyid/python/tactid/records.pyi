@@ -9,7 +9,6 @@ from numpy.typing import NDArray
 from tactid._native import MassProperties
 from tactid.equality import ComparedByValue
 from tactid.findings import DataFault, Finding
-from tactid.payload import PayloadEstimate as _PayloadEstimate
 
 CLASSES: dict[str, type[Record]]
 SCHEMAS: dict[str, dict[str, Any]]
@@ -66,7 +65,7 @@ class Channel(Record):
 
 @dataclass(frozen=True, eq=False)
 class Combination(Record):
-    estimate: _PayloadEstimate
+    estimate: PayloadEstimate
     agreement: Agreement
     between_runs: NDArray[np.float64]
     principal_moments: PrincipalMoments | None = ...
@@ -109,7 +108,7 @@ class History(Record):
 
 @dataclass(frozen=True, eq=False)
 class Identification(Record):
-    estimate: _PayloadEstimate
+    estimate: PayloadEstimate
     history: History
     method: Method
     estimator: EstimatorName
