@@ -106,7 +106,7 @@ def run(seed: int) -> tuple[Array, Array]:
         robot=robot,
         tip="tool0",
         method="effort",
-        delay=0.0,
+        delay_s=0.0,
         q=noisy(motion.q),
         qd=noisy(motion.qd),
         effort=noisy(motion.effort),

@@ -130,7 +130,7 @@ class Recorded:
         if method in ("tactile", "combined"):
             given["wrench"], sensors = self.wrench[rows], FINGERS
         time = self.time[rows]
-        return tactid.identify(time, robot=robot, sensors=sensors, delay=0.0, **given, **options)
+        return tactid.identify(time, robot=robot, sensors=sensors, delay_s=0.0, **given, **options)
 
     def wrench_std_dev(self, level: float) -> Array:
         """Standard deviations of the noise on each finger's channels at a level, (2, 6)."""

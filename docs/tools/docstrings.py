@@ -8,7 +8,6 @@ declarations: all of it comes from the package.
 import inspect
 import re
 import textwrap
-from dataclasses import fields
 from typing import Any
 
 import griffe
@@ -16,14 +15,8 @@ import griffe
 import tactid
 from tactid import _native
 from tactid.arrays import Caller, describe
-from tactid.declaration import Declaration
+from tactid.options import OPTIONS
 from tactid.records import SCHEMAS
-
-OPTIONS = {
-    f"tactid.options.Options.{option.name}": Declaration.of(option).documentation
-    for option in fields(tactid.Options)
-}
-"""The documentation of each option, which its declaration has."""
 
 ROLE = re.compile(r":\w+:`~?([\w.]+)`")
 """A reference in a docstring, such as ``:class:`tactid.Options```."""
@@ -63,17 +56,20 @@ def docstring(obj: griffe.Object) -> str | None:
         return runtime_docstring(obj.path.removeprefix("tactid._native."))
     if obj.path.startswith("tactid.records."):
         return record_docstring(*obj.path.split(".")[2:])
-    if obj.path in OPTIONS:
-        assert isinstance(obj, griffe.Attribute)
-        obj.value = "None"
-        return OPTIONS[obj.path]
     if obj.docstring is None:
         return None
     # The reference has one list of the options, under `Options`.
-    text = re.sub(r"\n *<options>", "", obj.docstring.value)
+    listed = attributes() if obj.path == "tactid.options.Options" else ""
+    text = re.sub(r"\n *<options>", lambda _: listed, obj.docstring.value)
     caller: Caller = "online" if obj.name == "push" else "recording"
     text = ARRAYS_MARK.sub(lambda found: textwrap.indent(describe(caller), found[1]), text)
     return text.replace(", as follows", "")
+
+
+def attributes() -> str:
+    """Returns the options as the attributes of their class."""
+    entries = (f"    {option.name}: {option.documentation}" for option in OPTIONS.values())
+    return "\n".join(["\nAttributes:", *entries])
 
 
 def runtime_docstring(path: str) -> str | None:

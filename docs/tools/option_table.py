@@ -4,14 +4,12 @@ python docs/tools/option_table.py
 """
 
 from collections.abc import Iterator
-from dataclasses import fields
 from pathlib import Path
 from typing import get_args
 
-import tactid
 from array_table import ARRAYS, array_table, code, row
 from tactid.declaration import Declaration, Use
-from tactid.naming import command_line_flag
+from tactid.options import OPTIONS
 
 PAGE = Path(__file__).parents[1] / "reference" / "options.md"
 
@@ -39,15 +37,12 @@ too; online they are arguments of the constructor.
 RUST_HEAD = """\
 ## Rust
 
-A recording is identified by `identify_log` or `identify_arrays` of the crate `tactid-recordings`,
-whose `Request` contains the other types of the second column. Online, `Identifier::new` of
-`tactid-identify` takes the `EquationSettings`, and `PaperFilter::new` the `PaperSettings`, too.
-`EquationSettings::effort_is_net` has no option: an unloaded recording sets it.
-`Identifier` does not use `EquationSettings::effort_gain_std_dev`.
+A recording is identified by `identify_log` or `identify_arrays` of the crate `tactid-recordings`.
+The fields of its `Request` are the options, with the names of their keywords, and those of its
+`Arrays` are the arrays. Online, `Identifier::new` of `tactid-identify` takes `EquationSettings`,
+whose fields have the same names, and the tip, the robot and the sensors as arguments;
+`PaperFilter::new` takes the `PaperSettings`, too. Each sample is a `Sample`:
 """
-
-TIP_ONLINE = "`tool` of `Identifier::new`"
-"""The tip online: an argument, and no field of the settings."""
 
 
 def page() -> str:
@@ -57,16 +52,13 @@ def page() -> str:
 
 
 def _options() -> Iterator[str]:
-    panels = dict.fromkeys(Declaration.of(one).panel for one in fields(tactid.Options))
-    for panel in panels:
+    for panel in dict.fromkeys(option.panel for option in OPTIONS.values()):
         yield f"## {panel}\n"
         yield from _header("keyword", "command line", "applies to", "unit", "default")
-        for one in fields(tactid.Options):
-            declared = Declaration.of(one)
-            if declared.panel == panel:
-                flag = command_line_flag(one.name)
-                texts = [_uses(declared), declared.unit or "", declared.default or ""]
-                yield row(code(one.name), code(flag), *texts)
+        for option in OPTIONS.values():
+            if option.panel == panel:
+                texts = [_uses(option), option.unit, option.default]
+                yield row(code(option.name), code(option.flag), *texts)
         yield ""
 
 
@@ -76,25 +68,11 @@ def _uses(declared: Declaration) -> str:
 
 
 def _rust() -> Iterator[str]:
-    yield from _header("keyword", "recording", "online")
-    for one in fields(tactid.Options):
-        declared = Declaration.of(one)
-        yield row(code(one.name), code(*declared.rust_field.split(", ")), _online(declared))
-    yield row(code("robot"), code("Arrays::robot"), "`robot` of `Identifier::new`")
-    yield row(code("sensors"), code("Arrays::sensors"), "`sensors` of `Identifier::new`")
+    yield from _header("keyword", "online")
+    for name in ("robot", "sensors"):
+        yield row(code(name), f"`{name}` of `Identifier::new`")
     for array in ARRAYS:
-        yield row(
-            code(array.name), code(array.recording_field), code(*array.sample_field.split(", "))
-        )
-
-
-def _online(declared: Declaration) -> str:
-    """Returns the field online, which has the name that it has in a request."""
-    if not {"online", "paper filter"} & {*declared.uses}:
-        return ""
-    if declared.rust_field == "Request::tip":
-        return TIP_ONLINE
-    return code(declared.rust_field.replace("Request::", "EquationSettings::"))
+        yield row(code(array.name), code(*array.sample_field.split(", ")))
 
 
 def _header(*columns: str) -> Iterator[str]:

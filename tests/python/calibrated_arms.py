@@ -125,9 +125,9 @@ def calibrated(folder: Path) -> tactid.Calibration:
     found = tactid.calibrate(
         simulated(folder, None, 11),
         loaded=simulated(folder, KNOWN, 12),
-        payload_mass=KNOWN.mass,
+        payload_mass_kg=KNOWN.mass,
         urdf=folder / "arm.urdf",
-        cutoff=6.0,
+        cutoff_hz=6.0,
     )
     found.write(folder / "arm.toml")
     return found

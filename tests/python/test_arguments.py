@@ -59,7 +59,7 @@ WRENCHES = {name: RECORDED[name] for name in ("q", "qd", "wrench")}
 
 def mass(**given: Any) -> float:
     """The mass that is identified from the arrays of the arm, with changes."""
-    arguments = {"cutoff": 5.0, "delay": 0.0, **WRENCHES, **given}
+    arguments = {"cutoff_hz": 5.0, "delay_s": 0.0, **WRENCHES, **given}
     return tactid.identify(TIME, **arguments).estimate.body.mass
 
 
@@ -97,7 +97,7 @@ def test_an_unloaded_reference_removes_friction() -> None:
     later = TIME + 100.0
     given = {"q": q, "qd": qd, "effort": RECORDED["effort"] + friction, "robot": arm()}
     unloaded = {"time": later, "q": q, "qd": qd, "effort": empty + friction}
-    options = {"cutoff": 5.0, "known_mass": BODY.mass}
+    options = {"cutoff_hz": 5.0, "known_mass_kg": BODY.mass}
     found = tactid.identify(TIME, unloaded=unloaded, **given, **options).estimate
     without = tactid.identify(TIME, **given, **options).estimate
     truth = BODY.com[[0, 2]]
@@ -139,7 +139,7 @@ def tool(mass: float, least: float) -> tactid.MassProperties:
 def test_an_unloaded_reference_that_does_not_fit_is_named(unloaded: Any, message: str) -> None:
     given = {name: RECORDED[name] for name in ("q", "qd", "effort")}
     with pytest.raises(tactid.TactidError, match=message):
-        tactid.identify(TIME, robot=arm(), cutoff=5.0, unloaded=unloaded, **given)
+        tactid.identify(TIME, robot=arm(), cutoff_hz=5.0, unloaded=unloaded, **given)
 
 
 def test_wrenches_act_on_the_sensor_of_arrays() -> None:
@@ -174,7 +174,7 @@ def test_a_sensor_without_a_robot_is_identified_online() -> None:
     assert estimate.frame == "sensor"
     assert estimate.body.mass == pytest.approx(BODY.mass, rel=1e-3)
     np.testing.assert_allclose(estimate.body.com, BODY.com, atol=1e-3)
-    offline = tactid.identify(TIME, cutoff=10.0, delay=0.0, **given).estimate
+    offline = tactid.identify(TIME, cutoff_hz=10.0, delay_s=0.0, **given).estimate
     np.testing.assert_allclose(estimate.values, offline.values, atol=5e-3)
     with_acceleration = tactid.Identifier(tip="ft_sensor")
     given["acceleration"] = np.gradient(given["twist"], TIME, axis=0)
@@ -224,7 +224,7 @@ def test_numbers_of_other_types_are_taken() -> None:
     wide[::2, 1::2] = RECORDED["q"]
     assert mass(robot=arm(), q=wide[::2, 1::2]) == expected
     for times in (Frame(TIME), TIME.tolist()):
-        found = tactid.identify(times, robot=arm(), cutoff=5.0, delay=0.0, **WRENCHES)
+        found = tactid.identify(times, robot=arm(), cutoff_hz=5.0, delay_s=0.0, **WRENCHES)
         assert found.estimate.body.mass == expected
 
 
@@ -263,17 +263,23 @@ Q, W = RECORDED["q"], RECORDED["wrench"]
         ({"pose": np.eye(3)}, r"`pose` has the shape \(3, 3\): expected \(4, 4\) or \(N, 4, 4\)"),
         ({"foo": 1}, r"no keyword `foo`\. The keywords are robot, .*wrench, .*progress, urdf, "),
         ({"wrenches": W}, r"no keyword `wrenches`; did you mean `wrench`\? The keywords are wren"),
-        ({"options": {"cutoff": 5.0}}, r"`options` is of type dict: expected tactid.Options"),
-        ({"gravity": -9.81}, r"`gravity` has the shape \(1,\): expected \(3,\)$"),
-        ({"bounding_box": [1, 2, 3]}, r"`bounding_box` has the shape \(3,\): expected \(2, 3\)$"),
-        ({"wrench_noise": [1, 2, 3]}, r"expected \(6,\) or \(N, 6\): one for all, or one for each"),
-        ({"cutoff": "5 Hz"}, r"`cutoff` is '5 Hz': expected a number"),
+        ({"options": {"cutoff_hz": 5.0}}, r"`options` is of type dict: expected tactid.Options"),
+        ({"gravity": -9.81}, r"`gravity` is -9\.81: expected three numbers, of the shape \(3,\)$"),
+        (
+            {"bounding_box": [1, 2, 3]},
+            r"`bounding_box` is \[1, 2, 3\]: expected the least .* corner, of the shape \(2, 3\)$",
+        ),
+        (
+            {"wrench_noise": [1, 2, 3]},
+            r"expected six numbers for all sensors, \(6,\), or for each, \(S, 6\)$",
+        ),
+        ({"cutoff_hz": "5 Hz"}, r"`cutoff_hz` is '5 Hz': expected a number"),
         ({"tip": 3}, r"`tip` is 3: expected text"),
         ({"wrench_offset": "yes"}, r"`wrench_offset` is 'yes': expected True or False"),
         ({"known_tool": 1.0}, r"`known_tool` is 1\.0: expected a tactid\.MassProperties"),
         ({"known_tool": tool(-1.0, 1.0)}, "^`known_tool` is no body that can exist: its mass must"),
         ({"known_tool": tool(1.0, 0.1)}, "each principal moment of inertia .* at most the sum of"),
-        ({"method": "wrench"}, r"`method` is \"wrench\": expected \"tactile\" or \"effort\" or"),
+        ({"method": "wrench"}, r"`method` is 'wrench': expected 'tactile' or 'effort' or"),
         ({"urdf": 3, "robot": None}, "^`urdf`: a URDF is given as its text, .* or as the path "),
         ({"wrench": None}, r"`wrench` is missing: nothing measures the load: .* the efforts"),
         ({"method": "effort"}, r"`effort` is missing: the effort method needs it"),

@@ -151,7 +151,9 @@ def test_the_command_prints_what_was_found(
     out, report = tmp_path / "out.toml", tmp_path / "report.html"
     unloaded, held = simulated(folder, None, 11), simulated(folder, None, 14)
     arguments = ("calibrate", "--urdf", folder / "arm.urdf", "--unloaded", unloaded)
-    done = command(*arguments, "--hold-out", held, "--cutoff", 6, "--out", out, "--report", report)
+    done = command(
+        *arguments, "--hold-out", held, "--cutoff-hz", 6, "--out", out, "--report", report
+    )
     # The recorded efforts are no torques, which is the one contradiction.
     assert done.returncode == 1, done.stderr
     assert "fit far better" in done.stderr
@@ -161,7 +163,7 @@ def test_the_command_prints_what_was_found(
         r"Held out, simulated14: rms residual shoulder_pan_joint [\d.]+ → ", done.stderr
     )
     assert report.read_text(encoding="utf-8").count("<img") == 6
-    done = command(*arguments, "--effort-gain", *GAINS, "--cutoff", 6, "--out", out, "--json")
+    done = command(*arguments, "--effort-gain", *GAINS, "--cutoff-hz", 6, "--out", out, "--json")
     record = json.loads(done.stdout)
     assert "known to 5 % before" in " ".join(record["remarks"])
     jsonschema.validate(record, tactid.calibration_schema())
@@ -269,7 +271,7 @@ def test_a_calibration_of_another_robot_is_refused(
         (["--method", "tactile"], ["--method", "calibration"]),
         (["--estimator", "nlms"], ["--estimator", "least squares"]),
         (["--effort-gain", "1,1,1,1,1,1"], ["--effort-gain", "has its own"]),
-        (["--cutoff", "3"], ["--cutoff", "has its own"]),
+        (["--cutoff-hz", "3"], ["--cutoff-hz", "has its own"]),
         (["--tip", "wrist_3_link"], ["tool0", "wrist_3_link"]),
     ],
 )
@@ -292,15 +294,15 @@ def test_bad_input_of_the_command_is_refused(
     broken.write_text("version = 4\ntool = 3\n", encoding="utf-8")
     run = ("calibrate", "--urdf", urdf, "--out", folder / "unused.toml")
     short = simulated(folder, None, 15, 0.2)
-    loaded = (*run, "--loaded", unloaded, "--payload-mass", 1)
+    loaded = (*run, "--loaded", unloaded, "--payload-mass-kg", 1)
     cases: list[tuple[tuple[object, ...], list[str]]] = [
         (run, ["--unloaded is missing"]),
-        ((*run, "--unloaded", unloaded, "--loaded", unloaded), ["--payload-mass"]),
+        ((*run, "--unloaded", unloaded, "--loaded", unloaded), ["--payload-mass-kg"]),
         (
-            (*run, "--unloaded", unloaded, "--payload-mass", 1),
-            ["--payload-mass", "no loaded recording"],
+            (*run, "--unloaded", unloaded, "--payload-mass-kg", 1),
+            ["--payload-mass-kg", "no loaded recording"],
         ),
-        ((*run, "--unloaded", unloaded, "--payload-mass-std-dev", 0), ["no loaded recording"]),
+        ((*run, "--unloaded", unloaded, "--payload-mass-std-dev-kg", 0), ["no loaded recording"]),
         ((*loaded, "--payload-inertia", "1,0,0,1,0,1"), ["--payload-inertia", "centre of mass"]),
         (
             (*loaded, "--payload-com", "0,0,0.1", "--payload-inertia", "1,0,0,1,0,3"),
@@ -308,7 +310,7 @@ def test_bad_input_of_the_command_is_refused(
         ),
         ((*run, "--unloaded", unloaded, "--gain-std-dev", "-3%"), ["--gain-std-dev"]),
         ((*run, "--unloaded", folder / "none"), ["none"]),
-        ((*run, "--unloaded", short), ["simulated15", "too few windows", "--cutoff"]),
+        ((*run, "--unloaded", short), ["simulated15", "too few windows", "--cutoff-hz"]),
         ((*run, "--unloaded", unloaded, "--rename-joints", "a=b"), ["`a`", "elbow_joint"]),
         ((*run, "--unloaded", unloaded, "--rename-joints", "a"), ["--rename-joints", "pairs"]),
         (("calibrate", "--urdf", urdf, "--unloaded", unloaded, "--out", urdf), ["same file"]),
@@ -328,7 +330,7 @@ def test_an_error_names_the_recording(folder: Path) -> None:
     unloaded = simulated(folder, None, 11)
     short = simulated(folder, None, 15, 0.2)
     with pytest.raises(tactid.IdentificationError, match=re.escape(str(short))):
-        tactid.calibrate([unloaded, short], urdf=folder / "arm.urdf", cutoff=6.0)
+        tactid.calibrate([unloaded, short], urdf=folder / "arm.urdf", cutoff_hz=6.0)
 
 
 def test_ctrl_c_leaves_no_file(folder: Path) -> None:
@@ -362,9 +364,9 @@ def test_names_of_joints_are_given(folder: Path) -> None:
     urdf.write_text(ur5e().replace("elbow_joint", "knee_joint"), encoding="utf-8")
     unloaded = simulated(folder, None, 11)
     with pytest.raises(tactid.IdentificationError, match="knee_joint"):
-        tactid.calibrate(unloaded, urdf=urdf, cutoff=6.0)
+        tactid.calibrate(unloaded, urdf=urdf, cutoff_hz=6.0)
     found = tactid.calibrate(
-        unloaded, urdf=urdf, cutoff=6.0, rename_joints={"elbow_joint": "knee_joint"}
+        unloaded, urdf=urdf, cutoff_hz=6.0, rename_joints={"elbow_joint": "knee_joint"}
     )
     assert found.joints[2] == "knee_joint"
 
@@ -389,11 +391,11 @@ def test_a_known_inertia_is_kept(folder: Path) -> None:
     found = tactid.calibrate(
         simulated(folder, None, 11),
         loaded=simulated(folder, KNOWN, 12),
-        payload_mass=KNOWN.mass,
+        payload_mass_kg=KNOWN.mass,
         payload_com=com,
         payload_inertia=inertia[corners],
         urdf=folder / "arm.urdf",
-        cutoff=6.0,
+        cutoff_hz=6.0,
     )
     payload = tactid.MassProperties.from_parameters(found.payloads[0])
     np.testing.assert_allclose(payload.com, com, atol=0.003)
@@ -413,7 +415,7 @@ def test_a_reversed_effort_is_named(folder: Path, tmp_path: Path) -> None:
             reversed_, urdf=urdf, calibration=tactid.Calibration.read(folder / "arm.toml")
         )
     with pytest.raises(tactid.TactidError, match=r"reversed.*`elbow_joint`.*negative effort gain"):
-        tactid.calibrate(reversed_, urdf=urdf, cutoff=6.0)
+        tactid.calibrate(reversed_, urdf=urdf, cutoff_hz=6.0)
     signs = [1.0, 1.0, -1.0, 1.0, 1.0, 1.0]
-    found = tactid.calibrate(reversed_, urdf=urdf, cutoff=6.0, effort_gain=signs)
+    found = tactid.calibrate(reversed_, urdf=urdf, cutoff_hz=6.0, effort_gain=signs)
     assert (found.residual_after < found.residual_before).all()

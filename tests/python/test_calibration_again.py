@@ -53,7 +53,7 @@ def test_what_contradicts_a_calibration_is_in_every_result(
     """The efforts are no torques, but count as such."""
     urdf, out = ("--urdf", folder / "arm.urdf"), tmp_path / "wrong.toml"
     unloaded = ("--unloaded", simulated(folder, None, 11))
-    done = command("calibrate", *urdf, *unloaded, "--cutoff", 6, "--out", out)
+    done = command("calibrate", *urdf, *unloaded, "--cutoff-hz", 6, "--out", out)
     assert done.returncode == 1, done.stderr
     arm = tactid.Calibration.read(out)
     (found,) = arm.contradictions
@@ -75,9 +75,9 @@ def test_a_gain_far_from_the_given_one_is_named(folder: Path) -> None:
     arm = tactid.calibrate(
         simulated(folder, None, 11),
         loaded=simulated(folder, KNOWN, 12),
-        payload_mass=KNOWN.mass,
+        payload_mass_kg=KNOWN.mass,
         urdf=folder / "arm.urdf",
-        cutoff=6.0,
+        cutoff_hz=6.0,
         effort_gain=(GAINS / 1.7).tolist(),
     )
     (found,) = arm.contradictions

@@ -14,7 +14,7 @@ import tactid
 from calibrated_arms import GAINS, KNOWN, OTHER, simulated
 from recorded_arm import ur5e
 
-SETTINGS: dict[str, Any] = {"tip": "tool0", "cutoff": 6.0}
+SETTINGS: dict[str, Any] = {"tip": "tool0", "cutoff_hz": 6.0}
 
 
 @pytest.fixture(scope="module")
@@ -43,7 +43,7 @@ def arm(folder: Path, robot: tactid.Manipulator) -> tactid.Calibration:
     """The simulated arm, calibrated from arrays with a payload of known mass."""
     unloaded, loaded = (arrays_of(simulated(folder, *each)) for each in ((None, 11), (KNOWN, 12)))
     return tactid.calibrate(
-        unloaded, loaded=[loaded], payload_mass=KNOWN.mass, robot=robot, **SETTINGS
+        unloaded, loaded=[loaded], payload_mass_kg=KNOWN.mass, robot=robot, **SETTINGS
     )
 
 
@@ -51,7 +51,7 @@ def test_arrays_give_what_their_logs_give(folder: Path, arm: tactid.Calibration)
     logs = tactid.calibrate(
         simulated(folder, None, 11),
         loaded=simulated(folder, KNOWN, 12),
-        payload_mass=KNOWN.mass,
+        payload_mass_kg=KNOWN.mass,
         urdf=folder / "arm.urdf",
         **SETTINGS,
     )

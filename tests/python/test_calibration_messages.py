@@ -54,11 +54,11 @@ def test_the_command_names_what_is_wrong(
     link = tmp_path / "link"
     link.symlink_to(unloaded)
     copy = Path(shutil.copytree(unloaded, tmp_path / "copy"))
-    run = ("--urdf", folder / "arm.urdf", "--cutoff", 6, "--out", tmp_path / "out.toml")
+    run = ("--urdf", folder / "arm.urdf", "--cutoff-hz", 6, "--out", tmp_path / "out.toml")
     alone = (*run, "--unloaded", unloaded)
     both = (*alone, "--loaded", loaded)
     degrees = changed(unloaded, tmp_path / "degrees", position=np.full(6, 180 / np.pi))
-    swapped = ("--unloaded", loaded, "--loaded", unloaded, "--payload-mass", 2.8)
+    swapped = ("--unloaded", loaded, "--loaded", unloaded, "--payload-mass-kg", 2.8)
     cases: list[tuple[tuple[object, ...], list[str]]] = [
         ((*alone, "--gain-std-dev", "0.2"), ["--gain-std-dev is '0.2'", "5%"]),
         ((*alone, "--gain-std-dev", "5%,5%"), ["--gain-std-dev", "one percentage"]),
@@ -70,9 +70,12 @@ def test_the_command_names_what_is_wrong(
         ((*alone, "--unloaded", copy), [f"{unloaded} and {copy} are the same", "noise"]),
         ((*alone, "--unloaded", link), [str(link), "twice", "noise"]),
         ((*alone, "--hold-out", unloaded), ["twice", "no independent check"]),
-        ((*alone, "--loaded", unloaded, "--payload-mass", 1), ["twice", "payload or not"]),
-        ((*both, "--payload-mass", "4,8"), ["--payload-mass has 2 masses for 1 loaded recording:"]),
-        ((*both, "--payload-mass", "x"), ["--payload-mass is 'x': expected numbers"]),
+        ((*alone, "--loaded", unloaded, "--payload-mass-kg", 1), ["twice", "payload or not"]),
+        (
+            (*both, "--payload-mass-kg", "4,8"),
+            ["--payload-mass-kg has 2 masses for 1 loaded recording:"],
+        ),
+        ((*both, "--payload-mass-kg", "x"), ["--payload-mass-kg is 'x': expected numbers"]),
         ((*run, "--unloaded", degrees), ["degrees", "limits", "_joint", "rad"]),
         ((*run, *swapped), ["negative", "`shoulder_lift_joint`", "exchanged"]),
         (
@@ -103,8 +106,8 @@ def test_gains_of_currents_are_printed_as_an_option(
         changed(log, tmp_path / name, effort=amperes) for log, name in zip(logs, names, strict=True)
     )
     urdf = folder / "arm.urdf"
-    run = ("--unloaded", unloaded, "--loaded", loaded, "--payload-mass", KNOWN.mass)
-    line = refused(capsys, *run, "--urdf", urdf, "--cutoff", 6, "--out", tmp_path / "out.toml")
+    run = ("--unloaded", unloaded, "--loaded", loaded, "--payload-mass-kg", KNOWN.mass)
+    line = refused(capsys, *run, "--urdf", urdf, "--cutoff-hz", 6, "--out", tmp_path / "out.toml")
     before, flag, gains = line.partition("--effort-gain ")
     assert flag, line
     assert "such as currents" in before
@@ -112,9 +115,9 @@ def test_gains_of_currents_are_printed_as_an_option(
     found = tactid.calibrate(
         unloaded,
         loaded=loaded,
-        payload_mass=KNOWN.mass,
+        payload_mass_kg=KNOWN.mass,
         urdf=urdf,
-        cutoff=6.0,
+        cutoff_hz=6.0,
         effort_gain=given,
     )
     assert np.allclose(found.effort_gain * found.gain * amperes, GAINS, rtol=0.02)
@@ -124,7 +127,14 @@ def test_a_mass_in_grams_proposes_no_gains(
     folder: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     logs = ("--unloaded", simulated(folder, None, 11), "--loaded", simulated(folder, KNOWN, 12))
-    given = ("--payload-mass", 1000 * KNOWN.mass, "--urdf", folder / "arm.urdf", "--cutoff", 6)
+    given = (
+        "--payload-mass-kg",
+        1000 * KNOWN.mass,
+        "--urdf",
+        folder / "arm.urdf",
+        "--cutoff-hz",
+        6,
+    )
     line = refused(capsys, *logs, *given, "--out", tmp_path / "out.toml")
     assert "in kg" in line
     assert "--effort-gain" not in line
@@ -135,11 +145,11 @@ def test_a_mass_in_grams_proposes_no_gains(
     [
         ({"unloaded": 3}, ["`unloaded` is 3", "path"]),
         ({"gain_std_dev": [0.1, 0.2]}, ["`gain_std_dev`", "one number"]),
-        ({"loaded": "log", "payload_mass": "4"}, ["`payload_mass`", "number"]),
+        ({"loaded": "log", "payload_mass_kg": "4"}, ["`payload_mass_kg`", "number"]),
         ({"loaded": {"log": 4.0}}, ["`loaded[0]` has no `time`"]),
         (
-            {"loaded": "log", "payload_mass": 4.0, "payload_mass_std_dev": [0.1]},
-            ["`payload_mass_std_dev`", "one number"],
+            {"loaded": "log", "payload_mass_kg": 4.0, "payload_mass_std_dev_kg": [0.1]},
+            ["`payload_mass_std_dev_kg`", "one number"],
         ),
     ],
 )
@@ -160,7 +170,7 @@ def test_a_joint_that_was_still_at_the_calibration_is_named(folder: Path, tmp_pa
     effort[:, BASE] = 0.1 * np.random.default_rng(21).normal(size=len(time))
     still = write(tmp_path / "still", list(joints.names), time, position, velocity, effort)
     arm = tactid.calibrate(
-        still, urdf=urdf, cutoff=6.0, effort_gain=GAINS.tolist(), gain_std_dev=0.0
+        still, urdf=urdf, cutoff_hz=6.0, effort_gain=GAINS.tolist(), gain_std_dev=0.0
     )
     assert [each.data["joint"] for each in arm.shortages if each.kind == "joint_still"] == [
         "shoulder_pan_joint"
@@ -205,7 +215,7 @@ def test_a_gain_with_a_wide_interval_stays_uncertain(arm: tactid.Calibration) ->
 
 def test_a_calibration_without_an_unloaded_recording_says_so(folder: Path) -> None:
     loaded, urdf = simulated(folder, KNOWN, 12), folder / "arm.urdf"
-    found = tactid.calibrate([], loaded=loaded, payload_mass=2.8, urdf=urdf, cutoff=6.0)
+    found = tactid.calibrate([], loaded=loaded, payload_mass_kg=2.8, urdf=urdf, cutoff_hz=6.0)
     assert "No recording is without a payload" in str(found)
     assert "simulated12, loaded" in repr(found.recordings[0])
 

@@ -44,12 +44,12 @@ def test_every_method_is_compared(command: TactidCommand, log: Path, tmp_path: P
 
 def test_what_a_recording_does_not_permit_is_a_reason(command: TactidCommand, log: Path) -> None:
     """A known mass is not for the paper's filter; no option of a comparison would change that."""
-    attempts = tactid.compare(log, known_mass=100.0)
+    attempts = tactid.compare(log, known_mass_kg=100.0)
     assert [attempt.result is None for attempt in attempts] == [False] * 4 + [True] * 2
     reason = attempts[4].reason()
     assert reason is not None
     assert "least squares" in reason
-    done = command("compare", log, "--known-mass", 100)
+    done = command("compare", log, "--known-mass-kg", 100)
     assert "tactile, NLMS: not possible: " in done.stderr
     assert "estimator" not in reason + done.stderr
     assert "NLMS" not in done.stdout
@@ -81,8 +81,8 @@ def test_a_comparison_chooses_the_methods_itself(command: TactidCommand, log: Pa
 
 
 def test_what_no_method_permits_is_an_error(command: TactidCommand, log: Path) -> None:
-    done = command("compare", log, "--cutoff", "-1")
+    done = command("compare", log, "--cutoff-hz", "-1")
     assert done.returncode == 2
     assert done.stdout == ""
-    assert "--cutoff is -1" in done.stderr
+    assert "--cutoff-hz is -1" in done.stderr
     assert "none.mcap" in command("compare", "none.mcap").stderr

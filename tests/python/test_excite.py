@@ -98,8 +98,8 @@ def test_prediction_is_what_a_noisy_identification_achieves(motion: tactid.Desig
             wrench=rows @ body.parameters + noise,
             sensors="tool0",
             tip="tool0",
-            cutoff=10.0,
-            delay=0.0,
+            cutoff_hz=10.0,
+            delay_s=0.0,
         )
         errors.append(result.estimate.values[0] - body.mass)
     rms = float(np.sqrt(np.mean(np.square(errors))))
@@ -327,7 +327,7 @@ def test_simulated_motion_is_identified_as_precisely_as_predicted(
     for arguments in (["noisy.toml"], ["noisy.toml", "--motion", "motion"]):
         done = command("simulate", *arguments, "--out", "run.mcap")
         assert done.returncode == 0, done.stderr
-    result = tactid.identify(tmp_path / "run.mcap", cutoff=10.0, delay=0.0)
+    result = tactid.identify(tmp_path / "run.mcap", cutoff_hz=10.0, delay_s=0.0)
     achieved = np.array(result.estimate.std_devs)
     predicted = np.array(flat(dict(motion.predicted_std_dev)))
     np.testing.assert_allclose(achieved, predicted, rtol=0.25)

@@ -79,7 +79,7 @@ def test_a_start_out_of_range_has_value_limits_and_unit() -> None:
 def test_rates_that_do_not_fit_the_cutoff_are_named(command: TactidCommand, tmp_path: Path) -> None:
     arm = ("excite", "--urdf", URDF, "--from", "0,-1.2,1.6,-0.4,1.5,0", "--out", tmp_path / "m")
     payload = ("--payload-mass-max", "2", "--payload-box", "-0.1 -0.1 0 0.1 0.1 0.2")
-    for wrong in (("--rate", "10"), ("--cutoff", "600")):
+    for wrong in (("--rate", "10"), ("--cutoff-hz", "600")):
         done = command(*arm, *payload, "--duration", "3", *wrong)
         assert done.returncode == 2
         assert "too few samples at" in done.stderr

@@ -41,11 +41,11 @@ def test_each_epoch_has_its_history(log: Path) -> None:
 
 def test_a_higher_cutoff_has_more_windows(log: Path) -> None:
     default = tactid.identify(log, estimator="nlms")
-    fine = tactid.identify(log, estimator="nlms", cutoff=20.0)
+    fine = tactid.identify(log, estimator="nlms", cutoff_hz=20.0)
     assert default.cutoff_hz == 10
     assert default.estimate.windows == 94
     assert fine.estimate.windows == pytest.approx(2 * 94, abs=4)
-    for wrong in ({"cutoff": -1.0}, {"epochs": 0, "estimator": "nlms"}, {"max_gap": 0.0}):
+    for wrong in ({"cutoff_hz": -1.0}, {"epochs": 0, "estimator": "nlms"}, {"max_gap_s": 0.0}):
         with pytest.raises(tactid.ArgumentError, match=next(iter(wrong))):
             tactid.identify(log, **wrong)
 
@@ -151,7 +151,7 @@ def test_the_papers_filter_sees_the_same_samples_again(
     time = np.arange(0, 4, 1e-3)
     q, qd, regressor = carried(robot, time, rng)
     wrench = (regressor @ payload.parameters)[:, None]
-    filter_ = tactid.PaperFilter(robot, ["tool0"], average=0.0)
+    filter_ = tactid.PaperFilter(robot, ["tool0"], average_s=0.0)
     errors = []
     for _ in range(2):
         assert filter_.push(time, q, qd, wrench, **at_rest(len(time))) == len(time) - 1
@@ -205,7 +205,7 @@ def test_what_cannot_be_identified_is_refused(robot: tactid.Manipulator, urdf: s
         tactid.PaperFilter(robot, ["tool0"], alpha=3.0)
     with pytest.raises(tactid.ArgumentError, match='"least-squares" or "nlms"'):
         tactid.identify("none.mcap", estimator="magic")
-    for name, value in {"estimator": "nlms", "average": 1.0, "urdf": "<robot/>"}.items():
+    for name, value in {"estimator": "nlms", "average_s": 1.0, "urdf": "<robot/>"}.items():
         with pytest.raises(tactid.ArgumentError, match=f"`{name}` does not apply to Identifier"):
             tactid.Identifier(robot, ["tool0"], **{name: value})
     with pytest.raises(tactid.ArgumentError, match="`wrench_offset` does not apply to PaperFilter"):

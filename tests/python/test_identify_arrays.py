@@ -114,7 +114,7 @@ def test_what_does_not_fit_is_refused(
         tactid.identify(time, robot=robot, method="all", **given)
     few = {name: values[:100] for name, values in given.items()}
     with pytest.raises(tactid.IdentificationError, match=r"too few windows"):
-        tactid.identify(time[:100], robot=robot, sensors=FINGERS, cutoff=2.0, **few)
+        tactid.identify(time[:100], robot=robot, sensors=FINGERS, cutoff_hz=2.0, **few)
 
 
 def test_stamps_that_jitter_do_not_bias(rng: np.random.Generator) -> None:
@@ -131,4 +131,4 @@ def test_stamps_that_jitter_do_not_bias(rng: np.random.Generator) -> None:
         return float(np.abs((found.estimate.values - truth) / found.estimate.std_devs).max())
 
     assert worst() < 3.5
-    assert worst(cutoff=7.2) > 5
+    assert worst(cutoff_hz=7.2) > 5

@@ -17,8 +17,8 @@ DULL = NOISE * [100, 100, 100, 1, 1, 1]
 
 def test_a_known_mass_makes_the_others_known_better() -> None:
     alone = identified(EARLY, 1, noise=DULL)
-    exact = identified(EARLY, 1, noise=DULL, known_mass=BODY.mass)
-    weighed = identified(EARLY, 1, noise=DULL, known_mass=1.85, known_mass_std_dev=0.01)
+    exact = identified(EARLY, 1, noise=DULL, known_mass_kg=BODY.mass)
+    weighed = identified(EARLY, 1, noise=DULL, known_mass_kg=1.85, known_mass_std_dev_kg=0.01)
     assert exact.estimate.body.mass == pytest.approx(BODY.mass, rel=1e-6)
     assert exact.estimate.std_devs[0] == 0
     assert weighed.estimate.std_devs[0] == pytest.approx(0.01, rel=0.02)
@@ -35,11 +35,11 @@ def test_a_known_mass_makes_the_others_known_better() -> None:
 
 
 def test_a_mass_that_the_data_contradict_is_reported() -> None:
-    (finding,) = identified(EARLY, 1, known_mass=2.0).findings
+    (finding,) = identified(EARLY, 1, known_mass_kg=2.0).findings
     remark = str(finding)
     assert finding.kind == "mass_contradicted"
     assert remark.startswith("The given mass is 2 kg, but the data alone give 1.839")
-    assert identified(EARLY, 1, known_mass=BODY.mass).findings == []
+    assert identified(EARLY, 1, known_mass_kg=BODY.mass).findings == []
 
 
 def test_a_body_that_fits_into_the_box_stays_and_another_is_brought_in() -> None:
@@ -62,7 +62,7 @@ def test_a_box_helps_where_the_recording_says_little() -> None:
     box = [[-0.05, -0.1, 0.0], [0.08, 0.04, 0.2]]
     for seed in range(20):
         for k, options in enumerate(({}, {"bounding_box": box})):
-            found = identified(2.0, seed, noise=200 * NOISE, known_mass=BODY.mass, **options)
+            found = identified(2.0, seed, noise=200 * NOISE, known_mass_kg=BODY.mass, **options)
             error = found.estimate.values - TRUTH
             squares[k] += (error[1:4] @ error[1:4], error[4:] @ error[4:])
             com = found.estimate.body.com
@@ -75,15 +75,15 @@ def test_a_box_helps_where_the_recording_says_little() -> None:
 @pytest.mark.parametrize(
     ("options", "message"),
     [
-        ({"known_mass": -1.0}, "`known_mass` is -1, but must be a positive number"),
-        ({"known_mass": np.nan}, "known_mass"),
-        ({"known_mass": 0.9e-12}, "from 1e-12 to 1e12"),
-        ({"known_mass": 1.1e12}, "from 1e-12 to 1e12"),
-        ({"known_mass": 1.0, "known_mass_std_dev": 1.1e12}, "up to 1e12"),
-        ({"known_mass": 1.0, "known_mass_std_dev": -0.1}, "`known_mass_std_dev` is -0.1"),
+        ({"known_mass_kg": -1.0}, "`known_mass_kg` is -1, but must be a positive number"),
+        ({"known_mass_kg": np.nan}, "known_mass_kg"),
+        ({"known_mass_kg": 0.9e-12}, "from 1e-12 to 1e12"),
+        ({"known_mass_kg": 1.1e12}, "from 1e-12 to 1e12"),
+        ({"known_mass_kg": 1.0, "known_mass_std_dev_kg": 1.1e12}, "up to 1e12"),
+        ({"known_mass_kg": 1.0, "known_mass_std_dev_kg": -0.1}, "`known_mass_std_dev_kg` is -0.1"),
         (
-            {"known_mass_std_dev": 0.1},
-            "`known_mass` is missing, but its standard deviation is given",
+            {"known_mass_std_dev_kg": 0.1},
+            "`known_mass_kg` is missing, but its standard deviation is given",
         ),
         ({"bounding_box": ROOM[::-1]}, "goes from 0.2 to -0.2 m along x"),
         ({"bounding_box": [[0, 0, 0], [1, 1, np.inf]]}, "along z"),
@@ -96,16 +96,16 @@ def test_what_cannot_be_known_is_refused(options: dict[str, object], message: st
 
 
 def test_the_paper_s_filter_takes_no_knowledge(log: Path) -> None:
-    for options, what in (({"known_mass": 100.0}, "mass"), ({"bounding_box": ROOM}, "box")):
+    for options, what in (({"known_mass_kg": 100.0}, "mass"), ({"bounding_box": ROOM}, "box")):
         with pytest.raises(tactid.ArgumentError, match=f"{what} needs least squares"):
             tactid.identify(log, estimator="nlms", **options)
 
 
 def test_the_command_takes_mass_and_box(command: TactidCommand, log: Path) -> None:
-    done = command("identify", log, "--known-mass", 100, "--bounding-box", "-1,-1,-1,2,1,1")
+    done = command("identify", log, "--known-mass-kg", 100, "--bounding-box", "-1,-1,-1,2,1,1")
     assert done.returncode == 0
     assert "mass 100 kg (given); within a box from -1 -1 -1 to 2 1 1 m (given);" in done.stderr
-    assert_refused(command("identify", log, "--known-mass", "-1"), "--known-mass is -1")
+    assert_refused(command("identify", log, "--known-mass-kg", "-1"), "--known-mass-kg is -1")
     assert_refused(
         command("identify", log, "--bounding-box", "1,2,3"), "--bounding-box", "6 numbers"
     )

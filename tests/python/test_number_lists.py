@@ -22,7 +22,7 @@ COUNTS = {"--gravity": 3, "--effort-gain": None}
         ("--gravity=", "--gravity "),
         ("--gravity down b", "--gravity down b"),
         ("--effort-gain 1 -1 1e-3 --tip 3", "--effort-gain 1,-1,1e-3 --tip 3"),
-        ("--delay -0.1", "--delay -0.1"),
+        ("--delay-s -0.1", "--delay-s -0.1"),
         ("-- --gravity 0 0", "-- --gravity 0 0"),
         ("--gravity", "--gravity"),
     ],
@@ -34,7 +34,7 @@ def test_the_numbers_of_an_option_are_joined(arguments: str, expected: str) -> N
 def test_lists_of_the_command_take_commas_and_spaces(log: Path, identify: Identify) -> None:
     by_commas = ["--gravity", "0,0,-0.5", "--bounding-box", "-1,-1,-1,1,1,1"]
     by_spaces = ["--gravity", "0", "0", "-0.5", "--bounding-box", "-1", "-1", "-1", "1", "1", "1"]
-    options = ["--method", "tactile", "--cutoff", "10", "--delay", "-0.0"]
+    options = ["--method", "tactile", "--cutoff-hz", "10", "--delay-s", "-0.0"]
     one = identify(log, *by_commas, *options)
     assert identify(*by_spaces, log, *options)["estimate"] == one["estimate"]
     assert identify(log, *options)["estimate"] != one["estimate"]

@@ -3,13 +3,12 @@
 import inspect
 import re
 import sys
-from dataclasses import fields
 from pathlib import Path
 
 import tactid
 from tactid.arrays import ARRAYS
-from tactid.declaration import Declaration
 from tactid.offline import FROM_ARRAYS
+from tactid.options import OPTIONS
 
 ROOT = Path(__file__).parents[2]
 CRATES = ROOT / "crates"
@@ -41,37 +40,25 @@ def test_the_table_is_up_to_date() -> None:
 
 
 def test_every_field_of_rust_is_in_the_table() -> None:
-    """Those that contain others stand in the table by what they contain."""
-    request = rust_fields("recordings/src/request.rs", "Request")
-    contained = (
-        rust_fields("recordings/src/request.rs", "Topics")
-        | rust_fields("identify/src/solve/prior.rs", "KnownMass")
-        | rust_fields("identify/src/paper/filter.rs", "PaperSettings")
-    )
-    declared = {
-        name
-        for option in fields(tactid.Options)
-        for name in Declaration.of(option).rust_field.split(", ")
-    }
-    expected = request - {"Request::topics", "Request::known_mass"} | contained
-    assert declared - {"Arrays::unloaded"} == expected
-    assert rust_fields("recordings/src/arrays/fields.rs", "Arrays") <= names_in_table()
+    """The names are those of the keywords."""
+    arrays = rust_fields("recordings/src/arrays/fields.rs", "Arrays")
+    assert {*OPTIONS} <= names_in_table()
+    assert {name.removeprefix("Arrays::") for name in arrays} <= names_in_table()
+    # Python gives some options to types of their own.
+    settings = rust_fields("identify/src/equations/settings.rs", "EquationSettings")
+    settings |= rust_fields("identify/src/paper/filter.rs", "PaperSettings")
+    # An unloaded recording sets it.
+    settings -= {"EquationSettings::effort_is_net"}
+    assert {name.partition("::")[2] for name in settings} <= {*OPTIONS}
 
 
 def test_every_field_of_rust_online_is_in_the_table() -> None:
     """A field in the table exists, and each one that exists is there."""
-    settings = rust_fields("identify/src/equations/settings.rs", "EquationSettings")
     sample = rust_fields("identify/src/equations/sample.rs", "Sample")
     base = rust_fields("identify/src/equations/sample.rs", "BaseState")
-    # An unloaded recording sets one, and only recordings use the other; the base is in the table by
-    # what it contains.
-    settings -= {"EquationSettings::effort_is_net", "EquationSettings::effort_gain_std_dev"}
-    expected = settings | sample - {"Sample::base"} | base
-    listed = {
-        name
-        for name in names_in_table()
-        if name.startswith(("EquationSettings::", "Sample::", "BaseState::"))
-    }
+    # The base is in the table by what it contains.
+    expected = sample - {"Sample::base"} | base
+    listed = {name for name in names_in_table() if name.startswith(("Sample::", "BaseState::"))}
     assert listed == expected
 
 
@@ -94,8 +81,7 @@ def test_docstrings_list_every_array() -> None:
 def test_units_are_those_of_the_fields() -> None:
     """A field of Rust with a unit in its name has it in the table."""
     units = {"_s": "s", "_hz": "Hz", "_kg": "kg"}
-    for option in fields(tactid.Options):
-        declared = Declaration.of(option)
+    for option in OPTIONS.values():
         for suffix, unit in units.items():
-            if declared.rust_field.endswith(suffix):
-                assert declared.unit == unit, option.name
+            if option.name.endswith(suffix):
+                assert option.unit == unit, option.name

@@ -1,17 +1,18 @@
 """Options are declared once: Python's keywords, the command line and the documentation agree."""
 
+import copy
 import inspect
+import pickle
 import typing
-from dataclasses import fields
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 import tactid
 from conftest import TactidCommand
-from tactid.declaration import Declaration
 from tactid.naming import command_line_flag
-from tactid.options import collect, option_names
+from tactid.options import OPTIONS, Estimator, Method, collect, option_names
 from test_cli import assert_refused
 
 
@@ -32,8 +33,8 @@ def test_every_option_has_its_documentation_everywhere(help_text: str) -> None:
             "calibration": tactid.calibrate,
         }.items()
     }
-    for option in fields(tactid.Options):
-        declaration = Declaration.of(option)
+    for option in OPTIONS.values():
+        declaration = option
         assert "``" not in declaration.help
         assert declaration.help in help_text
         assert declaration.documentation.endswith("."), option.name
@@ -49,11 +50,18 @@ def test_the_help_groups_the_options_by_what_they_are_about(help_text: str) -> N
     panels = {
         "Robot": ["urdf", "tip", "rename_joints", "sensor_frame"],
         "Topics": [name for name in option_names() if name.endswith("_topic")],
-        "Measurements": ["method", "unloaded", "calibration", "delay", "max_gap", "wrench_offset"],
+        "Measurements": [
+            "method",
+            "unloaded",
+            "calibration",
+            "delay_s",
+            "max_gap_s",
+            "wrench_offset",
+        ],
         "Signs": ["gravity", "wrench_acts_on", "effort_gain", "effort_gain_std_dev"],
-        "Prior knowledge": ["known_tool", "known_mass", "known_mass_std_dev", "bounding_box"],
-        "Noise and filter": ["estimator", "cutoff", "wrench_noise", "effort_noise"],
-        "Paper's filter": ["alpha", "beta", "average", "epochs"],
+        "Prior knowledge": ["known_tool", "known_mass_kg", "known_mass_std_dev_kg", "bounding_box"],
+        "Noise and filter": ["estimator", "cutoff_hz", "wrench_noise", "effort_noise"],
+        "Paper's filter": ["alpha", "beta", "average_s", "epochs"],
     }
     assert [name for names in panels.values() for name in names] == option_names()
     places = [help_text.index(f"╭─ {panel} ─") for panel in panels]
@@ -64,9 +72,32 @@ def test_the_help_groups_the_options_by_what_they_are_about(help_text: str) -> N
 
 
 def test_no_option_has_a_default_in_python() -> None:
-    for option in fields(tactid.Options):
-        assert option.default is None, option.name
-        assert type(None) in typing.get_args(typing.get_type_hints(tactid.Options)[option.name])
+    options = tactid.Options()
+    assert options.given == {}
+    for name in OPTIONS:
+        assert getattr(options, name) is None, name
+    assert list(inspect.signature(tactid.Options).parameters) == list(OPTIONS)
+
+
+def test_the_choices_of_python_are_those_of_rust() -> None:
+    assert OPTIONS["method"].choices == list(typing.get_args(Method))
+    assert OPTIONS["estimator"].choices == list(typing.get_args(Estimator))
+
+
+def test_options_are_values() -> None:
+    """Options are compared and copied by what is given, and refuse what does not exist."""
+    options = tactid.Options(gravity=np.array([0.0, 0.0, -9.81]), cutoff_hz=5.0, tip=None)
+    assert options == tactid.Options(cutoff_hz=5.0, gravity=[0, 0, -9.81])
+    assert options != tactid.Options(cutoff_hz=5.0)
+    assert pickle.loads(pickle.dumps(options)) == copy.deepcopy(options) == options
+    assert options.replace(gravity=None) == tactid.Options(cutoff_hz=5.0)
+    assert repr(options.replace(gravity=None)) == "Options(cutoff_hz=5.0)"
+    with pytest.raises(AttributeError, match="immutable"):
+        options.cutoff_hz = 3.0
+    with pytest.raises(AttributeError, match="no option `cutoff`"):
+        _ = options.cutoff
+    with pytest.raises(tactid.ArgumentError, match="did you mean `cutoff_hz`"):
+        tactid.Options(cutoff=5.0)
 
 
 def test_an_unknown_keyword_is_refused_with_the_nearest() -> None:
@@ -78,14 +109,14 @@ def test_an_unknown_keyword_is_refused_with_the_nearest() -> None:
 
 
 def test_keywords_replace_options() -> None:
-    options = tactid.Options(cutoff=5.0, max_gap=0.2)
-    merged = collect(options, {"cutoff": 7.0}, "log")
-    assert (merged.cutoff, merged.max_gap) == (7.0, 0.2)
+    options = tactid.Options(cutoff_hz=5.0, max_gap_s=0.2)
+    merged = collect(options, {"cutoff_hz": 7.0}, "log")
+    assert (merged.cutoff_hz, merged.max_gap_s) == (7.0, 0.2)
 
 
 def test_options_and_keywords_are_the_same(log: Path) -> None:
-    by_keyword = tactid.identify(log, cutoff=8.0, wrench_offset=True)
-    by_object = tactid.identify(log, options=tactid.Options(cutoff=8.0, wrench_offset=True))
+    by_keyword = tactid.identify(log, cutoff_hz=8.0, wrench_offset=True)
+    by_object = tactid.identify(log, options=tactid.Options(cutoff_hz=8.0, wrench_offset=True))
     assert by_keyword.estimate.values.tolist() == by_object.estimate.values.tolist()
     assert by_keyword.cutoff == 8.0
 
@@ -94,15 +125,15 @@ def test_options_and_keywords_are_the_same(log: Path) -> None:
     ("option", "value"),
     [
         ("method", "magic"),
-        ("cutoff", "fast"),
-        ("cutoff", -1.0),
-        ("max_gap", 0.0),
+        ("cutoff_hz", "fast"),
+        ("cutoff_hz", -1.0),
+        ("max_gap_s", 0.0),
         ("gravity", [1.0, 2.0]),
         ("gravity", [0.0, 0.0, -98.1]),
         ("wrench_noise", [1.0]),
         ("wrench_acts_on", "robot"),
         ("known_tool", "hammer"),
-        ("known_mass", -1.0),
+        ("known_mass_kg", -1.0),
         ("bounding_box", [[0, 0, 0], [1, 1, 0]]),
         ("joint_topic", "/none"),
         ("wrench_topic", ["/none"]),
@@ -135,17 +166,17 @@ def test_an_error_carries_the_option_that_causes_it(log: Path, option: str, valu
         ),
         ("method", {"unloaded": "none"}, "; `method` chooses the method"),
         ("tip", {"tip": "hand"}, "; `tip` names the end-effector frame"),
-        ("cutoff", {"cutoff": 0.01}, "or raise the cutoff; `cutoff` sets the cutoff"),
-        ("max_gap", {"max_gap": 1e-5}, "; `max_gap` sets the longest time that is bridged"),
+        ("cutoff_hz", {"cutoff_hz": 0.01}, "or raise the cutoff; `cutoff_hz` sets the cutoff"),
+        ("max_gap_s", {"max_gap_s": 1e-5}, "; `max_gap_s` sets the longest time that is bridged"),
         (
             "estimator",
-            {"estimator": "nlms", "known_mass": 1.0},
+            {"estimator": "nlms", "known_mass_kg": 1.0},
             "nothing else; `estimator` chooses the estimator",
         ),
         (
-            "known_mass",
-            {"known_mass_std_dev": 0.1},
-            "`known_mass` is missing, but its standard deviation is given",
+            "known_mass_kg",
+            {"known_mass_std_dev_kg": 0.1},
+            "`known_mass_kg` is missing, but its standard deviation is given",
         ),
         ("alpha", {"alpha": 1.0}, "`alpha` is an option of the paper's filter, and not of least"),
         (
@@ -159,7 +190,7 @@ def test_an_error_says_whether_an_option_causes_or_resolves_it(
     log: Path, option: str, given: dict[str, object], sentence: str
 ) -> None:
     with pytest.raises(tactid.TactidError) as error:
-        tactid.identify(log, options=tactid.Options(**given))  # type: ignore[arg-type]
+        tactid.identify(log, options=tactid.Options(**given))
     assert sentence in str(error.value)
     assert error.value.option == option
     flag = command_line_flag(option)
@@ -174,7 +205,7 @@ def test_an_option_that_does_not_apply_is_refused(log: Path) -> None:
 
 
 def test_the_command_names_its_own_options(command: TactidCommand, log: Path) -> None:
-    assert_refused(command("identify", log, "--cutoff", "-1"), "--cutoff is -1")
+    assert_refused(command("identify", log, "--cutoff-hz", "-1"), "--cutoff-hz is -1")
     assert_refused(
         command("identify", log, "--joint-topic", "/none"),
         "error: --joint-topic: the log has no topic /none",

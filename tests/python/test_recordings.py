@@ -354,7 +354,7 @@ def test_delay_of_the_wrench_is_found(identify: Identify, tmp_path: Path, delay_
     assert_within(record, TRUTH, 1e-2)
     assert remarks_with(record, "delay")
     # As it is given, and not looked for.
-    given = identify(bag, "--delay", delay_s)
+    given = identify(bag, "--delay-s", delay_s)
     assert given["delay_s"] == pytest.approx(delay_s)
     assert_within(given, TRUTH, 1e-2)
 

@@ -206,8 +206,8 @@ def test_a_known_mass_counts_once(bags: Path) -> None:
         [bags / "cold", bags / "later"],
         urdf=bags / "arm.urdf",
         tip=TIP,
-        known_mass=2.3,
-        known_mass_std_dev=1e-4,
+        known_mass_kg=2.3,
+        known_mass_std_dev_kg=1e-4,
     )
     assert found.estimate.std_devs[0] == pytest.approx(1e-4, rel=0.05)
 
@@ -238,7 +238,7 @@ def test_results_that_do_not_belong_together_are_refused(bags: Path) -> None:
     first = tactid.identify(bags / "cold", urdf=urdf, tip=TIP)
     for options, what in (
         ({"tip": "wrist_3_link"}, "frame"),
-        ({"tip": TIP, "known_mass": 2.3}, "known mass"),
+        ({"tip": TIP, "known_mass_kg": 2.3}, "known mass"),
         ({"tip": TIP, "bounding_box": [[-1, -1, -1], [1, 1, 1]]}, "bounding box"),
     ):
         other = tactid.identify(bags / "later", urdf=urdf, **options)

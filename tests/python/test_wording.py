@@ -326,7 +326,7 @@ SENTENCES = {
     "no_equations": (
         "Nothing is known of the payload: there is a sample every 20 ms, which is too slow for the"
         " cutoff. A window of 0.0926 s needs at least 6 samples: push samples at a higher rate, or"
-        " lower `cutoff`."
+        " lower `cutoff_hz`."
     ),
     "no_stamps": ("The messages have no stamps: their times are those of logging."),
     "delay_corrected": (
@@ -336,7 +336,7 @@ SENTENCES = {
     "delay_doubtful": (
         "A delay of the wrenches, stamped 488 ms earlier than the motion, would fit better, but"
         " only a little (its residuals are 90 % as large): it was not corrected. Check whether"
-        " all sensors of the payload were recorded, and the frames and signs; `delay` sets a"
+        " all sensors of the payload were recorded, and the frames and signs; `delay_s` sets a"
         " delay."
     ),
     "impossible_inertia": (

@@ -73,7 +73,7 @@ def test_times_that_do_not_increase_are_named() -> None:
 def test_a_gap_that_is_too_short_is_named() -> None:
     what = r"longer than 0.001 s.*every 0.01 s.*max_gap"
     with pytest.raises(tactid.IdentificationError, match=what):
-        identified(max_gap=0.001)
+        identified(max_gap_s=0.001)
 
 
 def test_a_dead_channel_is_reported() -> None:

@@ -74,7 +74,7 @@ def identified(
     pose[:, :3, :3], pose[:, 3, 3] = turn, 1.0
     twist = np.hstack([np.zeros((len(time), 3)), velocity(0.0)])
     given = {"pose": pose, "twist": twist, "wrench": wrench}
-    return tactid.identify(time, **given, **{"cutoff": 5.0, "delay": 0.0} | options)
+    return tactid.identify(time, **given, **{"cutoff_hz": 5.0, "delay_s": 0.0} | options)
 
 
 def half_widths(found: tactid.Identification) -> Array:

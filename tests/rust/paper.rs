@@ -10,7 +10,7 @@ use tactid_dynamics::MassProperties;
 use tactid_identify::Method;
 use tactid_logs::messages::{Odometry, WrenchStamped};
 use tactid_logs::{Durability, LogReader, LogWriter};
-use tactid_recordings::{Estimator, Identification, Request, identify_log};
+use tactid_recordings::{EstimatorKind, Identification, Request, identify_log};
 use tactid_sim::{Experiment, NamedPosture, Posture, run};
 use tactid_tests::{errors_percent, worst_percent};
 
@@ -38,7 +38,7 @@ fn paper(method: Method) -> Request {
 fn least_squares(method: Method) -> Request {
     Request {
         method: Some(method),
-        estimator: Some(Estimator::LeastSquares),
+        estimator: Some(EstimatorKind::LeastSquares),
         cutoff_hz: Some(10.0),
         max_gap_s: Some(0.1),
         delay_s: Some(0.0),

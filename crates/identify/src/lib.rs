@@ -84,6 +84,7 @@ mod method;
 mod online;
 mod paper;
 mod prior;
+mod range;
 mod result;
 mod sampling;
 pub mod serial;
@@ -108,6 +109,7 @@ pub use method::Method;
 pub use online::Identifier;
 pub use paper::{PaperFilter, PaperSettings, SingularValues};
 pub use prior::{BoundingBox, KnownMass};
+pub use range::Range;
 pub use result::{
     HistoryPoint, Observability, PayloadEstimate, VALUE_NAMES, WrenchOffset, values_of_body,
 };

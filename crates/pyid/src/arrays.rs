@@ -139,25 +139,6 @@ impl Series {
         Self::read_one_of(value, name, &[item], "")
     }
 
-    /// Reads an array of the shape `item`.
-    pub(crate) fn read_item(
-        value: &Bound<'_, PyAny>,
-        name: &'static str,
-        item: &[usize],
-    ) -> PyResult<Self> {
-        let array = numbers(value, name)?;
-        if array.shape() != item {
-            let expected = vec![shape_of(item)];
-            return Err(shape_error(name, array.shape(), expected, ""));
-        }
-        Ok(Self {
-            name,
-            values: array.to_vec()?,
-            width: item.iter().product(),
-            samples: None,
-        })
-    }
-
     /// Reads an array whose items have one of some shapes; where none fits, the error also says `what` an item is.
     pub(crate) fn read_one_of(
         value: &Bound<'_, PyAny>,

@@ -5,6 +5,7 @@ use std::sync::Arc;
 
 use nalgebra::{Matrix3, Vector3};
 use pyo3::prelude::*;
+use pyo3::types::PyDict;
 use tactid_dynamics::Manipulator;
 use tactid_identify::calibration::{EffortComparison, KnownPayload};
 use tactid_recordings::{
@@ -21,7 +22,6 @@ use crate::findings::finding_data;
 use crate::identify::{dof_of, urdf_errors};
 use crate::interruption::InterruptionCheck;
 use crate::joint_arrays::JointArrays;
-use crate::keywords;
 use crate::options;
 
 /// `tactid.calibration_data.CalibrationRecording`.
@@ -42,8 +42,7 @@ struct RecordingData {
 }
 
 impl RecordingData {
-    fn new(py: Python<'_>, mut recording: CalibrationRecording) -> PyResult<Self> {
-        keywords::name_arrays_of_faults(&mut recording.faults);
+    fn new(py: Python<'_>, recording: CalibrationRecording) -> PyResult<Self> {
         let EffortComparison {
             joints,
             times_s,
@@ -108,7 +107,7 @@ pub(crate) fn calibrate_arm(
     loaded: Vec<Loaded<'_>>,
     hold_out: Vec<Bound<'_, PyAny>>,
     gain_std_dev: Option<f64>,
-    options: &Bound<'_, PyAny>,
+    options: &Bound<'_, PyDict>,
     progress: Option<Py<PyAny>>,
     robot: Option<&Bound<'_, PyAny>>,
 ) -> PyResult<RunData> {
@@ -141,7 +140,6 @@ pub(crate) fn calibrate_arm(
         let observer =
             &mut |progress: tactid_recordings::Progress| interruption.check(progress.fraction);
         tactid_recordings::calibrate_arm(&sources, &request, observer)
-            .map_err(keywords::name_arrays_of_error)
     })?;
     let found = interruption.finish(py, result.map_err(IntoPyErr::into_py_err));
     let run = urdf_errors(py, &request, found)?;

@@ -19,7 +19,7 @@ use crate::record::fields;
 pub(crate) fn identify_logs(
     py: Python<'_>,
     logs: Vec<PathBuf>,
-    options: &Bound<'_, PyAny>,
+    options: &Bound<'_, PyDict>,
     progress: Option<Py<PyAny>>,
 ) -> PyResult<Vec<Py<PyDict>>> {
     let request = options::log_request(options)?;

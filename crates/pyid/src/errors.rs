@@ -10,7 +10,6 @@ use tactid_nlms::SettingError;
 use tactid_recordings::RecordingError;
 
 use crate::faults::FaultData;
-use crate::keywords::{keyword_of, topic_option};
 
 pyo3::import_exception!(tactid.errors, TactidError);
 pyo3::import_exception!(tactid.errors, ArgumentError);
@@ -163,7 +162,6 @@ impl IntoPyErr for IdentifyError {
                 of,
                 expected,
             } => {
-                let name = keyword_of(name);
                 let each = format!("give one for all, or one for each of the {expected} {of}");
                 option_error(format!("`{name}` has {given} entries: {each}"), name)
             }
@@ -181,7 +179,7 @@ impl IntoPyErr for IdentifyError {
                 identification_error(&message, Some("method"))
             }
             Self::TooFewWindows { .. } | Self::TooFewSamples { .. } => {
-                identification_error(&message, Some("cutoff"))
+                identification_error(&message, Some("cutoff_hz"))
             }
             Self::NoEfforts
             | Self::Interrupted
@@ -215,13 +213,12 @@ impl IntoPyErr for RecordingError {
             Self::Log(error) => error.into_py_err(),
             Self::SameRecording { .. } | Self::NotTheSame { .. } => ArgumentError::new_err(message),
             Self::UnloadedLog(_) => LogError::new_err((message, "unloaded")),
-            Self::NoSuchTopic { kind, .. } => option_error(message, topic_option(kind)),
+            Self::NoSuchTopic { kind, .. } => option_error(message, kind.option()),
             Self::EffortGains { .. } => option_error(message, "effort_gain"),
             Self::NotForArrays(name) => {
-                let name = keyword_of(name);
                 option_error(format!("`{name}` does not apply to arrays"), name)
             }
-            Self::NoSamples => ArgumentError::new_err("`time` is empty: there is no sample"),
+            Self::NoSamples => ArgumentError::new_err(message),
             Self::UnknownTip { .. } => {
                 let name = "tip";
                 ModelError::new_err((pointing_to(&message, name), name))
@@ -230,9 +227,8 @@ impl IntoPyErr for RecordingError {
                 ArgumentError::new_err("`robot` and `urdf` are both given: give one of them")
             }
             Self::BaseIsFixed { name } => ArgumentError::new_err(format!(
-                "`{}` is about a base that moves, but that of the robot is fixed: read the robot with \
-                 base=\"floating\"; for a fixed base that is tilted, give `gravity` in the axes of the base",
-                keyword_of(name)
+                "`{name}` is about a base that moves, but that of the robot is fixed: read the robot with \
+                 base=\"floating\"; for a fixed base that is tilted, give `gravity` in the axes of the base"
             )),
             Self::ArrayLength {
                 name,
@@ -240,10 +236,10 @@ impl IntoPyErr for RecordingError {
                 expected,
             } => ArgumentError::new_err(format!(
                 "`{}` has {given} entries, but must have {expected}",
-                keyword_of(name)
+                array_keyword(name)
             )),
             Self::MissingArray { name, reason } => {
-                ArgumentError::new_err(format!("`{}` is missing: {reason}", keyword_of(name)))
+                ArgumentError::new_err(format!("`{name}` is missing: {reason}"))
             }
             Self::SensorFrameNorm(norm) => sensor_frame_norm(norm),
             Self::SensorFrameForSeveral(_) => option_error(message, "sensor_frame"),
@@ -261,9 +257,16 @@ impl IntoPyErr for RecordingError {
     }
 }
 
+/// Returns how Python writes the name of an array, which may be one of an unloaded reference.
+fn array_keyword(name: &str) -> String {
+    match name.split_once('.') {
+        Some((reference, array)) => format!("{reference}[\"{array}\"]"),
+        None => name.to_owned(),
+    }
+}
+
 /// An error of a number that is out of range.
-fn value_error(field: &'static str, given: f64, expected: &str) -> PyErr {
-    let name = keyword_of(field);
+fn value_error(name: &'static str, given: f64, expected: &str) -> PyErr {
     let given = digits(given);
     option_error(format!("`{name}` is {given}, but must be {expected}"), name)
 }
@@ -294,14 +297,12 @@ fn several_or_calibration_error(error: RecordingError, message: String) -> PyErr
                 format!("{message}; the log is damaged: {damage}")
             })
         }
+        RecordingError::OptionConflict { name, .. } => option_error(message, name),
         RecordingError::NothingToCalibrate => option_error(message, "unloaded"),
         RecordingError::RenamedJoint { .. } | RecordingError::RenamedTwice { .. } => {
             option_error(message, "rename_joints")
         }
-        RecordingError::NotWithCalibration { name } => {
-            let keyword = keyword_of(name);
-            option_error(message.replacen(name, keyword, 1), keyword)
-        }
+        RecordingError::NotWithCalibration { name } => option_error(message, name),
         RecordingError::EffortGainsUnexpected { .. } => {
             let name = "effort_gain";
             let message = message.replacen(
@@ -323,9 +324,9 @@ fn remedy(error: &RecordingError) -> Option<&'static str> {
     match error {
         RecordingError::UnloadedNeedsEffort => Some("method"),
         RecordingError::MissingJoint { .. } => Some("rename_joints"),
-        RecordingError::TooManyGaps { .. } => Some("max_gap"),
-        RecordingError::RareSamples { unit: None, .. } => Some("cutoff"),
-        RecordingError::SeveralTopics { kind, .. } => Some(topic_option(*kind)),
+        RecordingError::TooManyGaps { .. } => Some("max_gap_s"),
+        RecordingError::RareSamples { unit: None, .. } => Some("cutoff_hz"),
+        RecordingError::SeveralTopics { kind, .. } => Some(kind.option()),
         RecordingError::UnrelatedWrenches { .. } => Some("wrench_topic"),
         RecordingError::UnknownFrame { topic: Some(_), .. } => Some("sensor_frame"),
         RecordingError::UnknownFrame { topic: None, .. } => Some("tip"),
@@ -345,9 +346,9 @@ fn identification_error(message: &str, option: Option<&'static str>) -> PyErr {
 /// Adds to a message what the option does that resolves the error.
 fn pointing_to(message: &str, option: &'static str) -> String {
     let does = match option {
-        "cutoff" => "sets the cutoff",
+        "cutoff_hz" => "sets the cutoff",
         "estimator" => "chooses the estimator",
-        "max_gap" => "sets the longest time that is bridged",
+        "max_gap_s" => "sets the longest time that is bridged",
         "method" => "chooses the method",
         "rename_joints" => "renames joints of the log",
         "sensor_frame" => "places the sensor",

@@ -6,6 +6,7 @@ use std::path::PathBuf;
 
 use nalgebra::{Point3, Unit, Vector3};
 use pyo3::prelude::*;
+use pyo3::types::PyDict;
 use tactid_dynamics::{InertialParameters, JointKind};
 use tactid_excitation::{
     BaseBounds, Criterion, Design, DesignSettings, Grip, JointLimits, JointStates, Motion, Problem,
@@ -145,7 +146,7 @@ pub(crate) fn design_excitation(
     py: Python<'_>,
     robot: &Bound<'_, PyAny>,
     given: Given,
-    options: &Bound<'_, PyAny>,
+    options: &Bound<'_, PyDict>,
     progress: Option<Py<PyAny>>,
 ) -> PyResult<DesignData> {
     let robot = read_robot(robot)?;
@@ -169,7 +170,7 @@ pub(crate) fn design_excitation(
 fn problem(
     robot: &Bound<'_, crate::dynamics::Manipulator>,
     given: &Given,
-    options: &Bound<'_, PyAny>,
+    options: &Bound<'_, PyDict>,
 ) -> PyResult<Problem> {
     let request = options::request(options)?;
     let defaults = EquationSettings::default();

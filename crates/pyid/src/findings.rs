@@ -18,7 +18,6 @@ use crate::calibration_findings::{
     unloaded_left_out,
 };
 use crate::finding_data::{FindingData, data, fields};
-use crate::keywords::keyword_of;
 
 /// Returns what Python's `tactid.findings.Finding` is made from. `has_unloaded` is whether the efforts of an unloaded
 /// recording were subtracted.
@@ -109,7 +108,6 @@ fn option_not_used(
         NotUsedBecause::OtherMotion => ("other_motion", None),
         NotUsedBecause::GravityIsMeasured => ("gravity_is_measured", None),
     };
-    let option = keyword_of(option);
     Ok(("option_not_used", fields!(py, option, because, method)))
 }
 
@@ -174,7 +172,6 @@ fn constant_channels(
     channels: &[&'static str],
     is_zero: bool,
 ) -> PyResult<FindingData> {
-    let source = keyword_of(source);
     let data = fields!(py, source, frame, channels, is_zero);
     Ok(("constant_channels", data))
 }
@@ -190,7 +187,6 @@ fn twist_contradicted(
         TwistAxes::World => "world",
         TwistAxes::Body => "body",
     });
-    let source = keyword_of(source);
     let data = fields!(py, source, relative_difference, better_axes);
     Ok(("twist_contradicted", data))
 }
@@ -206,12 +202,12 @@ pub(crate) fn data_finding(
         Found::VelocitiesContradicted(found) => velocities_contradicted(py, found)?,
         Found::PositionsBeyondLimits(found) => positions_beyond_limits(py, found)?,
         Found::EffortsBeyondLimits(found) => efforts_beyond_limits(py, found)?,
-        Found::TwistContradicted(contradiction) => twist_contradicted(py, "twists", contradiction)?,
+        Found::TwistContradicted(contradiction) => twist_contradicted(py, "twist", contradiction)?,
         Found::ConstantChannels {
             frame,
             channels,
             is_zero,
-        } => constant_channels(py, "wrenches", frame, channels, *is_zero)?,
+        } => constant_channels(py, "wrench", frame, channels, *is_zero)?,
         Found::NoEquations(counts) => no_equations(py, counts)?,
         Found::RunsDisagree(found) => runs_disagree(py, found)?,
         Found::GravityContradicted {

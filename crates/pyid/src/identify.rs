@@ -14,7 +14,6 @@ use crate::errors::{IntoPyErr, detached, option_error, urdf_is_at_fault, with_op
 use crate::identification::identification;
 use crate::interruption::InterruptionCheck;
 use crate::joint_arrays::JointArrays;
-use crate::keywords;
 use crate::options;
 use crate::poses::Poses;
 
@@ -26,7 +25,7 @@ type Argument<'a, 'py> = Option<&'a Bound<'py, PyAny>>;
 pub(crate) fn identify_log(
     py: Python<'_>,
     log: PathBuf,
-    options: &Bound<'_, PyAny>,
+    options: &Bound<'_, PyDict>,
     progress: Option<Py<PyAny>>,
 ) -> PyResult<Py<PyDict>> {
     let request = options::log_request(options)?;
@@ -57,7 +56,7 @@ pub(crate) fn urdf_errors<T>(
 pub(crate) fn identify_arrays(
     py: Python<'_>,
     time: &Bound<'_, PyAny>,
-    options: &Bound<'_, PyAny>,
+    options: &Bound<'_, PyDict>,
     progress: Option<Py<PyAny>>,
     robot: Argument<'_, '_>,
     q: Argument<'_, '_>,
@@ -98,19 +97,18 @@ pub(crate) fn identify_arrays(
     let arrays = Arrays {
         robot: robot.as_ref().map(|robot| &robot.get().robot),
         sensors: names.as_deref(),
-        times_s: &time,
-        joint_position: &q,
-        joint_velocity: &qd,
-        joint_effort: &effort,
-        wrenches: &wrench,
-        poses: if given_pose { pose.as_slice() } else { &[] },
-        twists: &twist,
-        accelerations: &acceleration,
+        time: &time,
+        q: &q,
+        qd: &qd,
+        effort: &effort,
+        wrench: &wrench,
+        pose: if given_pose { pose.as_slice() } else { &[] },
+        twist: &twist,
+        acceleration: &acceleration,
         unloaded: unloaded.as_ref().map(Unloaded::arrays),
     };
     let found = run(py, progress, |observer| {
-        let result = tactid_recordings::identify_arrays(&arrays, &request, observer);
-        keywords::name_arrays(result)
+        tactid_recordings::identify_arrays(&arrays, &request, observer)
     })?;
     identification(py, &found)
 }
@@ -136,7 +134,7 @@ struct Unloaded(JointArrays);
 
 impl Unloaded {
     /// Reads the option `unloaded`: a mapping with the arrays `time`, `q` and `effort`.
-    fn read(options: &Bound<'_, PyAny>, dof: Option<usize>) -> PyResult<Option<Self>> {
+    fn read(options: &Bound<'_, PyDict>, dof: Option<usize>) -> PyResult<Option<Self>> {
         let Some(given) = options::unloaded_arrays(options)? else {
             return Ok(None);
         };
@@ -159,9 +157,9 @@ impl Unloaded {
 
     fn arrays(&self) -> UnloadedArrays<'_> {
         UnloadedArrays {
-            times_s: &self.0.time,
-            joint_position: &self.0.q,
-            joint_effort: &self.0.effort,
+            time: &self.0.time,
+            q: &self.0.q,
+            effort: &self.0.effort,
         }
     }
 }

@@ -41,10 +41,10 @@ impl JointArrays {
     pub(crate) fn of_robot<'a>(&'a self, robot: Option<&'a Manipulator>) -> Arrays<'a> {
         Arrays {
             robot,
-            times_s: &self.time,
-            joint_position: &self.q,
-            joint_velocity: &self.qd,
-            joint_effort: &self.effort,
+            time: &self.time,
+            q: &self.q,
+            qd: &self.qd,
+            effort: &self.effort,
             ..Arrays::default()
         }
     }

@@ -24,7 +24,6 @@ mod identify;
 mod inertia;
 mod interruption;
 mod joint_arrays;
-mod keywords;
 mod logs;
 mod online;
 mod options;
@@ -69,6 +68,8 @@ mod _native {
     use crate::logs::{LogInfo, Topic, info, set_log_memory};
     #[pymodule_export]
     use crate::online::{Identifier, OnlineSolver, PaperFilter};
+    #[pymodule_export]
+    use crate::options::options;
     #[pymodule_export]
     use crate::read::read;
     #[pymodule_export]

@@ -109,7 +109,7 @@ impl Identifier {
         robot: Argument<'_, '_>,
         sensors: Argument<'_, '_>,
         effort: bool,
-        options: &Bound<'_, PyAny>,
+        options: &Bound<'_, PyDict>,
     ) -> PyResult<PyClassInitializer<Self>> {
         let (setup, expects) = set_up(&options::request(options)?, robot, sensors, effort)?;
         let solver = setup.identifier().map_err(IntoPyErr::into_py_err)?;
@@ -155,11 +155,11 @@ impl PaperFilter {
     fn new(
         robot: Argument<'_, '_>,
         sensors: Argument<'_, '_>,
-        options: &Bound<'_, PyAny>,
+        options: &Bound<'_, PyDict>,
     ) -> PyResult<PyClassInitializer<Self>> {
-        let (request, paper) = options::paper_request(options)?;
+        let request = options::request(options)?;
         let (setup, expects) = set_up(&request, robot, sensors, false)?;
-        let solver = setup.paper_filter(paper).map_err(|error| match error {
+        let solver = setup.paper_filter(request.paper_settings()).map_err(|error| match error {
             // The class has no choice of the estimator.
             IdentifyError::NeedsLeastSquares(method) => option_error(
                 format!(
@@ -345,7 +345,7 @@ fn check_given(
 
 /// Checks that the motion of the base, or of the sensor without a robot, is complete, and absent for a fixed base.
 fn check_base(expects: Expected, given: [Argument<'_, '_>; 3]) -> PyResult<()> {
-    let names = ["poses", "twists", "accelerations"];
+    let names = ["pose", "twist", "acceleration"];
     let first = names.iter().zip(given).find(|(_, given)| given.is_some());
     if let (BaseKind::Fixed, Some((name, _))) = (expects.base, first) {
         return Err(RecordingError::BaseIsFixed { name }.into_py_err());

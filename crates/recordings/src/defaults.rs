@@ -89,7 +89,7 @@ pub(crate) struct Options {
 impl Options {
     /// Resolves a request for a recording. This is the only place where defaults are chosen.
     pub(crate) fn resolve(request: &Request, contents: &Contents) -> Self {
-        let estimator = request.estimator.unwrap_or_default();
+        let estimator = request.estimator();
         let method = method(request.method, contents);
         let period_s = contents.slowest_period_s(method);
         // The paper's filter assumes clocks that agree, and has the paper's filter settings.
@@ -137,30 +137,11 @@ impl Options {
     /// Reports options that have no effect, because the recording or the method does not use what they are about.
     pub(crate) fn not_used(&self, request: &Request, contents: &Contents) -> Vec<Finding> {
         let method = self.method();
-        let uses_wrench = method.uses_wrench() && contents.has_wrenches;
-        let uses_effort = method.uses_effort();
-        let acts_on_sensor = request.wrench_acts_on == Some(ActsOn::Sensor);
-        let delays = request.delay_s.is_some_and(|delay_s| delay_s != 0.0);
-        let has_offset = self.equations.wrench_offset;
-        let has_wrench_noise = request.wrench_noise.is_some();
-        let has_gain_std_dev = request.effort_gain_std_dev.is_some();
-        let names_wrenches = !request.topics.wrenches.is_empty();
-        let options = [
-            ("wrench_acts_on", acts_on_sensor, uses_wrench),
-            ("delay_s", delays, uses_wrench),
-            ("wrench_offset", has_offset, uses_wrench),
-            ("wrench_noise", has_wrench_noise, uses_wrench),
-            ("sensor_frame", request.sensor_frame.is_some(), uses_wrench),
-            ("effort_noise", request.effort_noise.is_some(), uses_effort),
-            ("effort_gain", request.effort_gain.is_some(), uses_effort),
-            ("effort_gain_std_dev", has_gain_std_dev, uses_effort),
-            ("topics.wrenches", names_wrenches, method.uses_wrench()),
-        ];
+        let uses_wrenches = method.uses_wrench() && contents.has_wrenches;
         let because = NotUsedBecause::Method(method);
+        let options = request.without_effect(uses_wrenches, method.uses_effort());
         let mut findings: Vec<Finding> = options
-            .into_iter()
-            .filter(|(_, is_given, is_used)| *is_given && !is_used)
-            .map(|(option, ..)| Finding::OptionNotUsed { option, because })
+            .map(|option| Finding::OptionNotUsed { option, because })
             .collect();
         findings.extend(motion_not_used(request, contents.motion));
         findings
@@ -188,16 +169,15 @@ pub(crate) fn check_tip(robot: &Manipulator, tip: &str) -> Result<(), RecordingE
 
 /// Reports options about the motion that have no effect, because another topic measures it.
 fn motion_not_used(request: &Request, motion: Motion) -> impl Iterator<Item = Finding> {
-    let topics = &request.topics;
     let is_not_used = [
         (
-            "topics.acceleration",
-            topics.acceleration.is_some() && motion != Motion::Carried,
+            "acceleration_topic",
+            request.acceleration_topic.is_some() && motion != Motion::Carried,
             NotUsedBecause::OtherMotion,
         ),
         (
-            "topics.imu",
-            topics.imu.is_some() && motion == Motion::Carried,
+            "imu_topic",
+            request.imu_topic.is_some() && motion == Motion::Carried,
             NotUsedBecause::OtherMotion,
         ),
         (
@@ -249,7 +229,6 @@ fn effort_gain_std_devs(request: &Request) -> Vec<f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::Topics;
 
     fn contents(motion: Motion) -> Contents {
         Contents {
@@ -346,11 +325,12 @@ mod tests {
             };
             findings.iter().map(name).collect()
         };
-        let of_wrench = ["wrench_acts_on", "delay_s", "wrench_offset", "wrench_noise"];
-        let of_effort = ["effort_noise", "effort_gain", "effort_gain_std_dev"];
+        let of_wrench = ["delay_s", "wrench_offset", "wrench_acts_on", "wrench_noise"];
+        let of_effort = ["effort_gain", "effort_gain_std_dev", "effort_noise"];
         assert_eq!(not_used(Method::Tactile, &contents), of_effort);
         assert_eq!(not_used(Method::Effort, &contents), of_wrench);
-        let all = [&of_wrench[..], &of_effort[..]].concat();
+        let (gains, noise) = (&of_effort[..2], &of_effort[2..]);
+        let all = [&of_wrench[..3], gains, &of_wrench[3..], noise].concat();
         assert_eq!(not_used(Method::JointSensing, &contents), all);
         let combined = Method::Combined { effort: true };
         assert!(not_used(combined, &contents).is_empty());
@@ -366,12 +346,9 @@ mod tests {
     fn options_about_another_motion_are_reported() {
         let request = Request {
             gravity: Some(Vector3::new(0.0, 0.0, -9.81)),
-            topics: Topics {
-                wrenches: vec!["/wrench".to_owned()],
-                acceleration: Some("/acceleration".to_owned()),
-                imu: Some("/imu".to_owned()),
-                ..Topics::default()
-            },
+            wrench_topic: Some(vec!["/wrench".to_owned()]),
+            acceleration_topic: Some("/acceleration".to_owned()),
+            imu_topic: Some("/imu".to_owned()),
             ..Request::default()
         };
         let not_used = |request: &Request, motion| -> Vec<(&str, NotUsedBecause)> {
@@ -383,8 +360,8 @@ mod tests {
             };
             findings.iter().map(parts).collect()
         };
-        let acceleration = ("topics.acceleration", NotUsedBecause::OtherMotion);
-        let imu = ("topics.imu", NotUsedBecause::OtherMotion);
+        let acceleration = ("acceleration_topic", NotUsedBecause::OtherMotion);
+        let imu = ("imu_topic", NotUsedBecause::OtherMotion);
         let gravity = ("gravity", NotUsedBecause::GravityIsMeasured);
         assert_eq!(not_used(&request, Motion::Joints), [acceleration]);
         assert_eq!(not_used(&request, Motion::Carried), [imu]);
@@ -394,13 +371,10 @@ mod tests {
         );
         let effort = Request {
             method: Some(Method::Effort),
-            topics: Topics {
-                acceleration: None,
-                ..request.topics.clone()
-            },
+            acceleration_topic: None,
             ..request
         };
-        let wrenches = ("topics.wrenches", NotUsedBecause::Method(Method::Effort));
+        let wrenches = ("wrench_topic", NotUsedBecause::Method(Method::Effort));
         assert_eq!(not_used(&effort, Motion::Joints), [wrenches]);
     }
 

@@ -10,6 +10,7 @@ use thiserror::Error;
 
 use crate::phrases::{
     at_line, calibration_reason, gains, given_delay, given_twice, list_sensors, positions,
+    stream_name,
 };
 use crate::time_unit::{TimeUnit, rare_advice};
 use crate::topic_kind::TopicKind;
@@ -108,7 +109,7 @@ pub enum RecordingError {
         what: &'static str,
         /// Their names.
         topics: String,
-        /// The field of [`Topics`](crate::Topics) that chooses among them.
+        /// What chooses among them: [`TopicKind::option`].
         kind: TopicKind,
     },
     /// Several sensors measure wrenches, but not as the fingers of one gripper do, so that nothing says whether their
@@ -259,6 +260,14 @@ pub enum RecordingError {
         /// What is wrong.
         reason: String,
     },
+    /// An option does not fit the others that are given, or needs one that is not.
+    #[error("`{name}` {reason}")]
+    OptionConflict {
+        /// Name of the field of the request.
+        name: &'static str,
+        /// What is wrong with it.
+        reason: &'static str,
+    },
     /// The request has an option that a calibration sets or excludes.
     #[error(
         "`{name}` cannot be given together with a calibration, which {}",
@@ -308,8 +317,9 @@ pub enum RecordingError {
     },
     /// Most times do not increase.
     #[error(
-        "{unordered} times of {name} are not later than the ones before them, and {used} could be used: times must \
-         increase"
+        "{unordered} times of {} are not later than the ones before them, and {used} could be used: times must \
+         increase",
+        stream_name(name)
     )]
     TimesNotIncreasing {
         /// Topic, or name of the field of [`Arrays`](crate::Arrays).
@@ -373,7 +383,7 @@ pub enum RecordingError {
         unit: Option<TimeUnit>,
     },
     /// The arrays have no sample.
-    #[error("`times_s` is empty: the arrays have no sample")]
+    #[error("`time` is empty: there is no sample")]
     NoSamples,
     /// An array does not have the length that the others ask for.
     #[error("`{name}` has {given} entries, but must have {expected}")]
@@ -416,9 +426,7 @@ pub enum RecordingError {
         name: &'static str,
     },
     /// The request for arrays has an option that only a log can use; the name of the field.
-    #[error(
-        "`{0}` of the request is for logs only: arrays have no topics, and bring their unloaded reference with them"
-    )]
+    #[error("`{0}` is for logs only; arrays bring their unloaded reference with them")]
     NotForArrays(&'static str),
 }
 

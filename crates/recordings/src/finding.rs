@@ -11,7 +11,7 @@ pub enum Finding {
     Data(tactid_identify::Finding),
     /// An option of the request has no effect.
     OptionNotUsed {
-        /// Name of the field of [`Request`](crate::Request), or of [`Topics`](crate::Topics) after `topics.`.
+        /// Name of the field of [`Request`](crate::Request).
         option: &'static str,
         /// The reason.
         because: NotUsedBecause,

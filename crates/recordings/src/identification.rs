@@ -409,7 +409,7 @@ impl Identification {
             estimated_delay,
             subtracts_unloaded: plan.streams.unloaded,
             calibrated: None,
-            known_mass: plan.request.known_mass,
+            known_mass: plan.request.known_mass(),
             bounding_box: plan.request.bounding_box,
             clock: sources.clock,
             start_ns: sources.start_ns,

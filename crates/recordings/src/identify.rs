@@ -15,7 +15,7 @@ use crate::{Arrays, Identification, Observer, RecordingError, Request};
 /// Identifies the payload from a log: the folder of a rosbag2 bag, or an `.mcap` or `.db3` file.
 ///
 /// Topics are found by type, unless the request names them. Several topics of wrenches are summed without being named
-/// only where they are those of fingers, see [`Topics::wrenches`](crate::Topics::wrenches). The motion is that of the joints of a URDF (from
+/// only where they are those of fingers, see [`Request::wrench_topic`]. The motion is that of the joints of a URDF (from
 /// the request or the log), on a base that odometry measures if there is any; or, without joints, that of the
 /// sensor itself by odometry (and by its measured accelerations, if these explain the wrenches better) or by
 /// an inertial unit. Times are those of the headers, or those of logging where stamps are zero.

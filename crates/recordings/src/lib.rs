@@ -28,9 +28,9 @@
 //! }
 //!
 //! let arrays = Arrays {
-//!     times_s: &times_s,
-//!     poses: &poses,
-//!     wrenches: &wrenches,
+//!     time: &times_s,
+//!     pose: &poses,
+//!     wrench: &wrenches,
 //!     ..Arrays::default()
 //! };
 //! let mut observer = |_| ControlFlow::Continue(());
@@ -57,6 +57,7 @@ mod alignment;
 mod arm_calibration;
 mod arrays;
 mod calibration;
+mod choices;
 mod clock;
 mod combination;
 mod decode;
@@ -70,6 +71,7 @@ mod identification;
 mod identify;
 mod log;
 mod online;
+mod options;
 mod orientation;
 mod parallel;
 mod phrases;
@@ -79,6 +81,7 @@ mod progress;
 mod rates;
 mod recording;
 mod request;
+mod request_checks;
 mod run;
 mod same_log;
 mod shortage;
@@ -93,6 +96,7 @@ pub use calibration::{
     CalibrationRecording, CalibrationRun, CalibrationSource, CalibrationSources, RecordingRole,
     calibrate_arm,
 };
+pub use choices::{ActsOn, Estimator, EstimatorKind, SensorFrame};
 pub use clock::Clock;
 pub use combination::combine;
 pub use error::RecordingError;
@@ -102,9 +106,10 @@ pub use finding::{ArmChanged, ChangedQuantity, Finding, NotUsedBecause};
 pub use identification::{CalibratedFit, Identification};
 pub use identify::{identify_arrays, identify_log, identify_logs};
 pub use online::OnlineSetup;
+pub use options::{Declaration, Kind, Use};
 pub use orientation::unit_quaternion;
 pub use progress::{Observer, Progress};
-pub use request::{ActsOn, Estimator, Request, SensorFrame, Topics};
+pub use request::Request;
 pub use tactid_identify::{
     Agreement, BoundingBox, Combination, Delay, FitReport, Forecast, HALF_WIDTH_95, HistoryPoint,
     KnownMass, LinearEstimate, Method, Observability, PaperSettings, PayloadEstimate,

@@ -77,7 +77,7 @@ fn sources(found: &LogSources, decoding: &Decoding, request: &Request) -> Source
     }
     let mut names = found.topics.without_acceleration();
     names.extend(found.topics.acceleration().cloned());
-    let is_requested = request.topics.acceleration.is_some();
+    let is_requested = request.acceleration_topic.is_some();
     Sources {
         robot: found.robot.clone(),
         sensors: found.sensors.clone(),

@@ -20,6 +20,15 @@ pub(crate) fn calibration_reason(option: &str) -> &'static str {
     }
 }
 
+/// Returns a topic as it is, and the name of an array as code.
+pub(crate) fn stream_name(name: &str) -> String {
+    if name.starts_with('/') {
+        name.to_owned()
+    } else {
+        format!("`{name}`")
+    }
+}
+
 /// Lists topics with their frames.
 pub(crate) fn list_sensors(sensors: &[(String, String)]) -> String {
     let named = sensors

@@ -91,7 +91,7 @@ impl<'a> Plan<'a> {
     pub(crate) fn batch_settings(&self) -> BatchSettings {
         BatchSettings {
             known_tool: self.request.known_tool,
-            known_mass: self.request.known_mass,
+            known_mass: self.request.known_mass(),
             bounding_box: self.request.bounding_box,
             delay: self.estimated_delay.is_some(),
         }

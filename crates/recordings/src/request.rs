@@ -1,160 +1,276 @@
 //! Requests: what to identify from a recording, and how. Every option is declared here, once.
 
+use std::collections::BTreeMap;
 use std::path::PathBuf;
 
-use nalgebra::{Isometry3, Quaternion, Translation3, Vector3, Vector4};
-use tactid_dynamics::{InertialParameters, Manipulator, MassProperties, Urdf};
+use nalgebra::Vector3;
+use tactid_dynamics::MassProperties;
 use tactid_identify::calibration::CalibrationSettings;
-use tactid_identify::{
-    BatchSettings, BoundingBox, EquationSettings, IdentifyError, KnownMass, Method, PaperSettings,
-    equations::{GAIN_STD_DEV, NOISE_STD_DEV, is_gain_std_dev, is_noise_std_dev},
-};
+use tactid_identify::{BoundingBox, EquationSettings, KnownMass, Method, PaperSettings, Range};
 
 use crate::arm_calibration::ArmCalibration;
+use crate::choices::{ActsOn, Estimator, EstimatorKind, SensorFrame};
 use crate::clock::LONGEST_STAMP_DELAY_S;
-use crate::{RecordingError, unit_quaternion};
+use crate::options::{About, Kind, Use, options};
 
-/// Largest entry of gravity, m/s²: twice that of Jupiter. A larger one is in another unit.
-const LARGEST_GRAVITY: f64 = 50.0;
+/// Range of gravity, m/s²: up to twice that of Jupiter. A larger one is in another unit.
+const GRAVITY: Range = Range {
+    contains: |entry| entry.abs() <= 50.0,
+    expected: "between -50 and 50 m/s²",
+};
 
-/// What gravity must be.
-const GRAVITY_RANGE: &str = "between -50 and 50 m/s²";
+/// Range of a delay, s.
+const DELAY_S: Range = Range {
+    contains: |delay_s| delay_s.abs() <= LONGEST_STAMP_DELAY_S,
+    expected: "between -60 and 60",
+};
 
-/// How equations become parameters.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub enum Estimator {
-    /// Robust weighted least squares over the whole recording.
-    #[default]
-    LeastSquares,
-    /// The paper's two-stage NLMS filter.
-    Paper(PaperSettings),
-}
+const LOG: &[Use] = &[Use::Log];
+const LOGS: &[Use] = &[Use::Log, Use::Calibration];
+const RECORDING: &[Use] = &[Use::Log, Use::Arrays];
+const EFFORTS: &[Use] = &[Use::Log, Use::Arrays, Use::Calibration];
+const LEAST_SQUARES: &[Use] = &[Use::Log, Use::Arrays, Use::Online, Use::Design];
+const METHODS: &[Use] = &[
+    Use::Log,
+    Use::Arrays,
+    Use::Online,
+    Use::PaperFilter,
+    Use::Design,
+];
+const PAPER: &[Use] = &[Use::Log, Use::Arrays, Use::PaperFilter];
+const STREAM: &[Use] = &[
+    Use::Log,
+    Use::Arrays,
+    Use::Online,
+    Use::PaperFilter,
+    Use::Calibration,
+];
+const ALL: &[Use] = &[
+    Use::Log,
+    Use::Arrays,
+    Use::Online,
+    Use::PaperFilter,
+    Use::Calibration,
+    Use::Design,
+];
 
-/// Body on which a measured wrench acts.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum ActsOn {
-    /// The payload: the wrench that the robot exerts on it.
-    #[default]
-    Payload,
-    /// The sensor: the wrench that the payload exerts on it, as most force-torque sensors report it.
-    Sensor,
-}
+const ROBOT: &str = "Robot";
+const TOPICS: &str = "Topics";
+const MEASUREMENTS: &str = "Measurements";
+const SIGNS: &str = "Signs";
+const PRIOR: &str = "Prior knowledge";
+const NOISE: &str = "Noise and filter";
+/// Group of the options that only the paper's filter has.
+pub(crate) const FILTER: &str = "Paper's filter";
 
-/// Where the frame of the only wrench sensor stands: fixed to a link of the robot.
-#[derive(Clone, Debug, PartialEq)]
-pub struct SensorFrame {
-    /// The link; without a robot, the body whose motion is measured.
-    pub parent: String,
-    /// Pose of the sensor's frame in the frame of the link.
-    pub parent_from_sensor: Isometry3<f64>,
-}
-
-impl SensorFrame {
-    /// Creates the frame with its origin, m, and its orientation, the quaternion `[x, y, z, w]`, in the frame of the
-    /// link `parent`.
+options! {
+    /// What to identify from a recording, and how. Every field is optional, and this is the only
+    /// place where an option is declared; what is left open is chosen from the recording, in one
+    /// place for logs and arrays.
     ///
-    /// # Errors
-    /// Returns [`RecordingError::SensorFrameNorm`] if the norm of the quaternion is not one to within 0.1, as for the
-    /// orientations of a recording.
-    pub fn new(
-        parent: &str,
-        origin_m: [f64; 3],
-        quaternion: [f64; 4],
-    ) -> Result<Self, RecordingError> {
-        let quaternion = Quaternion::from(Vector4::from(quaternion));
-        let rotation = unit_quaternion(quaternion)
-            .ok_or_else(|| RecordingError::SensorFrameNorm(quaternion.norm()))?;
-        Ok(Self {
-            parent: parent.to_owned(),
-            parent_from_sensor: Isometry3::from_parts(Translation3::from(origin_m), rotation),
-        })
+    /// The documentation of a field is that of the keyword in Python and of the flag on the command
+    /// line, which have the name of the field.
+    pub struct Request {
+        /// The robot's URDF file. Its base is fixed, unless the motion of the base is measured.
+        #[option(
+            ROBOT, EFFORTS,
+            default = "the robot description in the log",
+            kind = Kind::Path,
+            python = "A text that begins with ``<`` is the URDF itself."
+        )]
+        pub urdf: Option<String>,
+        /// End-effector frame, a link of the robot.
+        #[option(
+            ROBOT, ALL,
+            default = "tool0, or the frame of the sensor where there is no robot",
+            placeholder = "LINK"
+        )]
+        pub tip: Option<String>,
+        /// Joints that have another name in the log than in the URDF: the name in the log, then
+        /// that in the URDF.
+        #[option(
+            ROBOT, LOGS,
+            default = "none; where no name in the log fits, joints whose names are the same \
+                behind a prefix"
+        )]
+        pub rename_joints: Option<BTreeMap<String, String>>,
+        /// Frame of the only wrench sensor, where it is no link of the robot or to replace it: the
+        /// link that it is fixed to, then its origin x, y, z and its quaternion qx, qy, qz, qw in
+        /// the frame of this link.
+        #[option(
+            ROBOT, RECORDING,
+            unit = "m",
+            default = "the frame that the messages name; for arrays, the links of the sensors",
+            range = Range::FINITE,
+            about = About::Wrenches
+        )]
+        pub sensor_frame: Option<SensorFrame>,
+        /// Topic of joint states; several where each has some of the joints.
+        #[option(TOPICS, LOGS, default = "found by its type")]
+        pub joint_topic: Option<Vec<String>>,
+        /// Topic of wrenches; the sum of several acts on the payload.
+        #[option(
+            TOPICS, LOG,
+            default = "found by its type; several only where each is of another finger, a link \
+                that joints beyond the tip move",
+            about = About::Wrenches
+        )]
+        pub wrench_topic: Option<Vec<String>>,
+        /// Topic of the odometry of the base, or of the sensor itself where there are no joints.
+        #[option(TOPICS, LOG, default = "found by its type")]
+        pub odometry_topic: Option<String>,
+        /// Topic of an inertial unit: on the sensor where there are neither joints nor odometry, or
+        /// on a moving base, in its frame.
+        #[option(TOPICS, LOG, default = "found by its type on a sensor; none on a base")]
+        pub imu_topic: Option<String>,
+        /// Topic of the accelerations of the body that the odometry moves.
+        #[option(
+            TOPICS, LOG,
+            default = "found by its type, and used where it is better than the derived \
+                accelerations"
+        )]
+        pub acceleration_topic: Option<String>,
+        /// Measurements that the payload is identified from: wrenches (tactile); joint efforts
+        /// beyond those that the arm itself needs (effort); the motion of a free-floating base,
+        /// from which the known gripper is subtracted (joint-sensing); or all that is measured,
+        /// each channel weighted by its own residuals (combined).
+        #[option(
+            MEASUREMENTS, METHODS,
+            default = "tactile where there are wrenches, else effort",
+            python = "Online, the default is tactile, as it is for a design."
+        )]
+        pub method: Option<Method>,
+        /// An unloaded recording of the same motion, whose joint efforts are subtracted by the
+        /// effort method. With a calibration: one of the same day and any motion, which updates it.
+        #[option(
+            MEASUREMENTS, RECORDING,
+            python = "That of a log is a log; that of arrays is a dict of the arrays ``time``, \
+                (M,), and ``q`` and ``effort``, (M, n)."
+        )]
+        pub unloaded: Option<PathBuf>,
+        /// Calibration of the arm, which tactid calibrate wrote: the effort method then identifies
+        /// the payload together with what is known of the arm. It sets the tip, gravity, cutoff and
+        /// gains.
+        #[option(
+            MEASUREMENTS, RECORDING,
+            python = "The path of its file, or what ``tactid.calibrate`` returned."
+        )]
+        pub calibration: Option<ArmCalibration>,
+        /// Delay of the wrenches' stamps relative to the motion.
+        #[option(
+            MEASUREMENTS, RECORDING,
+            unit = "s",
+            default = "estimated by the tactile method with least squares, and corrected where it \
+                is significant; else 0",
+            range = DELAY_S,
+            about = About::Wrenches
+        )]
+        pub delay_s: Option<f64>,
+        /// Longest time between two samples that is bridged.
+        #[option(
+            MEASUREMENTS, STREAM,
+            unit = "s",
+            default = "five periods of the slowest stream; 0.1 online and for the paper's filter",
+            range = Range::GAP_S
+        )]
+        pub max_gap_s: Option<f64>,
+        /// Whether the sum of the wrenches may have an unknown constant offset, a sensor zero that
+        /// was not set: six more unknowns.
+        #[option(MEASUREMENTS, LEAST_SQUARES, default = "false", about = About::Wrenches)]
+        pub wrench_offset: Option<bool>,
+        /// Gravitational acceleration in world axes, (3,), pointing down.
+        #[option(
+            SIGNS, ALL,
+            unit = "m/s²",
+            default = "0,0,0 for a floating base, 0,0,-9.81 for a fixed one and for a sensor \
+                without a robot",
+            range = GRAVITY
+        )]
+        pub gravity: Option<Vector3<f64>>,
+        /// Body on which the measured wrenches act. Most force-torque sensors report the wrench on
+        /// the sensor.
+        #[option(SIGNS, RECORDING, default = "payload", about = About::Wrenches)]
+        pub wrench_acts_on: Option<ActsOn>,
+        /// Effort of each joint for one unit of the recorded value, in the robot's order.
+        #[option(
+            SIGNS, EFFORTS,
+            unit = "N m (N) per unit",
+            default = "1",
+            range = Range::FINITE,
+            about = About::Efforts
+        )]
+        pub effort_gain: Option<Vec<f64>>,
+        /// Standard deviation of the relative error of each gain, for all joints or for each: a
+        /// fraction in Python, 0.05, and a percentage on the command line, 5%. The intervals
+        /// contain it for the methods that use efforts; the paper's filter has none.
+        #[option(
+            SIGNS, RECORDING,
+            default = "5 % where gains are given, else 0",
+            kind = Kind::Fractions,
+            range = Range::GAIN_STD_DEV,
+            about = About::Efforts
+        )]
+        pub effort_gain_std_dev: Option<Vec<f64>>,
+        /// A known body that the measured load contains besides the payload, in the tip's frame: it
+        /// is subtracted. On the command line: mass, centre of mass, and inertia about it.
+        #[option(PRIOR, RECORDING, unit = "kg, m, kg m²", range = Range::FINITE)]
+        pub known_tool: Option<MassProperties>,
+        /// Mass of the payload from a scale: it improves the other values, too.
+        #[option(PRIOR, RECORDING, unit = "kg")]
+        pub known_mass_kg: Option<f64>,
+        /// Standard deviation of the known mass.
+        #[option(PRIOR, RECORDING, unit = "kg", default = "0, an exact mass")]
+        pub known_mass_std_dev_kg: Option<f64>,
+        /// Least and largest corner of a box that contains the whole payload, in the tip's frame,
+        /// (2, 3): the result is a body that fits into it.
+        #[option(PRIOR, RECORDING, unit = "m")]
+        pub bounding_box: Option<BoundingBox>,
+        /// Robust least squares over the whole recording, or the paper's filter (nlms).
+        #[option(NOISE, RECORDING, default = "least-squares")]
+        pub estimator: Option<EstimatorKind>,
+        /// Cutoff of the low-pass on both sides of the equations (-3 dB).
+        #[option(
+            NOISE, ALL,
+            unit = "Hz",
+            default = "chosen from the data of a recording; 10 online, for the paper's filter and \
+                for a design; 2 for a calibration",
+            range = Range::CUTOFF_HZ
+        )]
+        pub cutoff_hz: Option<f64>,
+        /// Standard deviations of the white noise of one wrench, (6,), or (S, 6) for S sensors; on
+        /// the command line, once for all sensors or once for each. Their ratios weight the
+        /// channels; the intervals follow from the residuals.
+        #[option(
+            NOISE, LEAST_SQUARES,
+            unit = "N and N m",
+            default = "estimated from the residuals; for a design 0.5 N and 0.05 N m",
+            range = Range::NOISE_STD_DEV,
+            about = About::Wrenches
+        )]
+        pub wrench_noise: Option<Vec<[f64; 6]>>,
+        /// Standard deviation of the white noise of one joint effort, for all joints or for each.
+        #[option(
+            NOISE, LEAST_SQUARES,
+            unit = "N m or N",
+            default = "estimated from the residuals; for a design 0.5",
+            range = Range::NOISE_STD_DEV,
+            about = About::Efforts
+        )]
+        pub effort_noise: Option<Vec<f64>>,
+        /// Step size of the paper's filter, in (0, 2).
+        #[option(FILTER, PAPER, default = "1.8, as in the paper")]
+        pub alpha: Option<f64>,
+        /// Regularisation of the paper's filter, in (0, 1).
+        #[option(FILTER, PAPER, default = "0.9, as in the paper")]
+        pub beta: Option<f64>,
+        /// The estimate of the paper's filter is the mean over this last time, or the latest value
+        /// for 0.
+        #[option(FILTER, PAPER, unit = "s", default = "10, as in the paper")]
+        pub average_s: Option<f64>,
+        /// Number of times that the recording is presented to the paper's filter.
+        #[option(FILTER, RECORDING, default = "2")]
+        pub epochs: Option<u32>,
     }
-}
-
-/// Which topics of a log to read. What is left empty is found by its type.
-#[derive(Clone, Debug, Default, PartialEq, Eq)]
-pub struct Topics {
-    /// `sensor_msgs/msg/JointState`; several where each has some of the joints.
-    pub joints: Vec<String>,
-    /// `geometry_msgs/msg/WrenchStamped`; their sum acts on the payload. Several that are not named must be those of
-    /// fingers: links that joints beyond the end-effector frame move, none of which carries another.
-    pub wrenches: Vec<String>,
-    /// `nav_msgs/msg/Odometry` of the base, or of the sensor itself where there are no joints.
-    pub odometry: Option<String>,
-    /// `geometry_msgs/msg/AccelStamped` of the body that the odometry moves.
-    pub acceleration: Option<String>,
-    /// `sensor_msgs/msg/Imu` on the tool, where there are neither joints nor odometry; or on a moving base,
-    /// in its frame.
-    pub imu: Option<String>,
-}
-
-/// What to identify from a recording, and how. Every field is optional, and this is the only place where an
-/// option is declared; what is left open is chosen from the recording, in one place for logs and arrays.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct Request {
-    /// Measurements that the payload is identified from. Default: tactile where there are wrenches, else
-    /// effort. Whether [`Method::Combined`] uses efforts is decided by the recording.
-    pub method: Option<Method>,
-    /// Estimator. Default: [`Estimator::LeastSquares`].
-    pub estimator: Option<Estimator>,
-    /// End-effector frame, a link of the robot. Default: `tool0`; without a robot, the frame of the first wrench
-    /// (`sensor` for arrays).
-    pub tip: Option<String>,
-    /// The robot's URDF as text. Default: the robot description in the log; the robot of the arrays. Its base is
-    /// fixed, unless the motion of the base is measured.
-    pub urdf: Option<String>,
-    /// Topics to read, for logs.
-    pub topics: Topics,
-    /// Frame of the only wrench sensor, where it is no link of the robot or to replace it. Default: for logs the frame
-    /// that the messages name; for arrays [`Arrays::sensors`](crate::Arrays::sensors).
-    pub sensor_frame: Option<SensorFrame>,
-    /// Body on which the measured wrenches act. Default: the payload.
-    pub wrench_acts_on: Option<ActsOn>,
-    /// Gravitational acceleration in the world, m/s², pointing down. Default: zero for a floating base, 9.81
-    /// along -z for a fixed one and for a sensor alone. Not used with an inertial unit on the sensor, whose
-    /// accelerations contain gravity.
-    pub gravity: Option<Vector3<f64>>,
-    /// Cutoff of the low-pass on both sides of the equations, Hz. Default: chosen from the data; 10 for the
-    /// paper's filter.
-    pub cutoff_hz: Option<f64>,
-    /// Longest time between two samples that is bridged, s. Default: five periods of the slowest stream; 0.1
-    /// for the paper's filter.
-    pub max_gap_s: Option<f64>,
-    /// Delay of the wrenches' stamps relative to the motion, s. Default: estimated by the tactile method, and
-    /// corrected where it is significant; 0 for other methods and for the paper's filter. At most 60 in either
-    /// direction.
-    pub delay_s: Option<f64>,
-    /// Whether the sum of the wrenches may have an unknown constant offset. Default: false.
-    pub wrench_offset: Option<bool>,
-    /// Standard deviations of one sample of each wrench sensor, N and N m: one entry for all, or one each.
-    /// Default: estimated from the residuals.
-    pub wrench_noise: Option<Vec<[f64; 6]>>,
-    /// Standard deviation of one sample of each joint effort, N m or N: one entry for all, or one each.
-    /// Default: estimated from the residuals.
-    pub effort_noise: Option<Vec<f64>>,
-    /// Effort of a joint in N m (N) for one unit of the recorded value, one entry for each joint in the
-    /// robot's order. Default: 1.
-    pub effort_gain: Option<Vec<f64>>,
-    /// Standard deviation of the relative error of each gain of [`effort_gain`](Self::effort_gain), 0.05 for 5 %: one
-    /// entry for all joints, or one each. It widens the intervals of the methods that use efforts, and the paper's filter
-    /// has none. Default: 0.05 where gains are given, else 0.
-    pub effort_gain_std_dev: Option<Vec<f64>>,
-    /// Log of the same motion without the payload, whose efforts are subtracted by the effort method; for logs, as
-    /// [`Arrays::unloaded`](crate::Arrays::unloaded) is for arrays.
-    pub unloaded: Option<PathBuf>,
-    /// Calibration of the arm, for the effort method with least squares. It sets gravity, cutoff and effort gains, and
-    /// the unloaded recording then updates it: any motion of the same day, which is not subtracted.
-    pub calibration: Option<ArmCalibration>,
-    /// Names of joints in the log with those of the robot, where they differ, for logs. Default: none, or joints whose
-    /// names are the same behind a prefix if no name fits.
-    pub joint_names: Vec<(String, String)>,
-    /// A known body that the measured load contains besides the payload, in the tool frame: it is
-    /// subtracted.
-    pub known_tool: Option<MassProperties>,
-    /// The payload's mass from a scale.
-    pub known_mass: Option<KnownMass>,
-    /// A box that contains the whole payload, along the axes of the tool frame.
-    pub bounding_box: Option<BoundingBox>,
 }
 
 impl Request {
@@ -162,12 +278,43 @@ impl Request {
     #[must_use]
     pub fn paper() -> Self {
         Self {
-            estimator: Some(Estimator::Paper(PaperSettings::default())),
+            estimator: Some(EstimatorKind::Nlms),
             ..Self::default()
         }
     }
 
-    /// Returns the settings of the equations for a method, with their own defaults for what is left open.
+    /// Returns the estimator with its settings.
+    pub(crate) fn estimator(&self) -> Estimator {
+        match self.estimator {
+            None | Some(EstimatorKind::LeastSquares) => Estimator::LeastSquares,
+            Some(EstimatorKind::Nlms) => Estimator::Paper(self.paper_settings()),
+        }
+    }
+
+    /// Returns the settings of the paper's filter.
+    #[must_use]
+    pub fn paper_settings(&self) -> PaperSettings {
+        let defaults = PaperSettings::default();
+        PaperSettings {
+            alpha: self.alpha.unwrap_or(defaults.alpha),
+            beta: self.beta.unwrap_or(defaults.beta),
+            average_s: self.average_s.unwrap_or(defaults.average_s),
+            epochs: self.epochs.unwrap_or(defaults.epochs),
+        }
+    }
+
+    /// Returns the payload's mass from a scale, which is exact unless its standard deviation is
+    /// given.
+    #[must_use]
+    pub fn known_mass(&self) -> Option<KnownMass> {
+        self.known_mass_kg.map(|mass_kg| KnownMass {
+            mass_kg,
+            std_dev_kg: self.known_mass_std_dev_kg.unwrap_or(0.0),
+        })
+    }
+
+    /// Returns the settings of the equations for a method, with their own defaults for what is left
+    /// open.
     pub(crate) fn equation_settings(&self, method: Method) -> EquationSettings {
         let defaults = EquationSettings::default();
         EquationSettings {
@@ -182,7 +329,8 @@ impl Request {
         }
     }
 
-    /// Returns the request for window means of joint efforts, from a recording without a subtracted reference.
+    /// Returns the request for window means of joint efforts, from a recording without a subtracted
+    /// reference.
     pub(crate) fn for_efforts(&self, settings: &CalibrationSettings) -> Self {
         Self {
             method: Some(Method::Effort),
@@ -192,210 +340,4 @@ impl Request {
             ..self.clone()
         }
     }
-
-    /// Checks that nothing is given that a calibration sets or excludes.
-    ///
-    /// # Errors
-    /// Returns [`RecordingError::NotWithCalibration`] with the first such field.
-    pub(crate) fn check_calibration(&self) -> Result<(), RecordingError> {
-        let is_other_method = self.method.is_some_and(|method| method != Method::Effort);
-        let given = [
-            ("method", is_other_method),
-            (
-                "estimator",
-                matches!(self.estimator, Some(Estimator::Paper(_))),
-            ),
-            ("effort_gain", self.effort_gain.is_some()),
-            ("effort_gain_std_dev", self.effort_gain_std_dev.is_some()),
-            ("effort_noise", self.effort_noise.is_some()),
-            ("gravity", self.gravity.is_some()),
-            ("cutoff_hz", self.cutoff_hz.is_some()),
-        ];
-        match given.into_iter().find(|(_, is_given)| *is_given) {
-            Some((name, _)) => Err(RecordingError::NotWithCalibration { name }),
-            None => Ok(()),
-        }
-    }
-
-    /// Checks the values that can be judged without a recording.
-    ///
-    /// # Errors
-    /// Returns [`IdentifyError::Value`], [`IdentifyError::Setting`] or [`IdentifyError::Box`] with the name of a field
-    /// whose value is out of range, [`IdentifyError::Model`] for a URDF that is none, and [`IdentifyError::PriorNeedsLeastSquares`] if a known mass or a bounding box is given to the
-    /// paper's filter.
-    pub(crate) fn check(&self) -> Result<(), IdentifyError> {
-        if let Some(urdf) = &self.urdf {
-            Urdf::from_xml(urdf)?;
-        }
-        if let Some(Estimator::Paper(settings)) = &self.estimator {
-            settings.check()?;
-            if self.known_mass.is_some() {
-                return Err(IdentifyError::PriorNeedsLeastSquares("a known mass"));
-            }
-            if self.bounding_box.is_some() {
-                return Err(IdentifyError::PriorNeedsLeastSquares("a bounding box"));
-            }
-        }
-        let knowledge = BatchSettings {
-            known_mass: self.known_mass,
-            bounding_box: self.bounding_box,
-            ..BatchSettings::default()
-        };
-        knowledge.check()?;
-        self.check_numbers()
-    }
-
-    /// Checks how many values are given for the joints of a robot and for its `sensors`, those that the method uses.
-    ///
-    /// # Errors
-    /// Returns [`RecordingError::EffortGains`] if the gains are not as many as the joints, and
-    /// [`IdentifyError::NoiseCount`] if noise is given neither once for all nor once for each.
-    pub(crate) fn check_counts(
-        &self,
-        robot: &Manipulator,
-        sensors: usize,
-    ) -> Result<(), RecordingError> {
-        let joints = robot.joint_names();
-        if let Some(gains) = &self.effort_gain
-            && gains.len() != joints.len()
-        {
-            return Err(RecordingError::EffortGains {
-                given: gains.len(),
-                count: joints.len(),
-                joints: joints.join(", "),
-            });
-        }
-        let (wrench, effort) = (&self.wrench_noise, &self.effort_noise);
-        let of_gain = &self.effort_gain_std_dev;
-        let counts = [
-            (
-                "wrench_noise",
-                wrench.as_ref().map(Vec::len),
-                "sensors",
-                sensors,
-            ),
-            (
-                "effort_noise",
-                effort.as_ref().map(Vec::len),
-                "joints",
-                joints.len(),
-            ),
-            (
-                "effort_gain_std_dev",
-                of_gain.as_ref().map(Vec::len),
-                "joints",
-                joints.len(),
-            ),
-        ];
-        for (name, given, of, expected) in counts {
-            let Some(given) = given.filter(|_| expected > 0) else {
-                continue;
-            };
-            if ![1, expected].contains(&given) {
-                return Err(RecordingError::Identify(IdentifyError::NoiseCount {
-                    name,
-                    given,
-                    of,
-                    expected,
-                }));
-            }
-        }
-        Ok(())
-    }
-
-    /// Checks that each number of the request is in the range of its field.
-    fn check_numbers(&self) -> Result<(), IdentifyError> {
-        let wrench_noise = self.wrench_noise.iter().flatten().flatten();
-        let is_positive: IsValid = |value| value > 0.0 && value.is_finite();
-        let is_gap: IsValid = |gap_s| gap_s > 0.0;
-        let is_delay: IsValid = |delay_s| delay_s.abs() <= LONGEST_STAMP_DELAY_S;
-        let (cutoff_hz, gap_s) = (one(self.cutoff_hz), one(self.max_gap_s));
-        let (effort_noise, gains) = (flat(&self.effort_noise), flat(&self.effort_gain));
-        let is_gravity: IsValid = |entry| entry.abs() <= LARGEST_GRAVITY;
-        let gravity: Field = ("gravity", flat(&self.gravity), is_gravity, GRAVITY_RANGE);
-        let of_time: [Field; 3] = [
-            ("cutoff_hz", cutoff_hz, is_positive, "more than zero"),
-            ("max_gap_s", gap_s, is_gap, "more than zero"),
-            ("delay_s", one(self.delay_s), is_delay, "between -60 and 60"),
-        ];
-        let noise = wrench_noise.copied().collect();
-        let of_gain = flat(&self.effort_gain_std_dev);
-        let of_noise: [Field; 3] = [
-            ("wrench_noise", noise, is_noise_std_dev, NOISE_STD_DEV),
-            (
-                "effort_noise",
-                effort_noise,
-                is_noise_std_dev,
-                NOISE_STD_DEV,
-            ),
-            (
-                "effort_gain_std_dev",
-                of_gain,
-                is_gain_std_dev,
-                GAIN_STD_DEV,
-            ),
-        ];
-        let finite = [
-            ("effort_gain", gains),
-            ("known_tool", self.tool_numbers()),
-            ("sensor_frame", self.frame_numbers()),
-        ];
-        let finite =
-            finite.map(|(name, values)| -> Field { (name, values, f64::is_finite, "finite") });
-        let fields = of_time.into_iter().chain(of_noise).chain(finite);
-        let fields = fields.chain([gravity]);
-        for (name, values, is_valid, expected) in fields {
-            if let Some(given) = values.into_iter().find(|value| !is_valid(*value)) {
-                return Err(IdentifyError::Value {
-                    name,
-                    given,
-                    expected,
-                });
-            }
-        }
-        let is_possible = |tool| InertialParameters::from(tool).is_physical_within(ROUNDED);
-        if !self.known_tool.is_none_or(is_possible) {
-            return Err(IdentifyError::ImpossibleTool);
-        }
-        Ok(())
-    }
-
-    fn tool_numbers(&self) -> Vec<f64> {
-        let numbers = self.known_tool.iter().flat_map(|tool| {
-            let vectors = tool.center_of_mass.iter().chain(&tool.inertia);
-            std::iter::once(&tool.mass_kg).chain(vectors)
-        });
-        numbers.copied().collect()
-    }
-
-    fn frame_numbers(&self) -> Vec<f64> {
-        let numbers = self.sensor_frame.iter().flat_map(|frame| {
-            let pose = &frame.parent_from_sensor;
-            let origin = pose.translation.vector.iter();
-            origin.chain(pose.rotation.coords.iter())
-        });
-        numbers.copied().collect()
-    }
-}
-
-/// Violation of the triangle inequality of a tool's principal moments that is tolerated, a fraction: those of a data sheet are rounded.
-const ROUNDED: f64 = 0.02;
-
-/// Whether a number is in the range of its field.
-type IsValid = fn(f64) -> bool;
-
-/// Name of a field, its numbers, and their range, as a function and in words.
-type Field = (&'static str, Vec<f64>, IsValid, &'static str);
-
-/// Returns the entries of a field; none if it is not given.
-fn flat<'a, T>(given: &'a Option<T>) -> Vec<f64>
-where
-    &'a T: IntoIterator<Item = &'a f64>,
-{
-    given.iter().flatten().copied().collect()
-}
-
-/// Returns the number of a field; none if it is not given.
-fn one(given: Option<f64>) -> Vec<f64> {
-    given.into_iter().collect()
 }

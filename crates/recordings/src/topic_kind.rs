@@ -1,17 +1,31 @@
 //! Kinds of topics.
 
-/// Kind of a topic, as the fields of [`Topics`](crate::Topics) distinguish them.
+/// Kind of a topic, as the options of [`Request`](crate::Request) distinguish them.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum TopicKind {
-    /// Joint states: [`Topics::joints`](crate::Topics::joints).
+    /// Joint states: [`Request::joint_topic`](crate::Request::joint_topic).
     Joints,
-    /// Wrenches: [`Topics::wrenches`](crate::Topics::wrenches).
+    /// Wrenches: [`Request::wrench_topic`](crate::Request::wrench_topic).
     Wrenches,
-    /// Odometry of the base or of the sensor: [`Topics::odometry`](crate::Topics::odometry).
+    /// Odometry of the base or of the sensor: [`Request::odometry_topic`](crate::Request::odometry_topic).
     Odometry,
-    /// Measurements of an inertial unit: [`Topics::imu`](crate::Topics::imu).
+    /// Measurements of an inertial unit: [`Request::imu_topic`](crate::Request::imu_topic).
     Imu,
     /// Accelerations of the body that the odometry moves:
-    /// [`Topics::acceleration`](crate::Topics::acceleration).
+    /// [`Request::acceleration_topic`](crate::Request::acceleration_topic).
     Acceleration,
+}
+
+impl TopicKind {
+    /// Returns the name of the option that chooses the topic.
+    #[must_use]
+    pub fn option(self) -> &'static str {
+        match self {
+            Self::Joints => "joint_topic",
+            Self::Wrenches => "wrench_topic",
+            Self::Odometry => "odometry_topic",
+            Self::Imu => "imu_topic",
+            Self::Acceleration => "acceleration_topic",
+        }
+    }
 }

@@ -62,7 +62,7 @@ pub(crate) fn find_unloaded(
         RecordingError::Log(error) => RecordingError::UnloadedLog(error),
         error => error,
     })?;
-    let topics = joint_topics(&log, &request.topics.joints)?;
+    let topics = joint_topics(&log, request)?;
     let sources = LogSources {
         topics: MeasuredTopics {
             motion: MotionTopics::Joints {

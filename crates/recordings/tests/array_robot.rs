@@ -44,14 +44,14 @@ fn a_fixed_base_has_no_motion() {
         RecordingError::BaseIsFixed { name } => assert_eq!(name, expected),
         other => panic!("{expected}: {other}"),
     };
-    assert_names(|_| {}, "poses");
-    assert_names(|r| r.poses.clear(), "twists");
+    assert_names(|_| {}, "pose");
+    assert_names(|r| r.poses.clear(), "twist");
     assert_names(
         |r| {
             r.poses.clear();
             r.accelerations.append(&mut r.twists);
         },
-        "accelerations",
+        "acceleration",
     );
 }
 
@@ -108,14 +108,14 @@ impl Arm {
         let robot = Manipulator::from_urdf(URDF, BaseKind::Fixed).unwrap();
         let arrays = Arrays {
             robot: Some(&robot),
-            times_s: &self.times_s,
-            joint_position: &self.position,
-            joint_velocity: &self.velocity,
-            joint_effort: &self.effort,
+            time: &self.times_s,
+            q: &self.position,
+            qd: &self.velocity,
+            effort: &self.effort,
             unloaded: Some(UnloadedArrays {
-                times_s: &unloaded.times_s,
-                joint_position: &unloaded.position,
-                joint_effort: &unloaded.effort,
+                time: &unloaded.times_s,
+                q: &unloaded.position,
+                effort: &unloaded.effort,
             }),
             ..Arrays::default()
         };
@@ -240,7 +240,7 @@ fn an_unloaded_reference_that_does_not_fit_is_an_error() {
     assert!(counted, "{:?}", found.faults);
     unloaded.effort.pop();
     match loaded.identify(&unloaded, &quick()).unwrap_err() {
-        RecordingError::ArrayLength { name, .. } => assert_eq!(name, "unloaded.joint_effort"),
+        RecordingError::ArrayLength { name, .. } => assert_eq!(name, "unloaded.effort"),
         other => panic!("{other}"),
     }
     let mut other = Arm::new(false, 0.0);

@@ -98,12 +98,12 @@ fn a_delay_is_corrected() {
 fn a_wrong_length_is_an_error_with_the_name() {
     type Array = fn(&mut Recording) -> &mut Vec<f64>;
     let arrays: [(&str, Array); 6] = [
-        ("joint_position", |r| &mut r.joint_position),
-        ("joint_velocity", |r| &mut r.joint_velocity),
-        ("joint_effort", |r| &mut r.joint_effort),
-        ("wrenches", |r| &mut r.wrenches),
-        ("twists", |r| &mut r.twists),
-        ("accelerations", |r| &mut r.accelerations),
+        ("q", |r| &mut r.joint_position),
+        ("qd", |r| &mut r.joint_velocity),
+        ("effort", |r| &mut r.joint_effort),
+        ("wrench", |r| &mut r.wrenches),
+        ("twist", |r| &mut r.twists),
+        ("acceleration", |r| &mut r.accelerations),
     ];
     let recording = recorded();
     let assert_names = |error: RecordingError, expected: &str| match error {
@@ -123,11 +123,11 @@ fn a_wrong_length_is_an_error_with_the_name() {
         }
     }
     let pop_pose = |r: &mut Recording| r.poses.truncate(2000);
-    assert_names(recording.error(pop_pose), "poses");
+    assert_names(recording.error(pop_pose), "pose");
     let one_sensor = |r: &mut Recording| r.sensors = Some(vec![SENSORS[0]]);
-    assert_names(recording.error(one_sensor), "wrenches");
+    assert_names(recording.error(one_sensor), "wrench");
     let pop_time = |r: &mut Recording| r.times_s.truncate(2000);
-    assert_names(recording.error(pop_time), "joint_position");
+    assert_names(recording.error(pop_time), "q");
 }
 
 /// What is missing is named: no sample, no joints, no pose of a floating base or of a sensor without a
@@ -143,21 +143,21 @@ fn a_missing_array_is_named() {
         ..Request::default()
     };
     match recording.identify(&effort).unwrap_err() {
-        RecordingError::MissingArray { name, .. } => assert_eq!(name, "joint_effort"),
+        RecordingError::MissingArray { name, .. } => assert_eq!(name, "effort"),
         other => panic!("{other}"),
     }
     let cases: [(&str, Change); 5] = [
-        ("joint_position", |r| r.joint_position.clear()),
-        ("poses", |r| r.poses.clear()),
-        ("poses", |r| {
+        ("q", |r| r.joint_position.clear()),
+        ("pose", |r| r.poses.clear()),
+        ("pose", |r| {
             *r = carried();
             r.poses.clear();
         }),
-        ("wrenches", |r| {
+        ("wrench", |r| {
             r.wrenches.clear();
             r.joint_effort.clone_from(&r.joint_position);
         }),
-        ("wrenches", |r| {
+        ("wrench", |r| {
             r.wrenches.clear();
             r.sensors = None;
         }),
@@ -182,12 +182,12 @@ fn bad_values_are_counted() {
     bad.twists[6 * 700] = f64::NAN;
     bad.poses[800].translation.vector.x = f64::NAN;
     let count = |name, kind| bad.count_faults(name, &kind);
-    assert_eq!(count("wrenches", FaultKind::NotFinite), 1);
-    assert_eq!(count("wrenches", FaultKind::OutOfRange), 1);
-    assert_eq!(count("joint_position", FaultKind::NotFinite), 1);
-    assert_eq!(count("joint_velocity", FaultKind::VelocityNotFinite), 1);
-    assert_eq!(count("twists", FaultKind::NotFinite), 1);
-    assert_eq!(count("poses", FaultKind::NotFinite), 1);
+    assert_eq!(count("wrench", FaultKind::NotFinite), 1);
+    assert_eq!(count("wrench", FaultKind::OutOfRange), 1);
+    assert_eq!(count("q", FaultKind::NotFinite), 1);
+    assert_eq!(count("qd", FaultKind::VelocityNotFinite), 1);
+    assert_eq!(count("twist", FaultKind::NotFinite), 1);
+    assert_eq!(count("pose", FaultKind::NotFinite), 1);
     let errors = errors_percent(&bad.identify(&quick()).unwrap().estimate.body);
     assert!(errors.iter().all(|error| error.abs() < 0.1), "{errors:?}");
 }
@@ -202,7 +202,7 @@ fn bad_times_are_counted() {
     for time_s in &mut bad.times_s[1000..] {
         *time_s += 0.5;
     }
-    let count = |kind| bad.count_faults("times_s", &kind);
+    let count = |kind| bad.count_faults("time", &kind);
     assert_eq!(count(FaultKind::NotFinite), 1);
     assert_eq!(count(FaultKind::OutOfOrder), 2);
     assert_eq!(count(FaultKind::Gap), 1);
@@ -217,7 +217,7 @@ fn bad_poses_do_not_spoil_their_neighbours() {
     bad.poses[500].translation.vector.x = f64::NAN;
     bad.times_s[900] = f64::NAN;
     bad.times_s[1200] = bad.times_s[1199];
-    assert_eq!(bad.count_faults("poses", &FaultKind::NotFinite), 1);
+    assert_eq!(bad.count_faults("pose", &FaultKind::NotFinite), 1);
     assert_eq!(bad.count_faults("samples", &FaultKind::Incomplete), 0);
     let body = bad.identify(&quick()).unwrap().estimate.body;
     assert!((body.mass_kg - CARRIED_KG).abs() < 1e-3, "{}", body.mass_kg);
@@ -278,7 +278,7 @@ fn constant_channels_are_reported() {
             } => Some((source.as_str(), frame.as_str(), &channels[..], *is_zero)),
             _ => None,
         });
-        let expected = ("wrenches", "sensor", &["force x", "moment y"][..], zero);
+        let expected = ("wrench", "sensor", &["force x", "moment y"][..], zero);
         assert_eq!(found, Some(expected));
     }
 }
@@ -288,9 +288,9 @@ fn constant_channels_are_reported() {
 fn interrupted_early_nothing_is_known() {
     let recording = carried();
     let arrays = Arrays {
-        times_s: &recording.times_s,
-        wrenches: &recording.wrenches,
-        poses: &recording.poses,
+        time: &recording.times_s,
+        wrench: &recording.wrenches,
+        pose: &recording.poses,
         ..Arrays::default()
     };
     let result = identify_arrays(

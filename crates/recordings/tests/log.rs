@@ -15,8 +15,8 @@ use tactid_identify::{EquationSettings, PayloadEstimate};
 use tactid_logs::LogReader;
 use tactid_logs::messages::InertiaStamped;
 use tactid_recordings::{
-    Clock, Estimator, Finding, Identification, KnownMass, Method, PaperSettings, RecordingError,
-    Request, TopicKind, identify_log, write_estimates,
+    Clock, Estimator, EstimatorKind, Finding, Identification, Method, PaperSettings,
+    RecordingError, Request, TopicKind, identify_log, write_estimates,
 };
 
 fn identify(path: &Path, request: &Request) -> Result<Identification, RecordingError> {
@@ -77,7 +77,7 @@ fn a_log_gives_what_its_samples_give() {
 }
 
 /// The estimate of an online estimator from the samples themselves.
-fn pushed_by_hand(instants: &[Instant], estimator: Option<Estimator>) -> PayloadEstimate {
+fn pushed_by_hand(instants: &[Instant], estimator: Option<EstimatorKind>) -> PayloadEstimate {
     let (experiment, settings) = (Experiment::default(), EquationSettings::default());
     if estimator.is_none() {
         let mut online = identifier(&experiment, &settings);
@@ -266,8 +266,8 @@ fn wrenches_that_are_not_of_fingers_must_be_named() {
             other => panic!("{sensors:?}: {other:?}"),
         }
         let mut request = least_squares();
-        request.topics.wrenches =
-            vec!["/finger_0/wrench".to_owned(), "/finger_1/wrench".to_owned()];
+        let fingers = ["/finger_0/wrench", "/finger_1/wrench"];
+        request.wrench_topic = Some(fingers.map(str::to_owned).to_vec());
         assert!(identify(&path, &request).is_ok(), "{sensors:?}");
     }
 }
@@ -307,7 +307,7 @@ fn interrupted_early_nothing_is_known() {
 fn a_requested_topic_that_is_missing_is_named() {
     let (_folder, path, _) = recorded(|_| {});
     let mut request = least_squares();
-    request.topics.wrenches = vec!["/no_such_topic".to_owned()];
+    request.wrench_topic = Some(vec!["/no_such_topic".to_owned()]);
     match identify(&path, &request) {
         Err(RecordingError::NoSuchTopic { kind, topic, .. }) => {
             assert_eq!(
@@ -324,10 +324,8 @@ fn a_requested_topic_that_is_missing_is_named() {
 fn the_papers_filter_rejects_a_known_mass() {
     let (_folder, path, _) = recorded(|_| {});
     let request = Request {
-        known_mass: Some(KnownMass {
-            mass_kg: 100.0,
-            std_dev_kg: 0.1,
-        }),
+        known_mass_kg: Some(100.0),
+        known_mass_std_dev_kg: Some(0.1),
         ..paper()
     };
     let error = identify(&path, &request).unwrap_err().to_string();

@@ -188,7 +188,7 @@ fn twists_in_the_wrong_axes_are_reported() {
                     contradiction: TwistContradiction { better_axes, .. },
                 },
             ] => {
-                assert_eq!((source.as_str(), *better_axes), ("twists", axes));
+                assert_eq!((source.as_str(), *better_axes), ("twist", axes));
             }
             other => panic!("{axes:?}: {other:?}"),
         }

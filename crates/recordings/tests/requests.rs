@@ -8,9 +8,7 @@ use nalgebra::{Matrix3, Vector3};
 use recorded_arrays::{CARRIED_KG, Recording, carried, quick, recorded};
 use tactid_dynamics::{MassProperties, Wrench};
 use tactid_identify::{EquationSettings, Finding as Data, IdentifyError, Sample, states_of_poses};
-use tactid_recordings::{
-    ActsOn, Estimator, Finding, Method, OnlineSetup, PaperSettings, RecordingError, Request,
-};
+use tactid_recordings::{ActsOn, Estimator, Finding, Method, OnlineSetup, RecordingError, Request};
 
 /// The paper's filter has the paper's cutoff, gap and delay, as on a log.
 #[test]
@@ -31,12 +29,9 @@ fn the_papers_filter_has_its_own_defaults() {
 #[test]
 fn the_papers_filter_subtracts_a_known_tool() {
     let request = |known_tool| Request {
-        estimator: Some(Estimator::Paper(PaperSettings {
-            average_s: 0.0,
-            ..PaperSettings::default()
-        })),
+        average_s: Some(0.0),
         known_tool,
-        ..Request::default()
+        ..Request::paper()
     };
     let recording = recorded();
     let all = recording.identify(&request(None)).unwrap();
@@ -126,9 +121,9 @@ fn wrenches_may_act_on_the_sensor() {
 fn options_for_logs_are_rejected() {
     let mut requests = vec![Request::default(); 2];
     requests[0].unloaded = Some("empty.mcap".into());
-    requests[1].topics.imu = Some("/imu".to_owned());
+    requests[1].imu_topic = Some("/imu".to_owned());
     let recording = recorded();
-    for (request, expected) in requests.iter().zip(["unloaded", "topics.imu"]) {
+    for (request, expected) in requests.iter().zip(["unloaded", "imu_topic"]) {
         match recording.identify(request) {
             Err(RecordingError::NotForArrays(name)) => assert_eq!(name, expected),
             other => panic!("{other:?}"),
@@ -189,11 +184,8 @@ fn a_value_out_of_range_is_named() {
     };
     assert_names(&far, "delay_s");
     let epochs = Request {
-        estimator: Some(Estimator::Paper(PaperSettings {
-            epochs: 0,
-            ..PaperSettings::default()
-        })),
-        ..Request::default()
+        epochs: Some(0),
+        ..Request::paper()
     };
     assert_names(&epochs, "epochs");
     let unknown_tool = Request {

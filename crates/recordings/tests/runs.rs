@@ -14,7 +14,7 @@ use rand::{SeedableRng, rngs::SmallRng};
 use recorded_log::Recording;
 use tactid_identify::IdentifyError;
 use tactid_recordings::{
-    Estimator, Identification, Method, PaperSettings, Progress, RecordingError, Request, combine,
+    EstimatorKind, Identification, Method, Progress, RecordingError, Request, combine,
     identify_log, identify_logs,
 };
 
@@ -143,7 +143,7 @@ fn results_that_do_not_fit_are_errors() {
         RecordingError::Identify(IdentifyError::NoRuns)
     ));
     let paper = Request {
-        estimator: Some(Estimator::Paper(PaperSettings::default())),
+        estimator: Some(EstimatorKind::Nlms),
         ..request()
     };
     let paper = identified(&paths, &paper).unwrap();

@@ -29,7 +29,8 @@ fn wrenches_are_taken_in_the_given_frame() {
         .sensor_frame
         .as_ref()
         .unwrap()
-        .parent_from_sensor
+        .parent_from_sensor()
+        .unwrap()
         .inverse();
     let mut recording = carried();
     for six in recording.wrenches.chunks_exact_mut(6) {

@@ -67,7 +67,7 @@ fn times_that_do_not_increase_are_counted_in_the_error() {
                 unordered,
                 used,
             } => {
-                assert_eq!((name.as_str(), unordered, used), ("times_s", 1999, 1));
+                assert_eq!((name.as_str(), unordered, used), ("time", 1999, 1));
             }
             other => panic!("{other}"),
         }

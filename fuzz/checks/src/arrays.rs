@@ -7,8 +7,7 @@ use arbitrary::Arbitrary;
 use nalgebra::{Isometry3, Vector3};
 use tactid_dynamics::BaseKind;
 use tactid_recordings::{
-    ActsOn, Arrays, BoundingBox, Estimator, KnownMass, Method, PaperSettings, Request,
-    UnloadedArrays, identify_arrays,
+    ActsOn, Arrays, BoundingBox, EstimatorKind, Method, Request, UnloadedArrays, identify_arrays,
 };
 
 #[derive(Arbitrary, Debug)]
@@ -95,21 +94,17 @@ pub fn run(bytes: &[u8]) {
     let arrays = Arrays {
         robot,
         sensors: None,
-        times_s: &times,
-        joint_position: &position,
-        joint_velocity: &velocity,
-        joint_effort: &effort,
-        wrenches: &wrenches,
-        poses: &poses,
-        twists: &twists,
-        accelerations: &accelerations,
+        time: &times,
+        q: &position,
+        qd: &velocity,
+        effort: &effort,
+        wrench: &wrenches,
+        pose: &poses,
+        twist: &twists,
+        acceleration: &accelerations,
         unloaded: unloaded
             .as_ref()
-            .map(|(times_s, joint_position, joint_effort)| UnloadedArrays {
-                times_s,
-                joint_position,
-                joint_effort,
-            }),
+            .map(|(time, q, effort)| UnloadedArrays { time, q, effort }),
     };
     let mut observer = |_| ControlFlow::Continue(());
     if let Ok(result) = identify_arrays(&arrays, &request(&input), &mut observer) {
@@ -126,9 +121,7 @@ fn request(input: &Input) -> Request {
     ];
     Request {
         method: methods.get(usize::from(input.method % 5)).copied(),
-        estimator: input
-            .paper
-            .then(|| Estimator::Paper(PaperSettings::default())),
+        estimator: input.paper.then_some(EstimatorKind::Nlms),
         urdf: (input.robot % 8 == 4).then(|| arm_urdf().to_owned()),
         wrench_acts_on: input.acts_on_sensor.then_some(ActsOn::Sensor),
         gravity: input
@@ -138,10 +131,8 @@ fn request(input: &Input) -> Request {
         max_gap_s: input.max_gap_s.map(|number| number.0),
         delay_s: input.delay_s.map(|number| number.0),
         wrench_offset: input.wrench_offset,
-        known_mass: input.known_mass.map(|[mass, std_dev]| KnownMass {
-            mass_kg: mass.0,
-            std_dev_kg: std_dev.0,
-        }),
+        known_mass_kg: input.known_mass.map(|[mass, _]| mass.0),
+        known_mass_std_dev_kg: input.known_mass.map(|[_, std_dev]| std_dev.0),
         bounding_box: input.bounding_box.map(|corners| {
             let [a, b, c, d, e, f] = corners.map(|number| number.0);
             BoundingBox {

@@ -35,7 +35,7 @@ impl KnownPayload {
     ///
     /// # Errors
     /// Returns [`IdentifyError::Value`] with the name of a value that is out of range: `payload_mass_kg`,
-    /// `payload_mass_std_dev_kg`, `payload_center_of_mass` or `payload_inertia`, and [`IdentifyError::PayloadInertia`] if no
+    /// `payload_mass_std_dev_kg`, `payload_com` or `payload_inertia`, and [`IdentifyError::PayloadInertia`] if no
     /// body has the inertia: it is not symmetric, or a principal moment exceeds the sum of the others.
     pub fn check(&self) -> Result<(), IdentifyError> {
         let out_of_range = |name, given, expected| {
@@ -62,7 +62,7 @@ impl KnownPayload {
             .as_ref()
             .map_or(&[][..], |c| c.as_slice());
         if let Some(given) = not_finite(center) {
-            return out_of_range("payload_center_of_mass", given, "finite");
+            return out_of_range("payload_com", given, "finite");
         }
         let inertia = self.inertia.as_ref().map_or(&[][..], |i| i.as_slice());
         if let Some(given) = not_finite(inertia) {
@@ -218,7 +218,7 @@ mod tests {
                 },
             ),
             (
-                "payload_center_of_mass",
+                "payload_com",
                 KnownPayload {
                     center_of_mass: Some(Vector3::repeat(f64::NAN)),
                     ..good

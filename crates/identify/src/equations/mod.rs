@@ -31,7 +31,5 @@ pub(crate) use motion_stream::{MotionStep, MotionStream};
 pub use multi_cutoff::MultiCutoffStream;
 pub(crate) use offset_frame::OffsetFrame;
 pub use sample::{BaseState, Sample, states_of_poses};
-pub use settings::{
-    EquationSettings, GAIN_STD_DEV, NOISE_STD_DEV, is_gain_std_dev, is_noise_std_dev,
-};
+pub use settings::EquationSettings;
 pub use stream::{EquationStream, PushOutcome};

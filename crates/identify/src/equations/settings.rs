@@ -4,7 +4,13 @@ use nalgebra::Vector3;
 use tactid_dynamics::{BaseKind, Manipulator};
 
 use super::sample::is_measurable;
-use crate::{IdentifyError, Method};
+use crate::{IdentifyError, Method, Range};
+
+/// Range of gravity, in units of any size.
+const MEASURABLE: Range = Range {
+    contains: is_measurable,
+    expected: "finite, and below 1e30",
+};
 
 /// How samples become equations: the measurements that are used, gravity, the filter, and what is known of
 /// the sensors. Every solver takes these settings; those of one solver are in a type of its own.
@@ -95,17 +101,9 @@ impl EquationSettings {
     }
 
     fn check_values(&self, robot: &Manipulator) -> Result<(), IdentifyError> {
-        if !(self.cutoff_hz > 0.0 && self.cutoff_hz.is_finite()) {
-            return out_of_range("cutoff_hz", self.cutoff_hz, "more than zero, and finite");
-        }
-        if self.max_gap_s.is_nan() || self.max_gap_s <= 0.0 {
-            return out_of_range("max_gap_s", self.max_gap_s, "more than zero");
-        }
-        let gravity = self.gravity_for(robot.base_kind());
-        match gravity.iter().find(|entry| !is_measurable(**entry)) {
-            Some(&entry) => out_of_range("gravity", entry, "finite, and below 1e30"),
-            None => Ok(()),
-        }
+        Range::CUTOFF_HZ.check("cutoff_hz", &[self.cutoff_hz])?;
+        Range::GAP_S.check("max_gap_s", &[self.max_gap_s])?;
+        MEASURABLE.check("gravity", self.gravity_for(robot.base_kind()).as_slice())
     }
 
     fn check_noise(&self, robot: &Manipulator, sensors: &[&str]) -> Result<(), IdentifyError> {
@@ -119,10 +117,9 @@ impl EquationSettings {
         )?;
         check_count("effort_noise", effort.len(), "joints", robot.dof())?;
         check_count("effort_gain_std_dev", of_gain.len(), "joints", robot.dof())?;
-        check_range("wrench_noise", wrench, is_noise_std_dev, NOISE_STD_DEV)?;
-        check_range("effort_noise", effort, is_noise_std_dev, NOISE_STD_DEV)?;
-        let name = "effort_gain_std_dev";
-        check_range(name, of_gain, is_gain_std_dev, GAIN_STD_DEV)
+        Range::NOISE_STD_DEV.check("wrench_noise", wrench)?;
+        Range::NOISE_STD_DEV.check("effort_noise", effort)?;
+        Range::GAIN_STD_DEV.check("effort_gain_std_dev", of_gain)
     }
 }
 
@@ -131,26 +128,6 @@ impl EquationSettings {
 pub(crate) fn expand<T: Clone>(given: &[T], count: usize) -> Vec<T> {
     let count = if given.is_empty() { 0 } else { count };
     given.iter().cloned().cycle().take(count).collect()
-}
-
-/// What [`is_noise_std_dev`] checks, in words.
-pub const NOISE_STD_DEV: &str = "a standard deviation between 1e-30 and 1e30";
-
-/// Returns whether a number can be the standard deviation of a measurement. Beyond these limits its square, or the inverse
-/// of that, is no number.
-#[must_use]
-pub fn is_noise_std_dev(value: f64) -> bool {
-    (1e-30..=1e30).contains(&value)
-}
-
-/// What [`is_gain_std_dev`] checks, in words.
-pub const GAIN_STD_DEV: &str = "a fraction from 0 to below 1, such as 0.05 for 5 %";
-
-/// Returns whether a number can be the standard deviation of the relative error of a gain. With 1 or more, not even the
-/// sign of the measurement would be known.
-#[must_use]
-pub fn is_gain_std_dev(value: f64) -> bool {
-    (0.0..1.0).contains(&value)
 }
 
 /// Checks that standard deviations are given once for all, once for each, or not at all.
@@ -167,32 +144,6 @@ fn check_count(
         name,
         given,
         of,
-        expected,
-    })
-}
-
-/// Checks that each value is in a range.
-fn check_range(
-    name: &'static str,
-    values: &[f64],
-    is_valid: impl Fn(f64) -> bool,
-    expected: &'static str,
-) -> Result<(), IdentifyError> {
-    match values.iter().find(|value| !is_valid(**value)) {
-        Some(&value) => out_of_range(name, value, expected),
-        None => Ok(()),
-    }
-}
-
-/// Returns the error of a setting that is out of range.
-fn out_of_range(
-    name: &'static str,
-    given: f64,
-    expected: &'static str,
-) -> Result<(), IdentifyError> {
-    Err(IdentifyError::Value {
-        name,
-        given,
         expected,
     })
 }

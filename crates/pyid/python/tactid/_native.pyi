@@ -43,6 +43,7 @@ __all__ = [
     "identify_log",
     "identify_logs",
     "info",
+    "options",
     "read",
     "read_motion",
     "record_schemas",
@@ -218,7 +219,7 @@ class Identifier(OnlineSolver):
         robot: Manipulator | None,
         sensors: str | Sequence[str] | None,
         effort: bool,
-        options: object,
+        options: _Data,
     ) -> Identifier: ...
     def covariance(self) -> _Array | None: ...
     def wrench_offset(self) -> _Data | None: ...
@@ -230,7 +231,7 @@ class PaperFilter(OnlineSolver):
         cls,
         robot: Manipulator | None,
         sensors: str | Sequence[str] | None,
-        options: object,
+        options: _Data,
     ) -> PaperFilter: ...
     def rewind(self) -> None: ...
     def singular_values(self) -> _Data: ...
@@ -250,17 +251,18 @@ def calibrate_arm(
     loaded: Sequence[tuple[_Source, float, float, Sequence[float] | None, Any]],
     hold_out: Sequence[_Source],
     gain_std_dev: float | None,
-    options: object,
+    options: _Data,
     progress: _Progress = None,
     robot: Manipulator | None = None,
 ) -> _Data: ...
+def options() -> list[_Data]: ...
 def default_posture(
     robot: Manipulator, tip: str
 ) -> tuple[list[float], list[int], list[tuple[float, float, str]]]: ...
 def design_excitation(
     robot: Manipulator,
     given: Mapping[str, object],
-    options: object,
+    options: _Data,
     progress: _Progress = None,
 ) -> _Data: ...
 def write_trajectory(
@@ -273,9 +275,9 @@ def write_trajectory(
     qdd: ArrayLike,
     metadata: Mapping[str, str],
 ) -> None: ...
-def identify_log(log: _Path, options: object, progress: _Progress = None) -> _Data: ...
+def identify_log(log: _Path, options: _Data, progress: _Progress = None) -> _Data: ...
 def identify_logs(
-    logs: Sequence[_Path], options: object, progress: _Progress = None
+    logs: Sequence[_Path], options: _Data, progress: _Progress = None
 ) -> list[_Data]: ...
 def combine(
     frame: str, linear: Sequence[_Data], known_mass: _Data | None, bounding_box: _Data | None
@@ -286,7 +288,7 @@ def remaining(
 ) -> list[float]: ...
 def identify_arrays(
     time: ArrayLike,
-    options: object,
+    options: _Data,
     progress: _Progress = None,
     *,
     robot: Manipulator | None = None,

@@ -18,7 +18,7 @@ class ArrayDeclaration:
     """What is known of an array."""
 
     name: str
-    """Keyword in Python."""
+    """Keyword in Python, and field of Rust's ``tactid_recordings::Arrays``."""
     text: str
     """What it is, with its frame, in complete sentences."""
     shapes: tuple[tuple[str, ...], ...]
@@ -28,8 +28,6 @@ class ArrayDeclaration:
     """What holds for recordings alone, in complete sentences."""
     online: str | None = None
     """What holds for ``push`` alone, in complete sentences."""
-    recording_field: str
-    """Field of Rust's ``tactid_recordings::Arrays``."""
     sample_field: str
     """Field of Rust's ``tactid_identify::Sample``, or of the ``BaseState`` in it."""
 
@@ -60,7 +58,6 @@ ARRAYS = (
         text="Times of the samples, increasing, on one clock with any origin.",
         shapes=((),),
         unit="s",
-        recording_field="Arrays::times_s",
         sample_field="Sample::time_s",
     ),
     ArrayDeclaration(
@@ -68,7 +65,6 @@ ARRAYS = (
         text="Joint positions in the order of the robot's ``joint_names``.",
         shapes=(("n",),),
         unit="rad or m",
-        recording_field="Arrays::joint_position",
         sample_field="Sample::joint_position",
     ),
     ArrayDeclaration(
@@ -76,7 +72,6 @@ ARRAYS = (
         text="Joint velocities. Derived from the positions where left out.",
         shapes=(("n",),),
         unit="rad/s or m/s",
-        recording_field="Arrays::joint_velocity",
         sample_field="Sample::joint_velocity",
     ),
     ArrayDeclaration(
@@ -86,7 +81,6 @@ ARRAYS = (
         unit="N and N m",
         recording="``wrench_acts_on`` states the body on which they act.",
         online="They act **on the payload**.",
-        recording_field="Arrays::wrenches",
         sample_field="Sample::wrenches",
     ),
     ArrayDeclaration(
@@ -94,7 +88,6 @@ ARRAYS = (
         text="Efforts that the joints exert, those for gravity and payload included.",
         shapes=(("n",),),
         unit="N m or N",
-        recording_field="Arrays::joint_effort",
         sample_field="Sample::joint_effort",
     ),
     ArrayDeclaration(
@@ -106,7 +99,6 @@ ARRAYS = (
         recording="A floating base needs it. A sample whose pose has NaN, or a quaternion with a"
         " norm outside 0.9 to 1.1, is left out and counted among the faults.",
         online="A floating base needs it.",
-        recording_field="Arrays::poses",
         sample_field="BaseState::pose",
     ),
     ArrayDeclaration(
@@ -117,7 +109,6 @@ ARRAYS = (
         unit="m/s and rad/s",
         recording="Derived from the poses where left out.",
         online="It is not derived from the poses, so it is given with them.",
-        recording_field="Arrays::twists",
         sample_field="BaseState::velocity, BaseState::angular_velocity",
     ),
     ArrayDeclaration(
@@ -126,7 +117,6 @@ ARRAYS = (
         " in world axes. Derived from the twists where left out.",
         shapes=(("6",),),
         unit="m/s² and rad/s²",
-        recording_field="Arrays::accelerations",
         sample_field="BaseState::acceleration, BaseState::angular_acceleration",
     ),
 )

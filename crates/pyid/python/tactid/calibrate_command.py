@@ -1,13 +1,12 @@
 """The command ``tactid calibrate``: from recordings of an arm to the model of its joint efforts."""
 
-import inspect
 from functools import partial
 from pathlib import Path
 from typing import Annotated, Any, TypeAlias
 
 import typer
 
-from tactid import calibration_text, option_text
+from tactid import calibration_text, option_flags, option_text
 from tactid.calibrating import calibrate
 from tactid.calibration import Calibration
 from tactid.console import (
@@ -20,7 +19,6 @@ from tactid.console import (
     progress,
 )
 from tactid.errors import ArgumentError
-from tactid.identify_command import option_parameters, read_options
 from tactid.options import option_names
 from tactid.output_files import check_outputs
 from tactid.terminal import printable
@@ -76,8 +74,8 @@ def calibrate_arm(
         list[Path] | None,
         _recordings("A recording with a payload of known mass, which finds the gains."),
     ] = None,
-    payload_mass: _Masses = None,
-    payload_mass_std_dev: Annotated[
+    payload_mass_kg: _Masses = None,
+    payload_mass_std_dev_kg: Annotated[
         float | None, _recordings("Standard deviation of these masses. Default: 0. Unit: kg.")
     ] = None,
     payload_com: _Centers = None,
@@ -104,7 +102,9 @@ def calibrate_arm(
     """
     _check_files(out, report, options["urdf"], unloaded or [], loaded or [], hold_out or [])
     masses = [
-        mass for text in payload_mass or () for mass in option_text.numbers("--payload-mass", text)
+        mass
+        for text in payload_mass_kg or ()
+        for mass in option_text.numbers("--payload-mass-kg", text)
     ]
     centers = [option_text.vector("--payload-com", text) for text in payload_com or ()]
     inertias = [option_text.inertia("--payload-inertia", text) for text in payload_inertia or ()]
@@ -112,13 +112,13 @@ def calibrate_arm(
         arm = calibrate(
             unloaded or [],
             loaded=loaded or [],
-            payload_mass=masses or None,
-            payload_mass_std_dev=payload_mass_std_dev,
+            payload_mass_kg=masses or None,
+            payload_mass_std_dev_kg=payload_mass_std_dev_kg,
             payload_com=centers or None,
             payload_inertia=inertias or None,
             hold_out=hold_out or [],
             gain_std_dev=option_text.std_dev_of_gains("--gain-std-dev", gain_std_dev),
-            options=read_options(dict.fromkeys(option_names()) | options),
+            options=option_flags.read(options),
             progress=done,
         )
     reports = {} if report is None else {report: partial(_write_report, arm)}
@@ -161,19 +161,8 @@ def _print(arm: Calibration, *, as_json: bool) -> None:
         notes.print(line, markup=False)
 
 
-def _show_options() -> None:
-    """Gives the command the signature that typer reads: recordings, options, results."""
-    signature = inspect.signature(calibrate_arm)
-    own = [p for p in signature.parameters.values() if p.kind is not p.VAR_KEYWORD]
-    own = [p.replace(kind=inspect.Parameter.KEYWORD_ONLY) for p in own]
-    options = [p for p in option_parameters() if p.name in option_names("calibration")]
-    recordings = [p for p in own if p.name not in {"out", "report", "as_json"}]
-    results = [p for p in own if p not in recordings]
-    parameters = [*recordings, *options, *results]
-    calibrate_arm.__signature__ = signature.replace(  # type: ignore[attr-defined]
-        parameters=parameters
-    )
-    calibrate_arm.__annotations__ = {p.name: p.annotation for p in parameters}
-
-
-_show_options()
+option_flags.show(
+    calibrate_arm,
+    option_flags.parameters(option_names("calibration")),
+    last=("out", "report", "as_json"),
+)

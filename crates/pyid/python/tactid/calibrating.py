@@ -16,7 +16,7 @@ from tactid.declaration import with_options
 from tactid.errors import ArgumentError
 from tactid.findings import DataFault, Finding
 from tactid.naming import counted
-from tactid.options import Options, collect
+from tactid.options import OPTIONS, Options, collect
 
 _Source: TypeAlias = str | os.PathLike[str] | Mapping[str, ArrayLike]
 _Sources: TypeAlias = _Source | Sequence[_Source]
@@ -24,8 +24,8 @@ _Payload: TypeAlias = tuple[_Source, float, float, list[float] | None, list[list
 
 OWN = (
     "loaded",
-    "payload_mass",
-    "payload_mass_std_dev",
+    "payload_mass_kg",
+    "payload_mass_std_dev_kg",
     "payload_com",
     "payload_inertia",
     "hold_out",
@@ -40,13 +40,13 @@ NEEDED = ("time", "q", "effort")
 """The arrays that a recording in arrays must have."""
 
 
-@with_options(Options, "calibration")
+@with_options(OPTIONS, "calibration")
 def calibrate(
     unloaded: _Sources,
     *,
     loaded: _Sources = (),
-    payload_mass: float | Sequence[float] | None = None,
-    payload_mass_std_dev: float | None = None,
+    payload_mass_kg: float | Sequence[float] | None = None,
+    payload_mass_std_dev_kg: float | None = None,
     payload_com: ArrayLike | None = None,
     payload_inertia: ArrayLike | None = None,
     hold_out: _Sources = (),
@@ -76,8 +76,9 @@ def calibrate(
     Args:
         unloaded: One recording without a payload, or several.
         loaded: Recordings with a payload of known mass.
-        payload_mass: Mass that the payload of each loaded recording adds to the unloaded arm, kg.
-        payload_mass_std_dev: Standard deviation of these masses, kg. Default: 0.
+        payload_mass_kg: Mass that the payload of each loaded recording adds to the unloaded arm,
+            kg.
+        payload_mass_std_dev_kg: Standard deviation of these masses, kg. Default: 0.
         payload_com: Centre of mass of the payload of each loaded recording in the tip's frame, m,
             (3,) or (L, 3), to a millimetre. Default: not known.
         payload_inertia: Inertia of the payload of each loaded recording about its centre of mass,
@@ -106,11 +107,13 @@ def calibrate(
     collected = collect(options, keywords, "calibration", ("unloaded", *OWN))
     without, held = _sources("unloaded", unloaded), _sources("hold_out", hold_out)
     gain_std_dev = _number("gain_std_dev", gain_std_dev)
-    known = (payload_mass, payload_mass_std_dev, payload_com, payload_inertia)
+    known = (payload_mass_kg, payload_mass_std_dev_kg, payload_com, payload_inertia)
     payloads = _payloads(_sources("loaded", loaded), *known)
     sources = (*without, *(each[0] for each in payloads), *held)
     _check_robot(robot, sources)
-    run = _native.calibrate_arm(without, payloads, held, gain_std_dev, collected, progress, robot)
+    run = _native.calibrate_arm(
+        without, payloads, held, gain_std_dev, collected.plain(), progress, robot
+    )
     inputs: dict[str, Any] = {
         f"the log {path}": path for path in sources if not isinstance(path, Mapping)
     }
@@ -171,8 +174,8 @@ def _payloads(
     """Returns each loaded recording with what is known of its payload."""
     if not sources:
         given = {
-            "payload_mass": masses,
-            "payload_mass_std_dev": std_dev,
+            "payload_mass_kg": masses,
+            "payload_mass_std_dev_kg": std_dev,
             "payload_com": coms,
             "payload_inertia": inertias,
         }
@@ -181,20 +184,20 @@ def _payloads(
         return []
     if masses is None:
         raise ArgumentError(
-            "`payload_mass` is missing: give the mass of each loaded recording's payload",
-            option="payload_mass",
+            "`payload_mass_kg` is missing: give the mass of each loaded recording's payload",
+            option="payload_mass_kg",
         )
     if isinstance(masses, str) or np.ndim(masses) > 1:
         raise ArgumentError(
-            f"`payload_mass` is {masses!r}: expected a number for each loaded recording",
-            option="payload_mass",
+            f"`payload_mass_kg` is {masses!r}: expected a number for each loaded recording",
+            option="payload_mass_kg",
         )
     each = np.atleast_1d(np.asarray(masses, dtype=float)).tolist()
     if len(each) != len(sources):
         loaded = counted(len(sources), "loaded recording")
         counts = f"{counted(len(each), 'mass', 'masses')} for {loaded}"
         raise ArgumentError(
-            f"`payload_mass` has {counts}: give one for each", option="payload_mass"
+            f"`payload_mass_kg` has {counts}: give one for each", option="payload_mass_kg"
         )
     if inertias is not None and coms is None:
         raise ArgumentError(
@@ -203,7 +206,7 @@ def _payloads(
         )
     centers = _for_each(len(sources), "payload_com", coms, (3,))
     about = _for_each(len(sources), "payload_inertia", inertias, (3, 3))
-    std_devs = [_number("payload_mass_std_dev", std_dev) or 0.0] * len(sources)
+    std_devs = [_number("payload_mass_std_dev_kg", std_dev) or 0.0] * len(sources)
     return list(zip(sources, each, std_devs, centers, about, strict=True))
 
 

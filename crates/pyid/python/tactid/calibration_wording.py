@@ -147,7 +147,7 @@ def _gain_contradicted(data: Data, style: Style) -> str:
         )
     sign = "-" if data["size"] < 0 else "+"
     size = f"{sign}{_interval(abs(data['size']), data['std_dev'], 100)} %"
-    options = f"{option_name('loaded', style)} and {option_name('payload_mass', style)}"
+    options = f"{option_name('loaded', style)} and {option_name('payload_mass_kg', style)}"
     what = f"with other gains, most at {data['joint']} ({size})"
     return _contradicted(what, f"Find the gains with {options}")
 
@@ -170,7 +170,7 @@ def _gain_improbable(data: Data, style: Style) -> str:
         f"The gain of {data['joint']} is {two_figures(gain)} times the given one, which is"
         f" {distance:.1f} standard deviations away ({option_name('gain_std_dev', style)}"
         f" {two_figures(100 * prior)} %). Usual causes are the URDF of another robot, efforts in"
-        f" another unit, and a wrong {option_name('payload_mass', style)}. The intervals of the"
+        f" another unit, and a wrong {option_name('payload_mass_kg', style)}. The intervals of the"
         " calibration do not contain such an error. Check these, and calibrate anew."
     )
 

@@ -7,11 +7,12 @@ import typer
 from rich import box
 from rich.table import Table
 
-from tactid import reported, result_json
+from tactid import option_flags, reported, result_json
 from tactid.comparison import CHOSEN, Attempt, compare
 from tactid.console import interruptible, notes, print_whole, progress
 from tactid.files import write_atomically
-from tactid.identify_command import read_options, show_options, truth_in_frame
+from tactid.identify_command import truth_in_frame
+from tactid.options import option_names
 from tactid.output_files import check_outputs
 from tactid.table import percent
 from tactid.truth import Truth
@@ -36,9 +37,8 @@ def compare_recording(
             "--calibration": options["calibration"],
         },
     )
-    given = read_options(options | dict.fromkeys(CHOSEN))
     with interruptible("no result"), progress("comparing") as done:
-        attempts = compare(log, options=given, progress=done)
+        attempts = compare(log, options=option_flags.read(options), progress=done)
     frame = next(each.result.estimate.frame for each in attempts if each.result is not None)
     truth = truth_in_frame(log, frame)
     print_whole(comparison_table(attempts, truth))
@@ -102,4 +102,8 @@ def comparison_record(attempts: list[Attempt], truth: Truth | None) -> dict[str,
     }
 
 
-show_options(compare_recording, CHOSEN)
+option_flags.show(
+    compare_recording,
+    option_flags.parameters(name for name in option_names("log") if name not in CHOSEN),
+    last=("result_file",),
+)

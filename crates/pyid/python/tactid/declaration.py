@@ -1,52 +1,53 @@
 """How an option is declared, and how docstrings and signatures show what is declared.
 
-The options themselves are the fields of :class:`tactid.Options`.
+Rust declares the options: each is a field of ``tactid_recordings::Request``, and
+``tactid.options`` has the table of them.
 """
 
 import inspect
 import textwrap
-from collections.abc import Callable, Iterable
-from dataclasses import Field, dataclass, field, fields
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass
 from typing import Any, Literal, TypeVar
+
+from tactid.naming import command_line_flag
 
 Use = Literal["log", "arrays", "online", "paper filter", "calibration", "design"]
 """Where an option can apply: to a log, to arrays, to ``Identifier``, to ``PaperFilter``, to
 ``calibrate`` or to ``design_excitation``."""
 
-_KEY = "option"
 _Class = TypeVar("_Class", bound=Callable[..., Any])
 
 
 @dataclass(frozen=True)
 class Declaration:
-    """What is known of an option besides its name and its type."""
+    """Declaration of an option. A text is empty where there is nothing to say."""
 
+    name: str
+    """Keyword of the option."""
     text: str
     """What the option is, in complete sentences."""
+    kind: str
+    """Type of its values: the name of a ``Kind`` of Rust."""
+    choices: list[str]
+    """The values of an option that is a choice; empty for others."""
     panel: str
     """Panel of the command's help."""
-    uses: tuple[Use, ...]
+    uses: list[Use]
     """Where the option applies."""
-    rust_field: str
-    """Field of Rust's ``Request``, or of a type in it."""
-    default: str | None
-    """What stands where the option is absent, in words; None where nothing does."""
-    unit: str | None
-    """Unit of the value; None for what has none."""
-    metavar: str | None
-    """Placeholder of the value in the command's help, with commas for several numbers."""
-    argument: Any
-    """Type of the command line's argument; None for that of the field."""
-    parse: Callable[[str, Any], Any] | None
-    """Turns a flag and the command line's argument into the value; None where they are the same."""
-    python: str | None
-    """What only Python has, in complete sentences; None where that is nothing."""
+    unit: str
+    """Unit of the value."""
+    default: str
+    """What holds where the option is absent, in words."""
+    placeholder: str
+    """Placeholder of the value in the command's help, where that of its kind says less."""
+    python: str
+    """What only Python has, in complete sentences."""
 
-    @classmethod
-    def of(cls, one: "Field[Any]") -> "Declaration":
-        """Returns the declaration of a field of :class:`Options`."""
-        declaration: Declaration = one.metadata[_KEY]
-        return declaration
+    @property
+    def flag(self) -> str:
+        """The option on the command line."""
+        return command_line_flag(self.name)
 
     @property
     def documentation(self) -> str:
@@ -58,52 +59,32 @@ class Declaration:
         """Documentation for the command line, with the default and the unit."""
         return self._sentences(self.text)
 
-    def _sentences(self, *sentences: str | None) -> str:
-        default = f"Default: {self.default}." if self.default else None
-        unit = f"Unit: {self.unit}." if self.unit else None
+    def _sentences(self, *sentences: str) -> str:
+        default = f"Default: {self.default}." if self.default else ""
+        unit = f"Unit: {self.unit}." if self.unit else ""
         return " ".join(each for each in (*sentences, default, unit) if each)
 
 
-def option(
-    text: str,
-    panel: str,
-    uses: tuple[Use, ...] = ("log", "arrays"),
-    *,
-    rust_field: str,
-    default: str | None = None,
-    unit: str | None = None,
-    metavar: str | None = None,
-    argument: Any = None,
-    parse: Callable[[str, Any], Any] | None = None,
-    python: str | None = None,
-) -> Any:
-    """Returns the field of an option: optional, with its declaration.
-
-    See :class:`Declaration` for the arguments.
-    """
-    declaration = Declaration(
-        text, panel, uses, rust_field, default, unit, metavar, argument, parse, python
-    )
-    return field(default=None, metadata={_KEY: declaration})
+Declarations = Mapping[str, Declaration]
+"""Options by their names, in the order in which they are documented."""
 
 
-def describe(options: type[Any], use: Use | None = None) -> str:
+def describe(options: Declarations, use: Use | None = None) -> str:
     """Lists the options with their documentation, as a docstring has them, in groups."""
     lines = []
     panel = None
-    for one in fields(options):
-        declaration = Declaration.of(one)
-        if use is None or use in declaration.uses:
-            if declaration.panel != panel:
-                panel = declaration.panel
+    for option in options.values():
+        if use is None or use in option.uses:
+            if option.panel != panel:
+                panel = option.panel
                 lines += ["", f"{panel}:", ""]
-            text = f"    {one.name}: {declaration.documentation}"
+            text = f"    {option.name}: {option.documentation}"
             indent = " " * 8
             lines.append(textwrap.fill(text, 88, subsequent_indent=indent, break_on_hyphens=False))
     return "\n".join(lines[1:])
 
 
-def documented(options: type[Any], use: Use | None = None) -> Callable[[_Class], _Class]:
+def documented(options: Declarations, use: Use | None = None) -> Callable[[_Class], _Class]:
     """Returns a decorator that writes the options in place of ``<options>`` in a docstring."""
     return lambda thing: write_into_docstring(thing, "<options>", describe(options, use))
 
@@ -124,7 +105,7 @@ def _filled(lines: Iterable[str], mark: str, text: str) -> Iterable[str]:
             yield line
 
 
-def with_options(options: type[Any], use: Use) -> Callable[[_Class], _Class]:
+def with_options(options: Declarations, use: Use) -> Callable[[_Class], _Class]:
     """Returns a decorator that shows the options in a function's docstring and signature.
 
     The signature has names only: the types of all keywords would hide them, and are in the text.
@@ -138,9 +119,9 @@ def with_options(options: type[Any], use: Use) -> Callable[[_Class], _Class]:
             if parameter.kind is not parameter.VAR_KEYWORD
         ]
         own = [
-            inspect.Parameter(one.name, inspect.Parameter.KEYWORD_ONLY, default=None)
-            for one in fields(options)
-            if use in Declaration.of(one).uses
+            inspect.Parameter(option.name, inspect.Parameter.KEYWORD_ONLY, default=None)
+            for option in options.values()
+            if use in option.uses
         ]
         function.__signature__ = inspect.Signature([*given, *own])  # type: ignore[attr-defined]
         return documented(options, use)(function)

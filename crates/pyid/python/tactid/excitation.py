@@ -1,7 +1,6 @@
 """Design of motions from which a payload is identified quickly."""
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import replace
 from itertools import product
 from typing import Any, Literal
 
@@ -30,7 +29,7 @@ from tactid.excitation_arguments import (
     surroundings,
 )
 from tactid.meshes import Meshes
-from tactid.options import Options, collect
+from tactid.options import OPTIONS, Options, collect
 from tactid.values import nested, values_of
 
 Criterion = Literal["largest-interval", "volume"]
@@ -58,7 +57,7 @@ EFFORT_NOISE = 0.5
 """Standard deviation of a joint effort of which nothing is known, N m or N."""
 
 
-@with_options(Options, "design")
+@with_options(OPTIONS, "design")
 def design_excitation(
     robot: Manipulator,
     *,
@@ -183,7 +182,7 @@ def design_excitation(
         "rate": rate,
     }
     check_numbers(**{name: given[name] for name in NUMBERS})
-    found = _native.design_excitation(robot, given, replace(collected, tip=tip), progress)
+    found = _native.design_excitation(robot, given, collected.replace(tip=tip).plain(), progress)
     return _result(robot, tip, given["payloads"][0], given, found, collected.method, assumed)
 
 
@@ -267,8 +266,8 @@ def _with_noise(options: Options) -> tuple[Options, tuple[str, ...]]:
     method = options.method or "tactile"
     assumed = []
     if method in {"tactile", "combined"} and options.wrench_noise is None:
-        options, assumed = replace(options, wrench_noise=WRENCH_NOISE), ["wrench_noise"]
+        options, assumed = options.replace(wrench_noise=WRENCH_NOISE), ["wrench_noise"]
     if method in {"effort", "combined"} and options.effort_noise is None:
-        options = replace(options, effort_noise=EFFORT_NOISE)
+        options = options.replace(effort_noise=EFFORT_NOISE)
         assumed.append("effort_noise")
     return options, tuple(assumed)

@@ -1,20 +1,18 @@
 """The command ``tactid excite``: the motion from which a payload is identified quickly."""
 
-import inspect
 from functools import partial
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
 import typer
 
-from tactid import excite_options, motion_files, motion_text, option_text
+from tactid import excite_options, motion_files, motion_text, option_flags, option_text
 from tactid._native import Manipulator
 from tactid.console import interruptible, notes, print_whole, progress, write_files
 from tactid.designed_motion import DesignedMotion
 from tactid.errors import ArgumentError
 from tactid.excitation import design_excitation
 from tactid.files import new_folder
-from tactid.identify_command import option_parameters, read_options
 from tactid.motion_speed import LEAST_SPEED, SPEED
 from tactid.options import option_names
 from tactid.output_files import check_outputs
@@ -80,7 +78,6 @@ def _design(
     urdf: Path, base: Literal["fixed", "floating"] | None, arguments: dict[str, Any]
 ) -> DesignedMotion:
     keywords = excite_options.read(arguments)
-    options = {name: arguments[name] for name in option_names("design")}
     floats = "base_attitude" in keywords or "base_position" in keywords
     robot = Manipulator.from_urdf(urdf, base or ("floating" if floats else "fixed"))
     for finding in robot.findings:
@@ -88,7 +85,7 @@ def _design(
     with interruptible("no motion was written"), progress("designing") as done:
         return design_excitation(
             robot,
-            options=read_options(dict.fromkeys(option_names()) | options),
+            options=option_flags.read(arguments),
             progress=done,
             **keywords,
         )
@@ -109,15 +106,6 @@ def _write_report(motion: DesignedMotion, speed: float, path: Path) -> None:
         motion_report.write_report(motion, path, "command-line", speed)
 
 
-def _show_options() -> None:
-    """Gives the command the signature that typer reads: its own parameters and the options."""
-    signature = inspect.signature(excite)
-    own = [p for p in signature.parameters.values() if p.kind is not p.VAR_KEYWORD]
-    own = [p.replace(kind=inspect.Parameter.KEYWORD_ONLY) for p in own]
-    options = [p for p in option_parameters() if p.name in option_names("design")]
-    parameters = [*own, *excite_options.parameters(), *options]
-    excite.__signature__ = signature.replace(parameters=parameters)  # type: ignore[attr-defined]
-    excite.__annotations__ = {p.name: p.annotation for p in parameters}
-
-
-_show_options()
+option_flags.show(
+    excite, [*excite_options.parameters(), *option_flags.parameters(option_names("design"))]
+)

@@ -1,16 +1,15 @@
 """The command ``tactid identify``: from a recording to the payload and the reasons to trust it.
 
-Its parameters are the fields of ``tactid.Options``, and those below, which choose the output.
+Its parameters are the options of an identification, and those below, which choose the output.
 """
 
-import inspect
 import shlex
-from collections.abc import Callable, Collection
-from dataclasses import dataclass, fields
+from collections.abc import Callable
+from dataclasses import dataclass
 from enum import StrEnum
 from functools import partial
 from pathlib import Path
-from typing import Annotated, Any, get_type_hints
+from typing import Annotated, Any
 
 import typer
 from rich.table import Table
@@ -18,6 +17,7 @@ from rich.table import Table
 from tactid import (
     combination_json,
     combination_text,
+    option_flags,
     option_text,
     reported,
     result_json,
@@ -37,12 +37,10 @@ from tactid.console import (
     progress,
 )
 from tactid.controllers import MAKERS
-from tactid.declaration import Declaration
 from tactid.errors import ArgumentError, IdentificationError
 from tactid.formats import given
-from tactid.naming import command_line_flag
 from tactid.offline import identify
-from tactid.options import Options
+from tactid.options import OPTIONS, option_names
 from tactid.outlook import needs_another_motion
 from tactid.output_files import check_outputs
 from tactid.payload import PayloadEstimate
@@ -147,7 +145,7 @@ def identify_recording(
             f"--estimates writes the estimate over time of one recording, but {len(logs)} are given"
         )
     with interruptible("no result"), progress("identifying") as done:
-        result = identify(tuple(logs), options=read_options(options), progress=done)
+        result = identify(tuple(logs), options=option_flags.read(options), progress=done)
     with printing_before(_writers(logs[0], result, output)):
         refusal = _print(logs[0], result, output)
     if refusal is not None:
@@ -156,61 +154,19 @@ def identify_recording(
         raise typer.Exit(1)
 
 
-def option_parameters() -> list[inspect.Parameter]:
-    """Returns a parameter for each field of ``Options``."""
-    hints = get_type_hints(Options)
-    parameters = []
-    for option in fields(Options):
-        declared = Declaration.of(option)
-        declaration = typer.Option(
-            command_line_flag(option.name),
-            help=declared.help,
-            metavar=FLAG if hints[option.name] == bool | None else declared.metavar,
-            rich_help_panel=declared.panel,
-            show_default=False,
-        )
-        kind = hints[option.name] if declared.argument is None else declared.argument | None
-        parameters.append(
-            inspect.Parameter(
-                option.name,
-                inspect.Parameter.KEYWORD_ONLY,
-                default=None,
-                annotation=Annotated[kind, declaration],
-            )
-        )
-    return parameters
-
-
-def read_options(arguments: dict[str, Any]) -> Options:
-    """Returns the options that the command line gives; what is absent stays None."""
-    values = {}
-    for option in fields(Options):
-        declared, value = Declaration.of(option), arguments[option.name]
-        if value is not None and value != [] and declared.parse is not None:
-            value = declared.parse(command_line_flag(option.name), value)
-        values[option.name] = None if isinstance(value, list) and not value else value
-    return Options(**values)
-
-
-def show_options(command: Callable[..., None], skip: Collection[str] = ()) -> None:
-    """Gives a command the signature that typer reads: its own parameters and the options.
-
-    Args:
-        command: The command, whose first parameter is the log; the options are its keywords.
-        skip: Names of options that the command does not have.
-    """
-    signature = inspect.signature(command)
-    own = [p for p in signature.parameters.values() if p.kind is not p.VAR_KEYWORD]
-    log, outputs = own[0], [p.replace(kind=inspect.Parameter.KEYWORD_ONLY) for p in own[1:]]
-    options = [p for p in option_parameters() if p.name not in skip]
-    parameters = [log, *options, *outputs]
-    command.__signature__ = signature.replace(  # type: ignore[attr-defined]
-        parameters=parameters
-    )
-    command.__annotations__ = {p.name: p.annotation for p in parameters}
-
-
-show_options(identify_recording)
+option_flags.show(
+    identify_recording,
+    option_flags.parameters(option_names("log")),
+    last=(
+        "form",
+        "as_json",
+        "accept_contradicted",
+        "result_file",
+        "report",
+        "within",
+        "estimates",
+    ),
+)
 
 
 def _print(
@@ -295,9 +251,7 @@ def _design_command(options: dict[str, Any]) -> str | None:
     if options["urdf"] is None:
         return None
     given = {name: options[name] for name in ("urdf", "tip", "method") if options[name] is not None}
-    words = [
-        word for name, value in given.items() for word in (command_line_flag(name), str(value))
-    ]
+    words = [word for name, value in given.items() for word in (OPTIONS[name].flag, str(value))]
     payload = "--payload-mass-max KG --payload-box X,Y,Z,X,Y,Z"
     return f"tactid excite {shlex.join(words)} {payload} --out motion"
 

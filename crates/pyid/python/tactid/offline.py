@@ -14,7 +14,7 @@ from tactid.combined import Combination, combine
 from tactid.declaration import with_options
 from tactid.errors import ArgumentError
 from tactid.findings import DataFault, Finding
-from tactid.options import Options, collect
+from tactid.options import OPTIONS, Options, collect
 from tactid.result import Identification
 
 FROM_ARRAYS = ("robot", "q", "qd", "effort", "wrench", "pose", "twist", "acceleration", "sensors")
@@ -60,7 +60,7 @@ def identify(
     progress: Callable[[float], object] | None = None,
     **keywords: Any,
 ) -> Identification: ...
-@with_options(Options, "log")
+@with_options(OPTIONS, "log")
 @with_arrays("recording")
 def identify(  # noqa: D417 - arrays and options are documented by their declarations
     source: LogPath | Sequence[LogPath] | ArrayLike,
@@ -129,7 +129,7 @@ def identify(  # noqa: D417 - arrays and options are documented by their declara
     if isinstance(source, str | os.PathLike):
         collected = collect(options, keywords, "log", own)
         _check_no_arrays(arrays, f"{source} is a log")
-        found = _native.identify_log(source, collected, progress)
+        found = _native.identify_log(source, collected.plain(), progress)
         return _identification(found | {"inputs": _inputs(source, collected)})
     if _are_logs(source):
         collected = collect(options, keywords, "log", own)
@@ -137,7 +137,7 @@ def identify(  # noqa: D417 - arrays and options are documented by their declara
         return _from_logs(source, collected, progress)
     collected = collect(options, keywords, "arrays", own)
     times = cast(ArrayLike, source)
-    return _identification(_native.identify_arrays(times, collected, progress, **arrays))
+    return _identification(_native.identify_arrays(times, collected.plain(), progress, **arrays))
 
 
 def _check_no_arrays(arrays: dict[str, Any], because: str) -> None:
@@ -164,7 +164,7 @@ def _from_logs(
             " uncertainty by which they could be weighted: `estimator` chooses the estimator",
             "estimator",
         )
-    found = _native.identify_logs(logs, options, progress)
+    found = _native.identify_logs(logs, options.plain(), progress)
     return combine(
         [
             _identification(run | {"inputs": _inputs(log, options)})

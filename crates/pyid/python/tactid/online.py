@@ -12,7 +12,7 @@ from tactid._native import Manipulator
 from tactid.arrays import with_arrays
 from tactid.declaration import documented
 from tactid.findings import Finding
-from tactid.options import Options, collect
+from tactid.options import OPTIONS, Options, collect
 from tactid.payload import PayloadEstimate
 from tactid.records import SingularValues, WrenchOffset
 from tactid.values import Array
@@ -60,7 +60,7 @@ class _Online:
         return PayloadEstimate(**self._native.estimate())
 
 
-@documented(Options, "online")
+@documented(OPTIONS, "online")
 class Identifier(_Online):
     """Identifies the payload of one robot online by least squares.
 
@@ -100,7 +100,7 @@ class Identifier(_Online):
         **keywords: Any,
     ) -> None:
         collected = collect(options, keywords, "online", ("robot", "sensors", "effort", "options"))
-        self._native = _native.Identifier(robot, sensors, effort, collected)
+        self._native = _native.Identifier(robot, sensors, effort, collected.plain())
 
     def covariance(self) -> Array | None:
         """Returns the covariance of the payload's linear parameters, (10, 10).
@@ -140,7 +140,7 @@ class Identifier(_Online):
         return [Finding(kind, data, "online") for kind, data in self._native.findings()]
 
 
-@documented(Options, "paper filter")
+@documented(OPTIONS, "paper filter")
 class PaperFilter(_Online):
     """The paper's two-stage NLMS filter, online: equations (48), then (46), by (53)-(54).
 
@@ -173,7 +173,7 @@ class PaperFilter(_Online):
         **keywords: Any,
     ) -> None:
         collected = collect(options, keywords, "paper filter", ("robot", "sensors", "options"))
-        self._native = _native.PaperFilter(robot, sensors, collected)
+        self._native = _native.PaperFilter(robot, sensors, collected.plain())
 
     def rewind(self) -> None:
         """Prepares for the same samples once more.

@@ -208,7 +208,7 @@ def _no_equations(data: Data, style: Style) -> str:
     if 2 * gaps > samples:
         return (
             f"{nothing}: of {samples} samples, {gaps} came more than {data['max_gap_s']:g} s after"
-            f" the one before, and {option_name('max_gap', style)} bridges no more. Times must be"
+            f" the one before, and {option_name('max_gap_s', style)} bridges no more. Times must be"
             " in seconds."
         )
     if data["window_s"] < data["min_samples"] * data["period_s"]:
@@ -216,7 +216,7 @@ def _no_equations(data: Data, style: Style) -> str:
             f"{nothing}: there is a sample every {data['period_s'] * 1e3:.3g} ms, which is too"
             f" slow for the cutoff. A window of {data['window_s']:.3g} s needs at least"
             f" {data['min_samples']} samples: push samples at a higher rate, or lower"
-            f" {option_name('cutoff', style)}."
+            f" {option_name('cutoff_hz', style)}."
         )
     return (
         f"{nothing} after {samples} samples: the first window of {data['window_s']:.3g} s is not"
@@ -316,7 +316,7 @@ def _delay_doubtful(data: Data, style: Style) -> str:
     return (
         f"A delay of the wrenches, stamped {_shift(data['delay_s'], 0)} than the motion, would fit"
         f" better, {why}: it was not corrected. Check whether all sensors of the payload were"
-        f" recorded, and the frames and signs; {option_name('delay', style)} sets a delay."
+        f" recorded, and the frames and signs; {option_name('delay_s', style)} sets a delay."
     )
 
 

@@ -7,9 +7,9 @@ use tactid_identify::BaseState;
 use crate::fault::{FaultKind, check};
 
 /// Names of the quantities of [`JointValues`], as [`Arrays`](crate::Arrays) has them.
-const JOINT_POSITION: &str = "joint_position";
-pub(crate) const JOINT_VELOCITY: &str = "joint_velocity";
-const JOINT_EFFORT: &str = "joint_effort";
+const JOINT_POSITION: &str = "q";
+pub(crate) const JOINT_VELOCITY: &str = "qd";
+const JOINT_EFFORT: &str = "effort";
 
 /// Values of some joints at one time. Velocity and effort are empty where they are not known.
 #[derive(Clone, Debug, Default, PartialEq)]

@@ -45,7 +45,7 @@ impl Timeline {
 /// the samples that can be used.
 pub(super) fn base_states(arrays: &Arrays<'_>, timeline: &Timeline) -> Vec<BaseState> {
     let vector = |values: &[f64], at: usize| Vector3::from_column_slice(&values[at..at + 3]);
-    let pose = |k: usize| match arrays.poses {
+    let pose = |k: usize| match arrays.pose {
         [] => Isometry3::identity(),
         [single] => *single,
         poses => poses[k],
@@ -54,24 +54,24 @@ pub(super) fn base_states(arrays: &Arrays<'_>, timeline: &Timeline) -> Vec<BaseS
         pose: pose(k),
         ..BaseState::fixed()
     };
-    let mut bases: Vec<BaseState> = (0..arrays.times_s.len()).map(at_rest).collect();
-    if !arrays.twists.is_empty() {
-        for (base, twist) in bases.iter_mut().zip(arrays.twists.chunks_exact(6)) {
+    let mut bases: Vec<BaseState> = (0..arrays.time.len()).map(at_rest).collect();
+    if !arrays.twist.is_empty() {
+        for (base, twist) in bases.iter_mut().zip(arrays.twist.chunks_exact(6)) {
             base.velocity = vector(twist, 0);
             base.angular_velocity = vector(twist, 3);
         }
-    } else if arrays.poses.len() > 1 {
+    } else if arrays.pose.len() > 1 {
         let usable = timeline.usable.iter().copied();
         let known: Vec<usize> = usable
-            .filter(|&k| check_pose(&arrays.poses[k]).is_ok())
+            .filter(|&k| check_pose(&arrays.pose[k]).is_ok())
             .collect();
-        let times_s: Vec<f64> = known.iter().map(|&k| arrays.times_s[k]).collect();
-        let poses: Vec<_> = known.iter().map(|&k| arrays.poses[k]).collect();
+        let times_s: Vec<f64> = known.iter().map(|&k| arrays.time[k]).collect();
+        let poses: Vec<_> = known.iter().map(|&k| arrays.pose[k]).collect();
         for (&k, state) in known.iter().zip(states_of_poses(&times_s, &poses)) {
             bases[k] = state;
         }
     }
-    let accelerations = arrays.accelerations.chunks_exact(6);
+    let accelerations = arrays.acceleration.chunks_exact(6);
     for (base, measured) in bases.iter_mut().zip(accelerations) {
         base.acceleration = Some(vector(measured, 0));
         base.angular_acceleration = Some(vector(measured, 3));
@@ -81,12 +81,12 @@ pub(super) fn base_states(arrays: &Arrays<'_>, timeline: &Timeline) -> Vec<BaseS
 
 /// Checks a state of the base. The error has the name of the array.
 pub(super) fn check_base(base: &BaseState) -> Result<(), (&'static str, FaultKind)> {
-    check_pose(&base.pose).map_err(|kind| ("poses", kind))?;
+    check_pose(&base.pose).map_err(|kind| ("pose", kind))?;
     let twist = base.velocity.iter().chain(&base.angular_velocity);
-    check(twist).map_err(|kind| ("twists", kind))?;
+    check(twist).map_err(|kind| ("twist", kind))?;
     let measured = base.acceleration.iter().chain(&base.angular_acceleration);
     let measured = measured.flat_map(|vector| vector.iter());
-    check(measured).map_err(|kind| ("accelerations", kind))
+    check(measured).map_err(|kind| ("acceleration", kind))
 }
 
 fn check_pose(pose: &Isometry3<f64>) -> Result<(), FaultKind> {

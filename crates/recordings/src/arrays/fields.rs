@@ -15,25 +15,25 @@ pub struct Arrays<'a> {
     /// wrenches, else none.
     pub sensors: Option<&'a [&'a str]>,
     /// Time of each sample, s: N, increasing.
-    pub times_s: &'a [f64],
+    pub time: &'a [f64],
     /// Joint positions, rad or m: N x n.
-    pub joint_position: &'a [f64],
+    pub q: &'a [f64],
     /// Joint velocities, rad/s or m/s: N x n, or empty to derive them from the positions.
-    pub joint_velocity: &'a [f64],
+    pub qd: &'a [f64],
     /// Joint efforts, N m or N, which include those for gravity and payload: N x n, or empty.
-    pub joint_effort: &'a [f64],
+    pub effort: &'a [f64],
     /// Force, N, and moment, N m, of each sensor, in its own frame and about that frame's origin: N x S x 6,
     /// or empty.
-    pub wrenches: &'a [f64],
+    pub wrench: &'a [f64],
     /// `world_from_base`: N poses, or one for a floating base that does not move. A fixed base has none, and neither
     /// twists nor accelerations. Without a robot they are those of the sensor.
-    pub poses: &'a [Isometry3<f64>],
+    pub pose: &'a [Isometry3<f64>],
     /// Velocity of the base frame's origin, m/s, and angular velocity, rad/s, along the axes of the world:
     /// N x 6, or empty to derive them from the poses.
-    pub twists: &'a [f64],
+    pub twist: &'a [f64],
     /// Classical acceleration of the base frame's origin without gravity, m/s², and angular acceleration,
     /// rad/s², along the axes of the world: N x 6, or empty to derive them from the velocities.
-    pub accelerations: &'a [f64],
+    pub acceleration: &'a [f64],
     /// Reference of the same motion without the payload, whose efforts are subtracted by the effort method.
     pub unloaded: Option<UnloadedArrays<'a>>,
 }
@@ -45,9 +45,9 @@ pub struct Arrays<'a> {
 #[derive(Clone, Copy, Debug)]
 pub struct UnloadedArrays<'a> {
     /// Time of each sample, s: M, increasing.
-    pub times_s: &'a [f64],
+    pub time: &'a [f64],
     /// Joint positions in the order of the robot, rad or m: M x n.
-    pub joint_position: &'a [f64],
+    pub q: &'a [f64],
     /// Joint efforts, N m or N, to which the gains of the request apply, too: M x n.
-    pub joint_effort: &'a [f64],
+    pub effort: &'a [f64],
 }

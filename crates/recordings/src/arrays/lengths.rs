@@ -18,43 +18,43 @@ impl Arrays<'_> {
         robot: &Manipulator,
         has_robot: bool,
     ) -> Result<(), RecordingError> {
-        let (samples, joints) = (self.times_s.len(), robot.dof());
+        let (samples, joints) = (self.time.len(), robot.dof());
         if samples == 0 {
             return Err(RecordingError::NoSamples);
         }
-        if joints > 0 && self.joint_position.is_empty() {
+        if joints > 0 && self.q.is_empty() {
             return Err(RecordingError::MissingArray {
-                name: "joint_position",
+                name: "q",
                 reason: "the robot has joints",
             });
         }
-        if !has_robot && self.poses.is_empty() {
+        if !has_robot && self.pose.is_empty() {
             return Err(RecordingError::MissingArray {
-                name: "poses",
+                name: "pose",
                 reason: "without a robot nothing else says how the sensor moves and where down is: give its pose at \
                          each sample, or one pose for a sensor at rest",
             });
         }
-        if robot.base_kind() == BaseKind::Floating && self.poses.is_empty() {
+        if robot.base_kind() == BaseKind::Floating && self.pose.is_empty() {
             return Err(RecordingError::MissingArray {
-                name: "poses",
+                name: "pose",
                 reason: "the base floats: give its pose at each sample, or one pose for a base that does not move",
             });
         }
         let matrices = [
-            ("joint_position", self.joint_position, joints, "joints"),
-            ("joint_velocity", self.joint_velocity, joints, "joints"),
-            ("joint_effort", self.joint_effort, joints, "joints"),
-            ("twists", self.twists, 6, "components"),
-            ("accelerations", self.accelerations, 6, "components"),
+            ("q", self.q, joints, "joints"),
+            ("qd", self.qd, joints, "joints"),
+            ("effort", self.effort, joints, "joints"),
+            ("twist", self.twist, 6, "components"),
+            ("acceleration", self.acceleration, 6, "components"),
         ];
         for (name, array, columns, what) in matrices {
             if !array.is_empty() {
                 check_length(name, array.len(), &[(samples, "samples"), (columns, what)])?;
             }
         }
-        if self.poses.len() > 1 {
-            check_length("poses", self.poses.len(), &[(samples, "samples")])?;
+        if self.pose.len() > 1 {
+            check_length("pose", self.pose.len(), &[(samples, "samples")])?;
         }
         Ok(())
     }
@@ -64,9 +64,9 @@ impl Arrays<'_> {
     /// # Errors
     /// Returns [`RecordingError::MissingArray`] if there are neither wrenches nor joint efforts.
     pub(super) fn check_load(&self) -> Result<(), RecordingError> {
-        if self.wrenches.is_empty() && self.joint_effort.is_empty() {
+        if self.wrench.is_empty() && self.effort.is_empty() {
             return Err(RecordingError::MissingArray {
-                name: "wrenches",
+                name: "wrench",
                 reason: "nothing measures the load: give wrenches, or the efforts of the joints",
             });
         }
@@ -86,15 +86,15 @@ impl Arrays<'_> {
         if method == Method::JointSensing && robot.base_kind() == BaseKind::Fixed {
             return Err(IdentifyError::FixedBase.into());
         }
-        if method == Method::Effort && self.joint_effort.is_empty() {
+        if method == Method::Effort && self.effort.is_empty() {
             return Err(RecordingError::MissingArray {
-                name: "joint_effort",
+                name: "effort",
                 reason: "the effort method needs it",
             });
         }
-        if method == Method::JointSensing && self.poses.len() <= 1 && self.twists.is_empty() {
+        if method == Method::JointSensing && self.pose.len() <= 1 && self.twist.is_empty() {
             return Err(RecordingError::MissingArray {
-                name: "twists",
+                name: "twist",
                 reason: "the joint-sensing method needs the motion of the base",
             });
         }
@@ -107,18 +107,18 @@ impl Arrays<'_> {
     /// Returns [`RecordingError::ArrayLength`] if the length does not fit, and [`RecordingError::MissingArray`] if there
     /// are sensors without wrenches.
     pub(super) fn check_wrenches(&self, sensors: usize) -> Result<(), RecordingError> {
-        if self.wrenches.is_empty() && sensors > 0 {
+        if self.wrench.is_empty() && sensors > 0 {
             return Err(RecordingError::MissingArray {
-                name: "wrenches",
+                name: "wrench",
                 reason: "there are sensors",
             });
         }
         let factors = [
-            (self.times_s.len(), "samples"),
+            (self.time.len(), "samples"),
             (sensors, "sensors"),
             (6, "components"),
         ];
-        check_length("wrenches", self.wrenches.len(), &factors)
+        check_length("wrench", self.wrench.len(), &factors)
     }
 }
 

@@ -27,10 +27,10 @@ pub(crate) struct ArrayRecording<'a> {
 impl<'a> ArrayRecording<'a> {
     /// Checks the lengths of arrays, and that they have what a request asks for.
     pub(crate) fn new(arrays: &Arrays<'a>, request: &Request) -> Result<Self, RecordingError> {
-        check_request(request)?;
+        request.check_arrays()?;
         let mut robot = arrays.resolve_robot(request)?;
         arrays.check_motion(&robot, arrays.has_robot(request))?;
-        let timeline = Timeline::new(arrays.times_s);
+        let timeline = Timeline::new(arrays.time);
         let contents = contents(arrays, arrays.has_robot(request), &timeline);
         let options = Options::resolve(request, &contents);
         check_tip(&robot, &options.tip)?;
@@ -72,7 +72,7 @@ impl<'a> ArrayRecording<'a> {
                     unloaded: unloaded.is_some(),
                     ..Streams::default()
                 },
-                wrench_names: vec!["wrenches".to_owned(); sensors.len()],
+                wrench_names: vec!["wrench".to_owned(); sensors.len()],
                 sensors,
                 contents,
                 optional_acceleration: None,
@@ -143,27 +143,9 @@ impl Recording for ArrayRecording<'_> {
     }
 }
 
-/// Checks that a request asks for nothing that only a log has.
-fn check_request(request: &Request) -> Result<(), RecordingError> {
-    let topics = &request.topics;
-    let given = [
-        ("topics.joints", !topics.joints.is_empty()),
-        ("topics.wrenches", !topics.wrenches.is_empty()),
-        ("topics.odometry", topics.odometry.is_some()),
-        ("topics.acceleration", topics.acceleration.is_some()),
-        ("topics.imu", topics.imu.is_some()),
-        ("unloaded", request.unloaded.is_some()),
-        ("joint_names", !request.joint_names.is_empty()),
-    ];
-    match given.into_iter().find(|(_, given)| *given) {
-        Some((name, _)) => Err(RecordingError::NotForArrays(name)),
-        None => Ok(()),
-    }
-}
-
 fn contents(arrays: &Arrays<'_>, has_robot: bool, timeline: &Timeline) -> Contents {
     let period_s = timeline.period_s;
-    let has_wrenches = !arrays.wrenches.is_empty();
+    let has_wrenches = !arrays.wrench.is_empty();
     Contents {
         motion: if has_robot {
             Motion::Joints
@@ -171,11 +153,11 @@ fn contents(arrays: &Arrays<'_>, has_robot: bool, timeline: &Timeline) -> Conten
             Motion::Carried
         },
         has_wrenches,
-        has_efforts: !arrays.joint_effort.is_empty(),
+        has_efforts: !arrays.effort.is_empty(),
         has_unloaded: arrays.unloaded.is_some(),
         sensor_frame: SENSOR_FRAME.to_owned(),
         motion_period_s: period_s,
-        acceleration_period_s: period_s.filter(|_| !arrays.accelerations.is_empty()),
+        acceleration_period_s: period_s.filter(|_| !arrays.acceleration.is_empty()),
         wrench_period_s: period_s.filter(|_| has_wrenches),
     }
 }
@@ -184,23 +166,23 @@ fn contents(arrays: &Arrays<'_>, has_robot: bool, timeline: &Timeline) -> Conten
 fn sensors(arrays: &Arrays<'_>, tip: &str) -> Vec<String> {
     match arrays.sensors {
         Some(sensors) => sensors.iter().map(|&name| name.to_owned()).collect(),
-        None if arrays.wrenches.is_empty() => Vec::new(),
+        None if arrays.wrench.is_empty() => Vec::new(),
         None => vec![tip.to_owned()],
     }
 }
 
 /// Returns the array of the twists, where these are measured besides the pose.
 fn measured_twist(arrays: &Arrays<'_>) -> Option<(String, TwistAxes)> {
-    let is_measured = !arrays.poses.is_empty() && !arrays.twists.is_empty();
-    is_measured.then(|| ("twists".to_owned(), TwistAxes::World))
+    let is_measured = !arrays.pose.is_empty() && !arrays.twist.is_empty();
+    is_measured.then(|| ("twist".to_owned(), TwistAxes::World))
 }
 
 /// Returns the names of the arrays that are aligned.
 fn names(arrays: &Arrays<'_>) -> Vec<String> {
     let all = [
-        ("joint_position", arrays.joint_position.is_empty()),
-        ("wrenches", arrays.wrenches.is_empty()),
-        ("poses", arrays.poses.is_empty()),
+        ("q", arrays.q.is_empty()),
+        ("wrench", arrays.wrench.is_empty()),
+        ("pose", arrays.pose.is_empty()),
     ];
     let given = all.into_iter().filter(|(_, is_empty)| !is_empty);
     given.map(|(name, _)| name.to_owned()).collect()

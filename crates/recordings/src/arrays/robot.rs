@@ -46,9 +46,9 @@ impl Arrays<'_> {
     /// Returns the name of an array that describes the base, if there is any.
     fn base_motion(&self) -> Option<&'static str> {
         let given = [
-            ("poses", !self.poses.is_empty()),
-            ("twists", !self.twists.is_empty()),
-            ("accelerations", !self.accelerations.is_empty()),
+            ("pose", !self.pose.is_empty()),
+            ("twist", !self.twist.is_empty()),
+            ("acceleration", !self.acceleration.is_empty()),
         ];
         let name = given.into_iter().find(|(_, is_given)| *is_given);
         name.map(|(name, _)| name)

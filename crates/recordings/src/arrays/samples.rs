@@ -27,7 +27,7 @@ pub(super) struct Samples<'a> {
 impl Samples<'_> {
     /// Number of samples.
     pub(super) fn count(&self) -> usize {
-        self.arrays.times_s.len()
+        self.arrays.time.len()
     }
 
     /// Returns the joints of a sample, with the array and the kind of a fault.
@@ -42,10 +42,10 @@ impl Samples<'_> {
             row.unwrap_or_default().to_vec()
         };
         let values = JointValues {
-            position: row(self.arrays.joint_position),
-            velocity: row(self.arrays.joint_velocity),
+            position: row(self.arrays.q),
+            velocity: row(self.arrays.qd),
             effort: if self.uses_effort {
-                row(self.arrays.joint_effort)
+                row(self.arrays.effort)
             } else {
                 Vec::new()
             },
@@ -59,7 +59,7 @@ impl Samples<'_> {
     /// Returns the wrench of a sensor on the payload.
     fn wrench(&self, k: usize, sensor: usize) -> Result<Wrench, FaultKind> {
         let first = 6 * (k * self.sensors + sensor);
-        let six = &self.arrays.wrenches[first..first + 6];
+        let six = &self.arrays.wrench[first..first + 6];
         check(six)?;
         Ok(Wrench {
             force: Vector3::from_column_slice(&six[..3]) * self.wrench_sign,
@@ -102,11 +102,11 @@ impl<'a> SampleReader<'a> {
 
     /// Adds the events of a sample, one for each stream, so that a delay between them can be subtracted.
     pub(super) fn read(&mut self, k: usize, events: &mut Vec<Event>) {
-        let time_s = match self.check_time(self.samples.arrays.times_s[k]) {
+        let time_s = match self.check_time(self.samples.arrays.time[k]) {
             Ok(time_s) => time_s,
             Err(kind) => {
                 let time_s = self.time_s().unwrap_or(f64::NAN);
-                self.faults.add("times_s", kind, time_s);
+                self.faults.add("time", kind, time_s);
                 return;
             }
         };
@@ -126,7 +126,7 @@ impl<'a> SampleReader<'a> {
         for sensor in 0..self.samples.sensors {
             match self.samples.wrench(k, sensor) {
                 Ok(wrench) => push(Measured::Wrench(sensor, wrench)),
-                Err(kind) => self.faults.add("wrenches", kind, time_s),
+                Err(kind) => self.faults.add("wrench", kind, time_s),
             }
         }
     }
@@ -144,7 +144,7 @@ impl<'a> SampleReader<'a> {
             return Err(FaultKind::OutOfOrder);
         }
         if time_s - last_s > self.max_gap_s {
-            self.faults.add("times_s", FaultKind::Gap, last_s - first_s);
+            self.faults.add("time", FaultKind::Gap, last_s - first_s);
         }
         self.times_s = Some((first_s, time_s));
         Ok(time_s - first_s)

@@ -42,9 +42,7 @@ impl UnloadedSamples {
             return Err(RecordingError::UnloadedNeedsEffort);
         }
         let arrays = loaded.arrays;
-        if (unloaded.joint_position, unloaded.joint_effort)
-            == (arrays.joint_position, arrays.joint_effort)
-        {
+        if (unloaded.q, unloaded.effort) == (arrays.q, arrays.effort) {
             return Err(RecordingError::SameRecording {
                 paths: ["the arrays", "their unloaded reference"].map(PathBuf::from),
                 because: NO_LOAD,
@@ -64,10 +62,10 @@ impl UnloadedSamples {
         let first_s = timeline
             .usable
             .first()
-            .map_or(0.0, |&k| loaded.arrays.times_s[k]);
+            .map_or(0.0, |&k| loaded.arrays.time[k]);
         for &k in &timeline.usable {
             if let (Some(values), _) = loaded.joints(k, &places) {
-                ours.add(loaded.arrays.times_s[k] - first_s, &values.position);
+                ours.add(loaded.arrays.time[k] - first_s, &values.position);
             }
         }
         let shift_s = ours.shift_s(&theirs)?;
@@ -85,12 +83,9 @@ impl UnloadedSamples {
     ) -> Vec<(f64, JointValues)> {
         let dof = loaded.joint_names.len();
         let places: Vec<usize> = (0..dof).collect();
-        let timeline = Timeline::new(unloaded.times_s);
-        let first_s = timeline
-            .usable
-            .first()
-            .map_or(0.0, |&k| unloaded.times_s[k]);
-        let left_out = unloaded.times_s.len() - timeline.usable.len();
+        let timeline = Timeline::new(unloaded.time);
+        let first_s = timeline.usable.first().map_or(0.0, |&k| unloaded.time[k]);
+        let left_out = unloaded.time.len() - timeline.usable.len();
         if left_out > 0 {
             let kind = FaultKind::OutOfOrder;
             self.faults
@@ -100,12 +95,12 @@ impl UnloadedSamples {
         for &k in &timeline.usable {
             let row = |array: &[f64]| array[k * dof..(k + 1) * dof].to_vec();
             let values = JointValues {
-                position: row(unloaded.joint_position),
+                position: row(unloaded.q),
                 velocity: Vec::new(),
-                effort: row(unloaded.joint_effort),
+                effort: row(unloaded.effort),
             };
             match values.check(&places, &loaded.joint_names, &loaded.effort_gains) {
-                Ok((values, _)) => samples.push((unloaded.times_s[k] - first_s, values)),
+                Ok((values, _)) => samples.push((unloaded.time[k] - first_s, values)),
                 Err((_, kind)) => self.faults.add(UNLOADED, kind, f64::NAN),
             }
         }
@@ -139,12 +134,8 @@ impl UnloadedArrays<'_> {
     /// # Errors
     /// Returns [`RecordingError::ArrayLength`] if a length does not fit the times and the robot.
     pub(super) fn check(&self, robot: &Manipulator) -> Result<(), RecordingError> {
-        let factors = [(self.times_s.len(), "samples"), (robot.dof(), "joints")];
-        check_length(
-            "unloaded.joint_position",
-            self.joint_position.len(),
-            &factors,
-        )?;
-        check_length("unloaded.joint_effort", self.joint_effort.len(), &factors)
+        let factors = [(self.time.len(), "samples"), (robot.dof(), "joints")];
+        check_length("unloaded.q", self.q.len(), &factors)?;
+        check_length("unloaded.effort", self.effort.len(), &factors)
     }
 }

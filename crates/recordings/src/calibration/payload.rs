@@ -108,9 +108,9 @@ fn of_the_tool(
 fn alone<'a>(reference: &UnloadedArrays<'a>, loaded: &Arrays<'a>) -> Arrays<'a> {
     Arrays {
         robot: loaded.robot,
-        times_s: reference.times_s,
-        joint_position: reference.joint_position,
-        joint_effort: reference.joint_effort,
+        time: reference.time,
+        q: reference.q,
+        effort: reference.effort,
         ..Arrays::default()
     }
 }

@@ -42,16 +42,16 @@ pub(crate) struct Mapping {
 }
 
 impl JointGroups {
-    /// Reads the beginning of a log. `joint_names` are names of joints in the log with those of the robot.
+    /// Reads the beginning of a log. `renamed` are names of joints in the log with those of the robot.
     ///
     /// # Errors
     /// Returns [`RecordingError::SeveralTopics`] if several topics have the same joints,
     /// [`RecordingError::MissingJoint`] if a joint that moves the tool is not in the log, and
-    /// [`RecordingError::RenamedJoint`] if a name of `joint_names` is not there.
+    /// [`RecordingError::RenamedJoint`] if a name of `renamed` is not there.
     pub(crate) fn find(
         log: &LogReader,
         sources: &LogSources,
-        joint_names: &[(String, String)],
+        renamed: Option<&BTreeMap<String, String>>,
     ) -> Result<Self, RecordingError> {
         let MotionTopics::Joints { joints, .. } = &sources.topics.motion else {
             return Ok(Self::default());
@@ -59,7 +59,7 @@ impl JointGroups {
         let robot = &sources.robot;
         let published = published(log, joints)?;
         let recorded: BTreeSet<&String> = published.keys().flatten().collect();
-        let renaming = Renaming::new(&recorded, robot.joint_names(), joint_names)?;
+        let renaming = Renaming::new(&recorded, robot.joint_names(), renamed)?;
         let mut unknown = BTreeSet::new();
         let mut seen: BTreeMap<Vec<usize>, BTreeSet<String>> = BTreeMap::new();
         for (names, topics) in &published {

@@ -61,7 +61,7 @@ impl Decoding {
         Ok(Self {
             routes: routes(sources),
             effort_gains: effort_gains(request, sources.robot.joint_names()),
-            joints: JointGroups::find(log, sources, &request.joint_names)?,
+            joints: JointGroups::find(log, sources, request.rename_joints.as_ref())?,
             clock: LogClock::find(log, &topics.without_acceleration())?,
             wrench_sign: sources.options.wrench_sign,
             uses_effort: sources.options.method().uses_effort(),

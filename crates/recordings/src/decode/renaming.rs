@@ -27,10 +27,11 @@ impl Renaming {
     pub(crate) fn new(
         recorded: &BTreeSet<&String>,
         joints: &[String],
-        requested: &[(String, String)],
+        requested: Option<&BTreeMap<String, String>>,
     ) -> Result<Self, RecordingError> {
-        for (index, (name, joint)) in requested.iter().enumerate() {
-            if let Some((other, _)) = requested[..index].iter().find(|(_, known)| known == joint) {
+        let mut requested_names = BTreeMap::new();
+        for (name, joint) in requested.into_iter().flatten() {
+            if let Some(other) = requested_names.insert(joint, name) {
                 return Err(RecordingError::RenamedTwice {
                     recorded: [other.clone(), name.clone()],
                     joint: joint.clone(),
@@ -51,11 +52,11 @@ impl Renaming {
             }
         }
         let fits = |name: &&String| joints.contains(name);
-        let is_found = requested.is_empty() && !recorded.iter().any(fits);
+        let is_found = requested.is_none_or(BTreeMap::is_empty) && !recorded.iter().any(fits);
         let names = if is_found {
             behind_prefixes(recorded, joints).unwrap_or_default()
         } else {
-            requested.iter().cloned().collect()
+            requested.cloned().unwrap_or_default()
         };
         Ok(Self {
             is_found: !names.is_empty() && is_found,
@@ -117,7 +118,7 @@ mod tests {
     fn found(recorded: &[&str], joints: &[&str]) -> Vec<(String, String)> {
         let recorded = names(recorded);
         let recorded = recorded.iter().collect();
-        let renaming = Renaming::new(&recorded, &names(joints), &[]).unwrap();
+        let renaming = Renaming::new(&recorded, &names(joints), None).unwrap();
         match renaming.finding() {
             Some(Finding::JointsRenamed { names }) => names,
             None => Vec::new(),
@@ -165,7 +166,10 @@ mod tests {
     fn requested_names_must_be_there() {
         let (recorded, joints) = (names(&["a", "b"]), names(&["c", "d"]));
         let recorded: BTreeSet<&String> = recorded.iter().collect();
-        let new = |requested: &[(&str, &str)]| Renaming::new(&recorded, &joints, &pairs(requested));
+        let new = |requested: &[(&str, &str)]| {
+            let requested = pairs(requested).into_iter().collect();
+            Renaming::new(&recorded, &joints, Some(&requested))
+        };
         let renaming = new(&[("a", "d")]).unwrap();
         assert_eq!((renaming.apply("a"), renaming.apply("b")), ("d", "b"));
         assert_eq!(renaming.finding(), None);

@@ -29,7 +29,7 @@ pub(crate) fn place_sensor(
     let is_free = !named.is_empty() && robot.frame(named).is_err();
     let name = if is_free { named } else { PLACED_FRAME };
     let link = robot.frame(&given.parent)?;
-    let placed = robot.with_frame(name, link, &given.parent_from_sensor);
+    let placed = robot.with_frame(name, link, &given.parent_from_sensor()?);
     Ok((placed, name.to_owned()))
 }
 

@@ -33,7 +33,7 @@ pub(crate) struct LogSources {
 impl LogSources {
     /// Finds the topics of a request in a log.
     pub(crate) fn find(log: &LogReader, request: &Request) -> Result<Self, RecordingError> {
-        let topics = MeasuredTopics::find(log, &request.topics, request.method)?;
+        let topics = MeasuredTopics::find(log, request)?;
         let frames = NamedFrames::read(log, &topics)?;
         let contents = Contents {
             motion: topics.motion_kind(),
@@ -200,7 +200,11 @@ fn check_sum(
     topics: &MeasuredTopics,
     request: &Request,
 ) -> Result<(), RecordingError> {
-    if !request.topics.wrenches.is_empty() || sensors.len() < 2 {
+    let names_topics = request
+        .wrench_topic
+        .as_ref()
+        .is_some_and(|topics| !topics.is_empty());
+    if names_topics || sensors.len() < 2 {
         return Ok(());
     }
     let tip_frame = robot.frame(tip)?;

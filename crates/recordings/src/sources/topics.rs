@@ -7,7 +7,7 @@ use tactid_logs::{LogReader, Message, Topic};
 use crate::defaults::Motion;
 use crate::error::RecordingError;
 use crate::topic_kind::TopicKind;
-use crate::{Method, Topics};
+use crate::{Method, Request};
 
 /// Topics that measure the motion of the end-effector.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -37,14 +37,13 @@ pub(crate) struct MeasuredTopics {
 
 impl MeasuredTopics {
     /// Finds the topics that a request names, or that have the right types.
-    pub(crate) fn find(
-        log: &LogReader,
-        topics: &Topics,
-        method: Option<Method>,
-    ) -> Result<Self, RecordingError> {
-        let wrenches = choose::<WrenchStamped>(log, &topics.wrenches, TopicKind::Wrenches)?;
-        let joints = choose::<JointState>(log, &topics.joints, TopicKind::Joints)?;
-        let odometry = choose_one::<Odometry>(log, topics.odometry.as_ref(), TopicKind::Odometry)?;
+    pub(crate) fn find(log: &LogReader, request: &Request) -> Result<Self, RecordingError> {
+        let method = request.method;
+        let requested = several(&request.wrench_topic);
+        let wrenches = choose::<WrenchStamped>(log, requested, TopicKind::Wrenches)?;
+        let joints = choose::<JointState>(log, several(&request.joint_topic), TopicKind::Joints)?;
+        let requested = request.odometry_topic.as_ref();
+        let odometry = choose_one::<Odometry>(log, requested, TopicKind::Odometry)?;
         let may_use_efforts = match method {
             Some(method) => matches!(method, Method::Combined { .. }),
             None => wrenches.is_empty(),
@@ -63,9 +62,9 @@ impl MeasuredTopics {
             if method.is_some_and(|method| method != Method::Tactile) {
                 return Err(missing::<JointState>(log, "joint states"));
             }
-            MotionTopics::of_sensor(log, topics, odometry)?
+            MotionTopics::of_sensor(log, request, odometry)?
         } else {
-            MotionTopics::of_joints(log, topics, joints, odometry)?
+            MotionTopics::of_joints(log, request, joints, odometry)?
         };
         let uses_wrenches = method.is_none_or(Method::uses_wrench);
         Ok(Self {
@@ -144,11 +143,11 @@ impl MotionTopics {
     /// An inertial unit on the base is used only on request.
     fn of_joints(
         log: &LogReader,
-        topics: &Topics,
+        request: &Request,
         joints: Vec<String>,
         base_odometry: Option<String>,
     ) -> Result<Self, RecordingError> {
-        let base_imu = match &topics.imu {
+        let base_imu = match &request.imu_topic {
             Some(topic) => choose_one::<Imu>(log, Some(topic), TopicKind::Imu)?,
             None => None,
         };
@@ -157,7 +156,7 @@ impl MotionTopics {
             return Err(missing::<Odometry>(log, what));
         }
         // With joints it is not used, but its name must not be a mistake.
-        if let Some(topic) = &topics.acceleration {
+        if let Some(topic) = &request.acceleration_topic {
             choose_one::<AccelStamped>(log, Some(topic), TopicKind::Acceleration)?;
         }
         Ok(Self::Joints {
@@ -170,11 +169,11 @@ impl MotionTopics {
     /// Without joints, the sensor is the body whose motion is measured.
     fn of_sensor(
         log: &LogReader,
-        topics: &Topics,
+        request: &Request,
         odometry: Option<String>,
     ) -> Result<Self, RecordingError> {
-        let imu = choose_one::<Imu>(log, topics.imu.as_ref(), TopicKind::Imu)?;
-        let requested = topics.acceleration.as_ref();
+        let imu = choose_one::<Imu>(log, request.imu_topic.as_ref(), TopicKind::Imu)?;
+        let requested = request.acceleration_topic.as_ref();
         let acceleration = choose_one::<AccelStamped>(log, requested, TopicKind::Acceleration)?;
         match (odometry, imu) {
             (Some(odometry), _) => Ok(Self::Odometry {
@@ -231,6 +230,11 @@ pub(crate) fn times_ns(log: &LogReader, topics: &[String]) -> (u64, u64) {
     first.zip(last).unwrap_or((0, 0))
 }
 
+/// Returns the topics that an option names, none where it is not given.
+fn several(requested: &Option<Vec<String>>) -> &[String] {
+    requested.as_deref().unwrap_or_default()
+}
+
 /// Returns the requested topics, or all of the type.
 fn choose<M: Message>(
     log: &LogReader,
@@ -279,9 +283,9 @@ fn choose_one<M: Message>(
 /// Returns the topics of joint states that are requested, or all.
 pub(crate) fn joint_topics(
     log: &LogReader,
-    requested: &[String],
+    request: &Request,
 ) -> Result<Vec<String>, RecordingError> {
-    let topics = choose::<JointState>(log, requested, TopicKind::Joints)?;
+    let topics = choose::<JointState>(log, several(&request.joint_topic), TopicKind::Joints)?;
     if topics.is_empty() {
         return Err(missing::<JointState>(log, "joint states"));
     }

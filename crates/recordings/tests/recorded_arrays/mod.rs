@@ -60,14 +60,14 @@ impl Recording {
         let arrays = Arrays {
             robot: self.robot.as_ref(),
             sensors: self.sensors.as_deref(),
-            times_s: &self.times_s,
-            joint_position: &self.joint_position,
-            joint_velocity: &self.joint_velocity,
-            joint_effort: &self.joint_effort,
-            wrenches: &self.wrenches,
-            poses: &self.poses,
-            twists: &self.twists,
-            accelerations: &self.accelerations,
+            time: &self.times_s,
+            q: &self.joint_position,
+            qd: &self.joint_velocity,
+            effort: &self.joint_effort,
+            wrench: &self.wrenches,
+            pose: &self.poses,
+            twist: &self.twists,
+            acceleration: &self.accelerations,
             unloaded: None,
         };
         identify_arrays(&arrays, request, &mut |_| ControlFlow::Continue(()))

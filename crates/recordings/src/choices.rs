@@ -1,0 +1,159 @@
+//! What options of a request choose: the estimator, the signs of the wrenches, and where a sensor
+//! stands.
+
+use std::path::PathBuf;
+
+use nalgebra::{Isometry3, Quaternion, Translation3, Vector4};
+use serde::{Deserialize, Deserializer};
+use tactid_identify::PaperSettings;
+
+use crate::arm_calibration::ArmCalibration;
+use crate::options::{Kind, Value, choice};
+use crate::{RecordingError, unit_quaternion};
+
+/// How equations become parameters.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub enum Estimator {
+    /// Robust weighted least squares over the whole recording.
+    #[default]
+    LeastSquares,
+    /// The paper's two-stage NLMS filter.
+    Paper(PaperSettings),
+}
+
+impl Estimator {
+    /// Returns the name: `least-squares` or `nlms`.
+    #[must_use]
+    pub fn name(&self) -> &'static str {
+        match self {
+            Self::LeastSquares => LEAST_SQUARES,
+            Self::Paper(_) => NLMS,
+        }
+    }
+}
+
+const LEAST_SQUARES: &str = "least-squares";
+const NLMS: &str = "nlms";
+
+/// Which estimator a request asks for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum EstimatorKind {
+    /// Robust weighted least squares over the whole recording: `least-squares`.
+    LeastSquares,
+    /// The paper's two-stage NLMS filter: `nlms`.
+    Nlms,
+}
+
+impl Value for EstimatorKind {
+    const KIND: Kind = Kind::Choice(&[LEAST_SQUARES, NLMS]);
+
+    fn read<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        let choices = [(LEAST_SQUARES, Self::LeastSquares), (NLMS, Self::Nlms)];
+        choice(deserializer, &choices)
+    }
+}
+
+/// Body on which a measured wrench acts.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum ActsOn {
+    /// The payload: the wrench that the robot exerts on it.
+    #[default]
+    Payload,
+    /// The sensor: the wrench that the payload exerts on it, as most force-torque sensors report
+    /// it.
+    Sensor,
+}
+
+impl Value for ActsOn {
+    const KIND: Kind = Kind::Choice(&["payload", "sensor"]);
+
+    fn read<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        let choices = [("payload", Self::Payload), ("sensor", Self::Sensor)];
+        choice(deserializer, &choices)
+    }
+
+    fn is_effective(&self) -> bool {
+        *self == Self::Sensor
+    }
+}
+
+/// Where the frame of the only wrench sensor stands: fixed to a link of the robot.
+#[derive(Clone, Debug, PartialEq)]
+pub struct SensorFrame {
+    /// The link; without a robot, the body whose motion is measured.
+    pub parent: String,
+    /// Origin of the sensor's frame in the frame of the link, m.
+    pub origin_m: [f64; 3],
+    /// Orientation of the sensor's frame in the frame of the link: the quaternion `[x, y, z, w]`.
+    pub quaternion: [f64; 4],
+}
+
+impl SensorFrame {
+    /// Creates the frame with its origin, m, and its orientation, the quaternion `[x, y, z, w]`, in
+    /// the frame of the link `parent`.
+    ///
+    /// # Errors
+    /// Returns [`RecordingError::SensorFrameNorm`] if the norm of the quaternion is not one to
+    /// within 0.1, as for the orientations of a recording.
+    pub fn new(
+        parent: &str,
+        origin_m: [f64; 3],
+        quaternion: [f64; 4],
+    ) -> Result<Self, RecordingError> {
+        let frame = Self {
+            parent: parent.to_owned(),
+            origin_m,
+            quaternion,
+        };
+        frame.parent_from_sensor().map(|_| frame)
+    }
+
+    /// Returns the pose of the sensor's frame in the frame of the link.
+    ///
+    /// # Errors
+    /// Returns [`RecordingError::SensorFrameNorm`] as [`new`](Self::new) does.
+    pub fn parent_from_sensor(&self) -> Result<Isometry3<f64>, RecordingError> {
+        let quaternion = Quaternion::from(Vector4::from(self.quaternion));
+        let rotation = unit_quaternion(quaternion)
+            .ok_or_else(|| RecordingError::SensorFrameNorm(quaternion.norm()))?;
+        let origin = Translation3::from(self.origin_m);
+        Ok(Isometry3::from_parts(origin, rotation))
+    }
+}
+
+impl Value for SensorFrame {
+    const KIND: Kind = Kind::Frame;
+
+    /// Reads eight entries, or the name of the link and seven numbers.
+    fn read<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        #[derive(Deserialize)]
+        #[serde(untagged)]
+        enum Given {
+            Pair(String, [f64; 7]),
+            Entries(String, f64, f64, f64, f64, f64, f64, f64),
+        }
+        let (parent, [x, y, z, qx, qy, qz, qw]) = match Given::deserialize(deserializer)? {
+            Given::Pair(parent, numbers) => (parent, numbers),
+            Given::Entries(parent, x, y, z, qx, qy, qz, qw) => (parent, [x, y, z, qx, qy, qz, qw]),
+        };
+        Ok(Self {
+            parent,
+            origin_m: [x, y, z],
+            quaternion: [qx, qy, qz, qw],
+        })
+    }
+
+    fn numbers(&self) -> Vec<f64> {
+        [&self.origin_m[..], &self.quaternion].concat()
+    }
+}
+
+impl Value for ArmCalibration {
+    const KIND: Kind = Kind::Calibration;
+
+    /// Reads the path of a file, and the file.
+    fn read<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        let path = PathBuf::deserialize(deserializer)?;
+        Self::read(&path).map_err(serde::de::Error::custom)
+    }
+}

@@ -1,0 +1,286 @@
+//! How options are declared: each once, as a field with its documentation, its values and its
+//! range.
+//!
+//! The macro [`options`] writes a struct whose fields are options. From the same declaration follow
+//! the table of options, which other interfaces read ([`Declaration`]), the reading of values that
+//! are given by name, and the check of their ranges.
+
+mod value;
+
+use std::fmt;
+
+use serde::{Deserialize, Deserializer};
+use tactid_identify::{IdentifyError, Range};
+
+pub(crate) use value::{Value, choice};
+
+/// Where an option can apply.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Use {
+    /// Identification from a log.
+    Log,
+    /// Identification from arrays.
+    Arrays,
+    /// Online least squares.
+    Online,
+    /// The paper's filter, online.
+    PaperFilter,
+    /// Calibration of an arm.
+    Calibration,
+    /// Design of a motion.
+    Design,
+}
+
+impl Use {
+    /// Returns the name of the use.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Log => "log",
+            Self::Arrays => "arrays",
+            Self::Online => "online",
+            Self::PaperFilter => "paper filter",
+            Self::Calibration => "calibration",
+            Self::Design => "design",
+        }
+    }
+}
+
+/// Type of the values of an option.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Kind {
+    /// A truth value.
+    Flag,
+    /// A number.
+    Number,
+    /// A whole number that is not negative.
+    Count,
+    /// A text.
+    Text,
+    /// A text, or several.
+    Texts,
+    /// Path of a file or of a folder.
+    Path,
+    /// One of some names.
+    Choice(&'static [&'static str]),
+    /// Names with other names: a map.
+    Names,
+    /// Three numbers.
+    Vector,
+    /// One number for all, or one for each.
+    Numbers,
+    /// As [`Numbers`](Self::Numbers), fractions that people write as percentages.
+    Fractions,
+    /// Three forces and three moments for all sensors, or for each.
+    Wrenches,
+    /// Two points: the corners of a box.
+    Box,
+    /// A body: its mass, centre of mass, and inertia about it.
+    Body,
+    /// A link, then three coordinates and a quaternion.
+    Frame,
+    /// Calibration of an arm, or the path of its file.
+    Calibration,
+}
+
+impl Kind {
+    /// Returns the name of the kind.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Flag => "flag",
+            Self::Number => "number",
+            Self::Count => "count",
+            Self::Text => "text",
+            Self::Texts => "texts",
+            Self::Path => "path",
+            Self::Choice(_) => "choice",
+            Self::Names => "names",
+            Self::Vector => "vector",
+            Self::Numbers => "numbers",
+            Self::Fractions => "fractions",
+            Self::Wrenches => "wrenches",
+            Self::Box => "box",
+            Self::Body => "body",
+            Self::Frame => "frame",
+            Self::Calibration => "calibration",
+        }
+    }
+}
+
+/// Measurements that an option is about: it has no effect where they are not used.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum About {
+    Wrenches,
+    Efforts,
+}
+
+/// Declaration of an option. A text is empty where there is nothing to say.
+#[derive(Clone, Copy)]
+pub struct Declaration {
+    /// Name of the option: of the field, of the keyword and, with hyphens, of the flag.
+    pub name: &'static str,
+    /// What the option is, in complete sentences.
+    pub(crate) documentation: &'static str,
+    /// Type of its values.
+    pub kind: Kind,
+    /// Heading under which it is listed.
+    pub group: &'static str,
+    /// Where it applies.
+    pub uses: &'static [Use],
+    /// Unit of its numbers.
+    pub unit: &'static str,
+    /// What holds where the option is not given.
+    pub default: &'static str,
+    /// Placeholder of the value on a command line, where that of its kind says less.
+    pub placeholder: &'static str,
+    /// What only Python has, in complete sentences.
+    pub python: &'static str,
+    pub(crate) range: Range,
+    pub(crate) about: Option<About>,
+}
+
+impl Declaration {
+    /// A declaration without anything that is optional.
+    pub(crate) const NONE: Self = Self {
+        name: "",
+        documentation: "",
+        kind: Kind::Flag,
+        group: "",
+        uses: &[],
+        unit: "",
+        default: "",
+        placeholder: "",
+        python: "",
+        range: Range::ANY,
+        about: None,
+    };
+
+    /// Returns what the option is, in complete sentences.
+    #[must_use]
+    pub fn text(&self) -> &'static str {
+        self.documentation.trim()
+    }
+}
+
+impl fmt::Debug for Declaration {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        formatter.write_str(self.name)
+    }
+}
+
+/// An option that is given, with what its checks need of the value.
+pub(crate) struct Given {
+    pub(crate) option: &'static Declaration,
+    numbers: Vec<f64>,
+    /// Whether the value asks for something else than what holds without it.
+    pub(crate) is_effective: bool,
+}
+
+impl Given {
+    pub(crate) fn new<T: Value>(option: &'static Declaration, value: &T) -> Self {
+        Self {
+            option,
+            numbers: value.numbers(),
+            is_effective: value.is_effective(),
+        }
+    }
+
+    /// Checks that each number is in the range of the option.
+    ///
+    /// # Errors
+    /// Returns [`IdentifyError::Value`] with the first that is not.
+    pub(crate) fn check(&self) -> Result<(), IdentifyError> {
+        self.option.range.check(self.option.name, &self.numbers)
+    }
+}
+
+/// Reads the value of a field of [`options`].
+pub(crate) fn given<'de, D: Deserializer<'de>, T: Value>(
+    deserializer: D,
+) -> Result<Option<T>, D::Error> {
+    struct Read<T>(T);
+    impl<'de, T: Value> Deserialize<'de> for Read<T> {
+        fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+            T::read(deserializer).map(Self)
+        }
+    }
+    let read = Option::<Read<T>>::deserialize(deserializer)?;
+    Ok(read.map(|read| read.0))
+}
+
+/// Writes a struct whose fields are options, each `Option<T>` of a [`Value`].
+///
+/// The documentation of a field is that of the option, for all readers. Its attribute has the group
+/// and the uses, and then, as far as there is something to say, in this order: `unit`, `default`,
+/// `placeholder`, `kind` (that of the type, unless given), `range`, `about`, and `python`, what
+/// only Python has.
+macro_rules! options {
+    (
+        $(#[$meta:meta])*
+        pub struct $name:ident {
+            $(
+                $(#[doc = $doc:literal])+
+                #[option(
+                    $group:expr, $uses:expr
+                    $(, unit = $unit:literal)?
+                    $(, default = $default:literal)?
+                    $(, placeholder = $placeholder:literal)?
+                    $(, kind = $kind:expr)?
+                    $(, range = $range:expr)?
+                    $(, about = $about:expr)?
+                    $(, python = $python:literal)?
+                )]
+                pub $field:ident: Option<$type:ty>,
+            )+
+        }
+    ) => {
+        $(#[$meta])*
+        #[derive(Clone, Debug, Default, PartialEq, serde::Deserialize)]
+        #[serde(default, deny_unknown_fields)]
+        pub struct $name {
+            $(
+                $(#[doc = $doc])+
+                $(#[doc = concat!(" Unit: ", $unit, ".")])?
+                $(#[doc = concat!(" Default: ", $default, ".")])?
+                #[serde(deserialize_with = "crate::options::given")]
+                pub $field: Option<$type>,
+            )+
+        }
+
+        impl $name {
+            /// Declarations of all options, in the order in which they are documented.
+            pub const OPTIONS: &'static [crate::options::Declaration] = &[
+                $(crate::options::Declaration {
+                    name: stringify!($field),
+                    documentation: concat!($($doc),+),
+                    kind: crate::options::options!(@kind $type $(, $kind)?),
+                    group: $group,
+                    uses: $uses,
+                    $(unit: $unit,)?
+                    $(default: $default,)?
+                    $(placeholder: $placeholder,)?
+                    $(range: $range,)?
+                    $(about: Some($about),)?
+                    $(python: $python,)?
+                    ..crate::options::Declaration::NONE
+                },)+
+            ];
+
+            /// Returns the options that are given, in the order of their declarations.
+            pub(crate) fn given(&self) -> impl Iterator<Item = crate::options::Given> {
+                let mut options = Self::OPTIONS.iter();
+                let given = [$(
+                    options
+                        .next()
+                        .zip(self.$field.as_ref())
+                        .map(|(option, value)| crate::options::Given::new(option, value)),
+                )+];
+                given.into_iter().flatten()
+            }
+        }
+    };
+    (@kind $type:ty) => { <$type as crate::options::Value>::KIND };
+    (@kind $type:ty, $kind:expr) => { $kind };
+}
+pub(crate) use options;

@@ -1,0 +1,186 @@
+//! Checks of a request: each range and each combination once, before anything is read.
+
+use tactid_dynamics::{InertialParameters, Manipulator, Urdf};
+use tactid_identify::{BatchSettings, IdentifyError, Method};
+
+use crate::choices::{Estimator, EstimatorKind};
+use crate::options::{About, Declaration, Use};
+use crate::request::FILTER;
+use crate::{RecordingError, Request};
+
+impl Request {
+    /// Checks that nothing is given that a calibration sets or excludes.
+    ///
+    /// # Errors
+    /// Returns [`RecordingError::NotWithCalibration`] with the first such field.
+    pub(crate) fn check_calibration(&self) -> Result<(), RecordingError> {
+        const SET_OR_EXCLUDED: [&str; 5] = [
+            "effort_gain",
+            "effort_gain_std_dev",
+            "effort_noise",
+            "gravity",
+            "cutoff_hz",
+        ];
+        let is_excluded = |name| match name {
+            "method" => self.method != Some(Method::Effort),
+            "estimator" => self.estimator == Some(EstimatorKind::Nlms),
+            other => SET_OR_EXCLUDED.contains(&other),
+        };
+        let mut names = self.given().map(|given| given.option.name);
+        match names.find(|name| is_excluded(name)) {
+            Some(name) => Err(RecordingError::NotWithCalibration { name }),
+            None => Ok(()),
+        }
+    }
+
+    /// Checks that each option that is given applies to a use.
+    ///
+    /// # Errors
+    /// Returns [`RecordingError::NotForArrays`] with the first that does not.
+    pub(crate) fn check_arrays(&self) -> Result<(), RecordingError> {
+        // The unloaded reference of arrays is with the arrays.
+        let is_of_logs =
+            |option: &Declaration| option.name == "unloaded" || !option.uses.contains(&Use::Arrays);
+        match self.given().find(|given| is_of_logs(given.option)) {
+            Some(given) => Err(RecordingError::NotForArrays(given.option.name)),
+            None => Ok(()),
+        }
+    }
+
+    /// Returns the names of the options that are given and ask for something, but are about
+    /// measurements that are not used.
+    pub(crate) fn without_effect(
+        &self,
+        uses_wrenches: bool,
+        uses_efforts: bool,
+    ) -> impl Iterator<Item = &'static str> {
+        let is_used = move |about| match about {
+            About::Wrenches => uses_wrenches,
+            About::Efforts => uses_efforts,
+        };
+        let given = self.given().filter(|given| given.is_effective);
+        let unused = given.filter(move |given| given.option.about.is_some_and(|a| !is_used(a)));
+        unused.map(|given| given.option.name)
+    }
+
+    /// Checks the values that can be judged without a recording.
+    ///
+    /// # Errors
+    /// Returns [`IdentifyError::Value`], [`IdentifyError::Setting`] or [`IdentifyError::Box`] with
+    /// the name of a field whose value is out of range, [`IdentifyError::Model`] for a URDF that is
+    /// none, [`RecordingError::SensorFrameNorm`] for a rotation that is none,
+    /// [`IdentifyError::PriorNeedsLeastSquares`] if a known mass or a bounding box is given to the
+    /// paper's filter, and [`RecordingError::OptionConflict`] for an option that another one must be
+    /// given with.
+    pub(crate) fn check(&self) -> Result<(), RecordingError> {
+        if let Some(urdf) = &self.urdf {
+            Urdf::from_xml(urdf)?;
+        }
+        self.check_estimator()?;
+        if self.known_mass_kg.is_none() && self.known_mass_std_dev_kg.is_some() {
+            return Err(RecordingError::OptionConflict {
+                name: "known_mass_kg",
+                reason: "is missing, but its standard deviation is given",
+            });
+        }
+        let knowledge = BatchSettings {
+            known_mass: self.known_mass(),
+            bounding_box: self.bounding_box,
+            ..BatchSettings::default()
+        };
+        knowledge.check()?;
+        self.check_values()
+    }
+
+    /// Checks the settings of the paper's filter, and that nothing is given that the estimator does
+    /// not have.
+    fn check_estimator(&self) -> Result<(), RecordingError> {
+        if let Estimator::Paper(settings) = self.estimator() {
+            settings.check()?;
+            if self.known_mass_kg.is_some() {
+                return Err(IdentifyError::PriorNeedsLeastSquares("a known mass").into());
+            }
+            if self.bounding_box.is_some() {
+                return Err(IdentifyError::PriorNeedsLeastSquares("a bounding box").into());
+            }
+            return Ok(());
+        }
+        match self.given().find(|given| given.option.group == FILTER) {
+            Some(given) => Err(RecordingError::OptionConflict {
+                name: given.option.name,
+                reason: "is an option of the paper's filter, and not of least squares",
+            }),
+            None => Ok(()),
+        }
+    }
+
+    /// Checks how many values are given for the joints of a robot and for its `sensors`, those that
+    /// the method uses.
+    ///
+    /// # Errors
+    /// Returns [`RecordingError::EffortGains`] if the gains are not as many as the joints, and
+    /// [`IdentifyError::NoiseCount`] if noise is given neither once for all nor once for each.
+    pub(crate) fn check_counts(
+        &self,
+        robot: &Manipulator,
+        sensors: usize,
+    ) -> Result<(), RecordingError> {
+        let joints = robot.joint_names();
+        if let Some(gains) = &self.effort_gain
+            && gains.len() != joints.len()
+        {
+            return Err(RecordingError::EffortGains {
+                given: gains.len(),
+                count: joints.len(),
+                joints: joints.join(", "),
+            });
+        }
+        let joints = joints.len();
+        let counts = [
+            ("wrench_noise", len(&self.wrench_noise), "sensors", sensors),
+            ("effort_noise", len(&self.effort_noise), "joints", joints),
+            (
+                "effort_gain_std_dev",
+                len(&self.effort_gain_std_dev),
+                "joints",
+                joints,
+            ),
+        ];
+        for (name, given, of, expected) in counts {
+            let Some(given) = given.filter(|_| expected > 0) else {
+                continue;
+            };
+            if ![1, expected].contains(&given) {
+                return Err(RecordingError::Identify(IdentifyError::NoiseCount {
+                    name,
+                    given,
+                    of,
+                    expected,
+                }));
+            }
+        }
+        Ok(())
+    }
+
+    /// Checks that each number of the request is in the range of its field.
+    fn check_values(&self) -> Result<(), RecordingError> {
+        self.given().try_for_each(|given| given.check())?;
+        if let Some(frame) = &self.sensor_frame {
+            frame.parent_from_sensor()?;
+        }
+        let is_possible = |tool| InertialParameters::from(tool).is_physical_within(ROUNDED);
+        if !self.known_tool.is_none_or(is_possible) {
+            return Err(IdentifyError::ImpossibleTool.into());
+        }
+        Ok(())
+    }
+}
+
+/// Violation of the triangle inequality of a tool's principal moments that is tolerated, a
+/// fraction: those of a data sheet are rounded.
+const ROUNDED: f64 = 0.02;
+
+/// Returns the number of entries of a field; `None` if it is not given.
+fn len<T>(given: &Option<Vec<T>>) -> Option<usize> {
+    given.as_ref().map(Vec::len)
+}
