@@ -52,11 +52,11 @@ def page() -> str:
 
 
 def _options() -> Iterator[str]:
-    for panel in dict.fromkeys(option.panel for option in OPTIONS.values()):
-        yield f"## {panel}\n"
+    for group in dict.fromkeys(option.group for option in OPTIONS.values()):
+        yield f"## {group}\n"
         yield from _header("keyword", "command line", "applies to", "unit", "default")
         for option in OPTIONS.values():
-            if option.panel == panel:
+            if option.group == group:
                 texts = [_uses(option), option.unit, option.default]
                 yield row(code(option.name), code(option.flag), *texts)
         yield ""

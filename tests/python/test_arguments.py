@@ -267,12 +267,9 @@ Q, W = RECORDED["q"], RECORDED["wrench"]
         ({"gravity": -9.81}, r"`gravity` is -9\.81: expected three numbers, of the shape \(3,\)$"),
         (
             {"bounding_box": [1, 2, 3]},
-            r"`bounding_box` is \[1, 2, 3\]: expected the least .* corner, of the shape \(2, 3\)$",
+            r"`bounding_box` is \[1, 2, 3\]: expected .* shape \(2, 3\)$",
         ),
-        (
-            {"wrench_noise": [1, 2, 3]},
-            r"expected six numbers for all sensors, \(6,\), or for each, \(S, 6\)$",
-        ),
+        ({"wrench_noise": [1, 2, 3]}, r"expected six numbers for all sensors, \(6,\), or for each"),
         ({"cutoff_hz": "5 Hz"}, r"`cutoff_hz` is '5 Hz': expected a number"),
         ({"tip": 3}, r"`tip` is 3: expected text"),
         ({"wrench_offset": "yes"}, r"`wrench_offset` is 'yes': expected True or False"),

@@ -80,8 +80,8 @@ def test_no_option_has_a_default_in_python() -> None:
 
 
 def test_the_choices_of_python_are_those_of_rust() -> None:
-    assert OPTIONS["method"].choices == list(typing.get_args(Method))
-    assert OPTIONS["estimator"].choices == list(typing.get_args(Estimator))
+    assert OPTIONS["method"].kind == {"choice": list(typing.get_args(Method))}
+    assert OPTIONS["estimator"].kind == {"choice": list(typing.get_args(Estimator))}
 
 
 def test_options_are_values() -> None:

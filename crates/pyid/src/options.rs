@@ -4,8 +4,8 @@ use std::path::PathBuf;
 
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyMapping};
-use pythonize::Depythonizer;
-use tactid_recordings::{ArmCalibration, Declaration, Kind, Request, Use};
+use pythonize::{Depythonizer, pythonize};
+use tactid_recordings::{ArmCalibration, Kind, Request};
 
 use crate::arm_model::ArmModel;
 use crate::errors::{ArgumentError, IntoPyErr, option_error, with_option};
@@ -14,40 +14,10 @@ use crate::urdf::urdf_text;
 /// Most characters of a wrong value that an error shows.
 const LONGEST_VALUE: usize = 200;
 
-/// What `tactid.declaration.Declaration` is made from.
-#[derive(IntoPyObject)]
-pub(crate) struct DeclarationData {
-    name: &'static str,
-    text: &'static str,
-    kind: &'static str,
-    choices: Vec<&'static str>,
-    panel: &'static str,
-    uses: Vec<&'static str>,
-    unit: &'static str,
-    default: &'static str,
-    placeholder: &'static str,
-    python: &'static str,
-}
-
 /// Returns the declarations of all options of an identification, in the order in which they are documented.
 #[pyfunction]
-pub(crate) fn options() -> Vec<DeclarationData> {
-    let data = |option: &Declaration| DeclarationData {
-        name: option.name,
-        text: option.text(),
-        kind: option.kind.name(),
-        choices: match option.kind {
-            Kind::Choice(names) => names.to_vec(),
-            _ => Vec::new(),
-        },
-        panel: option.group,
-        uses: option.uses.iter().copied().map(Use::name).collect(),
-        unit: option.unit,
-        default: option.default,
-        placeholder: option.placeholder,
-        python: option.python,
-    };
-    Request::OPTIONS.iter().map(data).collect()
+pub(crate) fn options(py: Python<'_>) -> PyResult<Bound<'_, PyAny>> {
+    Ok(pythonize(py, Request::OPTIONS)?)
 }
 
 /// Reads a request from the options that are given, but for an unloaded reference: see [`log_request`] and

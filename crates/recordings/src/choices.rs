@@ -8,7 +8,7 @@ use serde::{Deserialize, Deserializer};
 use tactid_identify::PaperSettings;
 
 use crate::arm_calibration::ArmCalibration;
-use crate::options::{Kind, Value, choice};
+use crate::options::{Kind, Value, read_as};
 use crate::{RecordingError, unit_quaternion};
 
 /// How equations become parameters.
@@ -36,7 +36,8 @@ const LEAST_SQUARES: &str = "least-squares";
 const NLMS: &str = "nlms";
 
 /// Which estimator a request asks for.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "kebab-case")]
 pub enum EstimatorKind {
     /// Robust weighted least squares over the whole recording: `least-squares`.
     LeastSquares,
@@ -45,16 +46,12 @@ pub enum EstimatorKind {
 }
 
 impl Value for EstimatorKind {
-    const KIND: Kind = Kind::Choice(&[LEAST_SQUARES, NLMS]);
-
-    fn read<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        let choices = [(LEAST_SQUARES, Self::LeastSquares), (NLMS, Self::Nlms)];
-        choice(deserializer, &choices)
-    }
+    read_as!(Kind::Choice(&[LEAST_SQUARES, NLMS]), Self);
 }
 
 /// Body on which a measured wrench acts.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "lowercase")]
 pub enum ActsOn {
     /// The payload: the wrench that the robot exerts on it.
     #[default]
@@ -65,12 +62,7 @@ pub enum ActsOn {
 }
 
 impl Value for ActsOn {
-    const KIND: Kind = Kind::Choice(&["payload", "sensor"]);
-
-    fn read<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        let choices = [("payload", Self::Payload), ("sensor", Self::Sensor)];
-        choice(deserializer, &choices)
-    }
+    read_as!(Kind::Choice(&["payload", "sensor"]), Self);
 
     fn is_effective(&self) -> bool {
         *self == Self::Sensor

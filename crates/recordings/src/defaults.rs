@@ -48,14 +48,6 @@ pub(crate) struct Contents {
 }
 
 impl Contents {
-    /// Returns the contents of a recording whose measured accelerations are not used.
-    pub(crate) fn without_acceleration(&self) -> Self {
-        Self {
-            acceleration_period_s: None,
-            ..self.clone()
-        }
-    }
-
     /// Returns the period of the slowest stream that a method uses, s.
     fn slowest_period_s(&self, method: Method) -> f64 {
         let wrench_period_s = self.wrench_period_s.filter(|_| method.uses_wrench());
@@ -100,10 +92,6 @@ impl Options {
             equations.wrench_noise.clear();
         }
         equations.effort_gain_std_dev = effort_gain_std_devs(request);
-        if !is_paper {
-            let gap_s = (GAP_PERIODS * period_s).max(SHORTEST_GAP_S);
-            equations.max_gap_s = request.max_gap_s.unwrap_or(gap_s);
-        }
         match contents.motion {
             Motion::Joints => {}
             Motion::Carried => {
@@ -132,6 +120,27 @@ impl Options {
             estimator,
             period_s,
         }
+        .with_period(request, period_s)
+    }
+
+    /// Returns the options of the same recording where its measured accelerations are not used.
+    pub(crate) fn without_acceleration(self, request: &Request, contents: &Contents) -> Self {
+        let contents = Contents {
+            acceleration_period_s: None,
+            ..contents.clone()
+        };
+        let period_s = contents.slowest_period_s(self.method());
+        self.with_period(request, period_s)
+    }
+
+    /// Returns the options for the period of the slowest stream, s, on which the longest bridged gap depends.
+    fn with_period(mut self, request: &Request, period_s: f64) -> Self {
+        self.period_s = period_s;
+        if self.estimator == Estimator::LeastSquares {
+            let gap_s = (GAP_PERIODS * period_s).max(SHORTEST_GAP_S);
+            self.equations.max_gap_s = request.max_gap_s.unwrap_or(gap_s);
+        }
+        self
     }
 
     /// Reports options that have no effect, because the recording or the method does not use what they are about.
@@ -385,13 +394,13 @@ mod tests {
         let open = Options::resolve(&Request::default(), &contents);
         assert_eq!((open.chooses_cutoff, open.delay_s), (true, None));
         assert!((open.equations.max_gap_s - 0.1).abs() < 1e-12);
-        let without = Options::resolve(&Request::default(), &contents.without_acceleration());
+        let without = open.without_acceleration(&Request::default(), &contents);
         assert!((without.equations.max_gap_s - 0.02).abs() < 1e-12);
         let effort = Request {
             method: Some(Method::Effort),
             ..Request::default()
         };
-        let effort = Options::resolve(&effort, &contents.without_acceleration());
+        let effort = Options::resolve(&effort, &contents).without_acceleration(&effort, &contents);
         assert!((effort.equations.max_gap_s - 0.01).abs() < 1e-12);
         assert_eq!(effort.delay_s, Some(0.0));
         let paper = Options::resolve(&Request::paper(), &contents);

@@ -83,6 +83,7 @@ fn sources(found: &LogSources, decoding: &Decoding, request: &Request) -> Source
         sensors: found.sensors.clone(),
         wrench_names: found.topics.wrenches.clone(),
         contents: found.contents.clone(),
+        options: found.options.clone(),
         streams: decoding.streams(found, request.unloaded.is_some()),
         optional_acceleration: found
             .topics

@@ -113,7 +113,7 @@ fn choose_streams(
     events: &[Event],
     request: &Request,
 ) -> Result<(Streams, Options, Vec<Finding>), RecordingError> {
-    let options = Options::resolve(request, &sources.contents);
+    let options = sources.options.clone();
     let streams = Streams {
         unloaded: false,
         ..sources.streams.clone()
@@ -133,6 +133,6 @@ fn choose_streams(
         acceleration: false,
         ..streams
     };
-    let contents = sources.contents.without_acceleration();
-    Ok((streams, Options::resolve(request, &contents), vec![finding]))
+    let options = options.without_acceleration(request, &sources.contents);
+    Ok((streams, options, vec![finding]))
 }

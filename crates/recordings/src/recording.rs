@@ -6,7 +6,7 @@ use tactid_dynamics::Manipulator;
 use tactid_identify::checks::TwistAxes;
 
 use crate::alignment::{Event, Streams};
-use crate::defaults::Contents;
+use crate::defaults::{Contents, Options};
 use crate::fault::FaultCounts;
 use crate::{Clock, Finding, Observer, RecordingError};
 
@@ -29,6 +29,8 @@ pub(crate) struct Sources {
     /// Topic or array of each wrench.
     pub(crate) wrench_names: Vec<String>,
     pub(crate) contents: Contents,
+    /// All options of the request, with their defaults for these contents.
+    pub(crate) options: Options,
     /// All streams of events.
     pub(crate) streams: Streams,
     /// Name of the stream of measured accelerations that need not be used.

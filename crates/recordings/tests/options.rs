@@ -74,8 +74,14 @@ fn a_request_is_read_by_the_names_of_its_options() {
         ..Request::default()
     };
     assert_eq!(read(given).unwrap(), expected);
+}
+
+/// The pose of a sensor's frame may be a list of its own.
+#[test]
+fn a_sensor_frame_may_have_its_pose_apart() {
     let pair = json!({"sensor_frame": ["wrist", [0.1, 0.2, 0.3, 0, 0, 0, 1]]});
-    assert_eq!(read(pair).unwrap().sensor_frame, expected.sensor_frame);
+    let expected = SensorFrame::new("wrist", [0.1, 0.2, 0.3], [0.0, 0.0, 0.0, 1.0]);
+    assert_eq!(read(pair).unwrap().sensor_frame, expected.ok());
     assert_eq!(read(json!({})).unwrap(), Request::default());
 }
 
@@ -103,7 +109,7 @@ fn what_is_no_option_is_refused() {
 fn every_option_is_declared_whole() {
     let units = [("_s", "s"), ("_hz", "Hz"), ("_kg", "kg")];
     for option in Request::OPTIONS {
-        assert!(option.text().ends_with('.'), "{option:?}");
+        assert!(option.text.ends_with('.'), "{option:?}");
         assert!(
             !option.group.is_empty() && !option.uses.is_empty(),
             "{option:?}"

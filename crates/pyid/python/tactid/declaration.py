@@ -27,12 +27,10 @@ class Declaration:
     """Keyword of the option."""
     text: str
     """What the option is, in complete sentences."""
-    kind: str
-    """Type of its values: the name of a ``Kind`` of Rust."""
-    choices: list[str]
-    """The values of an option that is a choice; empty for others."""
-    panel: str
-    """Panel of the command's help."""
+    kind: str | dict[str, list[str]]
+    """Type of its values: the name of a ``Kind`` of Rust, or that of a choice with the choices."""
+    group: str
+    """Heading under which it is listed, and panel of the command's help."""
     uses: list[Use]
     """Where the option applies."""
     unit: str
@@ -72,12 +70,12 @@ Declarations = Mapping[str, Declaration]
 def describe(options: Declarations, use: Use | None = None) -> str:
     """Lists the options with their documentation, as a docstring has them, in groups."""
     lines = []
-    panel = None
+    group = None
     for option in options.values():
         if use is None or use in option.uses:
-            if option.panel != panel:
-                panel = option.panel
-                lines += ["", f"{panel}:", ""]
+            if option.group != group:
+                group = option.group
+                lines += ["", f"{group}:", ""]
             text = f"    {option.name}: {option.documentation}"
             indent = " " * 8
             lines.append(textwrap.fill(text, 88, subsequent_indent=indent, break_on_hyphens=False))

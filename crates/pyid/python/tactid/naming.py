@@ -19,7 +19,7 @@ def switched_off(option: str, style: Style) -> str:
 
 
 def command_line_flag(option: str) -> str:
-    """Returns the command-line flag of a field of ``tactid.Options``: ``--max-gap``."""
+    """Returns the command-line flag of a field of ``tactid.Options``: ``--max-gap-s``."""
     return f"--{option.replace('_', '-')}"
 
 

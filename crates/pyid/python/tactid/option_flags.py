@@ -45,8 +45,8 @@ _FORMS = {
 
 
 def _form(option: Declaration) -> _Form:
-    if option.kind == "choice":
-        return _Form(Literal[tuple(option.choices)])
+    if isinstance(option.kind, dict):
+        return _Form(Literal[tuple(option.kind["choice"])])
     return _FORMS[option.kind]
 
 
@@ -59,7 +59,7 @@ def parameters(names: Iterable[str]) -> list[inspect.Parameter]:
             option.flag,
             help=option.help,
             metavar=option.placeholder or form.placeholder,
-            rich_help_panel=option.panel,
+            rich_help_panel=option.group,
             show_default=False,
         )
         parameter = inspect.Parameter(

@@ -56,10 +56,9 @@ impl<'a> ArrayRecording<'a> {
             effort_gains: effort_gains(request, robot.joint_names()),
             uses_effort: options.method().uses_effort(),
         };
-        let method = options.method();
         let unloaded = arrays.unloaded.as_ref().map(|unloaded| {
             unloaded.check(&robot)?;
-            UnloadedSamples::new(unloaded, &samples, &timeline, method)
+            UnloadedSamples::new(unloaded, &samples, &timeline, options.method())
         });
         let unloaded = unloaded.transpose()?;
         Ok(Self {
@@ -75,6 +74,7 @@ impl<'a> ArrayRecording<'a> {
                 wrench_names: vec!["wrench".to_owned(); sensors.len()],
                 sensors,
                 contents,
+                options,
                 optional_acceleration: None,
                 measured_twist: measured_twist(arrays),
                 names: names(arrays),

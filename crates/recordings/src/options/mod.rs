@@ -1,21 +1,19 @@
-//! How options are declared: each once, as a field with its documentation, its values and its
-//! range.
+//! How options are declared: each once, as a field with its documentation, its values and its range.
 //!
 //! The macro [`options`] writes a struct whose fields are options. From the same declaration follow
-//! the table of options, which other interfaces read ([`Declaration`]), the reading of values that
-//! are given by name, and the check of their ranges.
+//! the table of options, which other interfaces read ([`Declaration`]), the reading of values that are
+//! given by name, and the check of their ranges.
 
 mod value;
 
-use std::fmt;
-
-use serde::{Deserialize, Deserializer};
+use serde::{Deserialize, Deserializer, Serialize};
 use tactid_identify::{IdentifyError, Range};
 
-pub(crate) use value::{Value, choice};
+pub(crate) use value::{Value, read_as};
 
 /// Where an option can apply.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "lowercase")]
 pub enum Use {
     /// Identification from a log.
     Log,
@@ -24,6 +22,7 @@ pub enum Use {
     /// Online least squares.
     Online,
     /// The paper's filter, online.
+    #[serde(rename = "paper filter")]
     PaperFilter,
     /// Calibration of an arm.
     Calibration,
@@ -31,23 +30,9 @@ pub enum Use {
     Design,
 }
 
-impl Use {
-    /// Returns the name of the use.
-    #[must_use]
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Log => "log",
-            Self::Arrays => "arrays",
-            Self::Online => "online",
-            Self::PaperFilter => "paper filter",
-            Self::Calibration => "calibration",
-            Self::Design => "design",
-        }
-    }
-}
-
 /// Type of the values of an option.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "lowercase")]
 pub enum Kind {
     /// A truth value.
     Flag,
@@ -83,31 +68,6 @@ pub enum Kind {
     Calibration,
 }
 
-impl Kind {
-    /// Returns the name of the kind.
-    #[must_use]
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Flag => "flag",
-            Self::Number => "number",
-            Self::Count => "count",
-            Self::Text => "text",
-            Self::Texts => "texts",
-            Self::Path => "path",
-            Self::Choice(_) => "choice",
-            Self::Names => "names",
-            Self::Vector => "vector",
-            Self::Numbers => "numbers",
-            Self::Fractions => "fractions",
-            Self::Wrenches => "wrenches",
-            Self::Box => "box",
-            Self::Body => "body",
-            Self::Frame => "frame",
-            Self::Calibration => "calibration",
-        }
-    }
-}
-
 /// Measurements that an option is about: it has no effect where they are not used.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum About {
@@ -116,12 +76,12 @@ pub(crate) enum About {
 }
 
 /// Declaration of an option. A text is empty where there is nothing to say.
-#[derive(Clone, Copy)]
+#[derive(Clone, Copy, Debug, Serialize)]
 pub struct Declaration {
     /// Name of the option: of the field, of the keyword and, with hyphens, of the flag.
     pub name: &'static str,
     /// What the option is, in complete sentences.
-    pub(crate) documentation: &'static str,
+    pub text: &'static str,
     /// Type of its values.
     pub kind: Kind,
     /// Heading under which it is listed.
@@ -136,7 +96,9 @@ pub struct Declaration {
     pub placeholder: &'static str,
     /// What only Python has, in complete sentences.
     pub python: &'static str,
+    #[serde(skip)]
     pub(crate) range: Range,
+    #[serde(skip)]
     pub(crate) about: Option<About>,
 }
 
@@ -144,7 +106,7 @@ impl Declaration {
     /// A declaration without anything that is optional.
     pub(crate) const NONE: Self = Self {
         name: "",
-        documentation: "",
+        text: "",
         kind: Kind::Flag,
         group: "",
         uses: &[],
@@ -155,18 +117,6 @@ impl Declaration {
         range: Range::ANY,
         about: None,
     };
-
-    /// Returns what the option is, in complete sentences.
-    #[must_use]
-    pub fn text(&self) -> &'static str {
-        self.documentation.trim()
-    }
-}
-
-impl fmt::Debug for Declaration {
-    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
-        formatter.write_str(self.name)
-    }
 }
 
 /// An option that is given, with what its checks need of the value.
@@ -253,7 +203,7 @@ macro_rules! options {
             pub const OPTIONS: &'static [crate::options::Declaration] = &[
                 $(crate::options::Declaration {
                     name: stringify!($field),
-                    documentation: concat!($($doc),+),
+                    text: concat!($($doc),+).trim_ascii(),
                     kind: crate::options::options!(@kind $type $(, $kind)?),
                     group: $group,
                     uses: $uses,

@@ -47,31 +47,33 @@ impl<T> From<OneOrSeveral<T>> for Vec<T> {
     }
 }
 
-/// Reads one of some names, and returns what it stands for.
-pub(crate) fn choice<'de, D: Deserializer<'de>, T: Copy>(
-    deserializer: D,
-    choices: &[(&str, T)],
-) -> Result<T, D::Error> {
-    let given = String::deserialize(deserializer)?;
-    let chosen = choices.iter().find(|(name, _)| *name == given);
-    chosen
-        .map(|(_, value)| *value)
-        .ok_or_else(|| D::Error::custom(format!("there is no choice {given}")))
+/// A truth value and nothing that could be taken for one, such as a text.
+#[derive(Deserialize)]
+#[serde(untagged)]
+enum Flag {
+    Flag(bool),
 }
 
-impl Value for bool {
-    const KIND: Kind = Kind::Flag;
-
-    fn read<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        /// Reads a truth value and nothing that could be taken for one, such as a text.
-        #[derive(Deserialize)]
-        #[serde(untagged)]
-        enum Flag {
-            Flag(bool),
-        }
-        let Flag::Flag(flag) = Flag::deserialize(deserializer)?;
-        Ok(flag)
+impl From<Flag> for bool {
+    fn from(Flag::Flag(flag): Flag) -> Self {
+        flag
     }
+}
+
+/// Writes the kind of a [`Value`], and its reading from what serde reads as another type.
+macro_rules! read_as {
+    ($kind:expr, $type:ty) => {
+        const KIND: crate::options::Kind = $kind;
+
+        fn read<'de, D: serde::Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+            <$type as serde::Deserialize>::deserialize(deserializer).map(Self::from)
+        }
+    };
+}
+pub(crate) use read_as;
+
+impl Value for bool {
+    read_as!(Kind::Flag, Flag);
 
     fn is_effective(&self) -> bool {
         *self
@@ -79,11 +81,7 @@ impl Value for bool {
 }
 
 impl Value for f64 {
-    const KIND: Kind = Kind::Number;
-
-    fn read<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        Self::deserialize(deserializer)
-    }
+    read_as!(Kind::Number, f64);
 
     fn numbers(&self) -> Vec<f64> {
         vec![*self]
@@ -95,55 +93,31 @@ impl Value for f64 {
 }
 
 impl Value for u32 {
-    const KIND: Kind = Kind::Count;
-
-    fn read<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        Self::deserialize(deserializer)
-    }
+    read_as!(Kind::Count, u32);
 }
 
 impl Value for String {
-    const KIND: Kind = Kind::Text;
-
-    fn read<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        Self::deserialize(deserializer)
-    }
+    read_as!(Kind::Text, String);
 }
 
 impl Value for PathBuf {
-    const KIND: Kind = Kind::Path;
+    read_as!(Kind::Path, PathBuf);
+}
 
-    fn read<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        Self::deserialize(deserializer)
-    }
+impl Value for BTreeMap<String, String> {
+    read_as!(Kind::Names, BTreeMap<String, String>);
 }
 
 impl Value for Vec<String> {
-    const KIND: Kind = Kind::Texts;
-
-    fn read<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        OneOrSeveral::deserialize(deserializer).map(Self::from)
-    }
+    read_as!(Kind::Texts, OneOrSeveral<String>);
 
     fn is_effective(&self) -> bool {
         !self.is_empty()
     }
 }
 
-impl Value for BTreeMap<String, String> {
-    const KIND: Kind = Kind::Names;
-
-    fn read<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        Self::deserialize(deserializer)
-    }
-}
-
 impl Value for Vector3<f64> {
-    const KIND: Kind = Kind::Vector;
-
-    fn read<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        <[f64; 3]>::deserialize(deserializer).map(Self::from)
-    }
+    read_as!(Kind::Vector, [f64; 3]);
 
     fn numbers(&self) -> Vec<f64> {
         self.as_slice().to_vec()
@@ -151,11 +125,7 @@ impl Value for Vector3<f64> {
 }
 
 impl Value for Vec<f64> {
-    const KIND: Kind = Kind::Numbers;
-
-    fn read<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        OneOrSeveral::deserialize(deserializer).map(Self::from)
-    }
+    read_as!(Kind::Numbers, OneOrSeveral<f64>);
 
     fn numbers(&self) -> Vec<f64> {
         self.clone()
@@ -163,11 +133,7 @@ impl Value for Vec<f64> {
 }
 
 impl Value for Vec<[f64; 6]> {
-    const KIND: Kind = Kind::Wrenches;
-
-    fn read<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        OneOrSeveral::deserialize(deserializer).map(Self::from)
-    }
+    read_as!(Kind::Wrenches, OneOrSeveral<[f64; 6]>);
 
     fn numbers(&self) -> Vec<f64> {
         self.as_flattened().to_vec()
@@ -218,12 +184,14 @@ impl Value for Method {
 
     /// The recording decides whether the combined method uses efforts.
     fn read<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        let given = String::deserialize(deserializer)?;
         let methods = [
             Self::Tactile,
             Self::Effort,
             Self::JointSensing,
             Self::Combined { effort: true },
         ];
-        choice(deserializer, &methods.map(|method| (method.name(), method)))
+        let chosen = methods.into_iter().find(|method| method.name() == given);
+        chosen.ok_or_else(|| D::Error::custom(format!("there is no method {given}")))
     }
 }
