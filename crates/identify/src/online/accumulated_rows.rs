@@ -39,6 +39,8 @@ impl ChannelTerms {
 #[derive(Clone, Debug)]
 pub(crate) struct AccumulatedRows {
     rls: Rls<10>,
+    /// Number of windows.
+    windows: usize,
     /// Parameters before the first row. Unobservable directions keep them.
     start: Vector,
     /// `N = Σ D Dᵀ`: information of the half-differences `D` of the regressors, which is noise of the motion.
@@ -60,6 +62,7 @@ impl AccumulatedRows {
         Self {
             start: Vector::zeros(),
             rls: Rls::starting_at(Vector::zeros()),
+            windows: 0,
             noise: Matrix::zeros(),
             noise_targets: Vector::zeros(),
             correlated: Matrix::zeros(),
@@ -79,6 +82,7 @@ impl AccumulatedRows {
     /// Discards all rows and starts from the same parameters as before.
     pub(crate) fn restart(&mut self) {
         self.rls = Rls::starting_at(self.start);
+        self.windows = 0;
         self.noise = Matrix::zeros();
         self.noise_targets = Vector::zeros();
         self.correlated = Matrix::zeros();
@@ -115,13 +119,14 @@ impl AccumulatedRows {
     /// Completes [`add`](Self::add): updates the triangular factor with the rows of the window.
     pub(crate) fn update_square_root(&mut self) {
         self.rls.update_all(&mut self.pending);
+        self.windows += 1;
     }
 
     /// Returns the parameters that fit all rows best, however uncertain they are. Their residuals are noise.
     pub(crate) fn best_fit(&self) -> Vector {
         let biased = self.rls.parameters();
-        let information =
-            Information::new(&self.rls.information_root(), &self.noise, f64::INFINITY);
+        let root = self.rls.information_root();
+        let information = Information::new(&root, &self.noise, self.windows, f64::INFINITY);
         biased + information.solve(&(self.noise * biased - self.noise_targets))
     }
 
@@ -134,7 +139,8 @@ impl AccumulatedRows {
     pub(crate) fn solve(&mut self) -> (Vector, Information) {
         let root = self.rls.information_root();
         self.inverse_root = inverse_of_upper(&self.rls.regularised_root()).transpose();
-        let information = Information::new(&root, &self.noise, self.plausible_size(&self.scales()));
+        let plausible = self.plausible_size(&self.scales());
+        let information = Information::new(&root, &self.noise, self.windows, plausible);
         let parameters = if information.is_complete() {
             let biased = self.rls.parameters();
             biased + information.solve(&(self.noise * biased - self.noise_targets))

@@ -1,6 +1,7 @@
 //! The information of the rows without the noise of the motion, factorised by pivots, without allocation.
 
-use super::subspace::{Matrix, NullSpace, Vector, is_observable_pivot};
+use super::subspace::{Matrix, NullSpace, Vector, is_observable_pivot, least_signal};
+use crate::result::KINDS;
 
 /// The corrected information `A - N = Uᵀ D U`. `A` is the information of the rows, and `N` its part that is
 /// noise of the motion: the errors-in-variables bias correction.
@@ -8,47 +9,72 @@ use super::subspace::{Matrix, NullSpace, Vector, is_observable_pivot};
 /// The parameters are eliminated one after another: a pivot is the information on a parameter that the
 /// previous ones leave. Where a pivot is unobservable, its parameter keeps its value in
 /// [`solve`](Self::solve), and the others are solved for given this value.
+///
+/// - A parameter whose column of the rows is noise alone keeps its value first of all, and its products with
+///   other columns count as zero: they are chance, and the parameter may be of any size. An arm that holds
+///   still would otherwise take inertias of 1000 kg m², which it does not show, into its mass.
+/// - The other parameters are eliminated kind by kind, each time the one with the largest pivot of its kind.
+///   One that keeps its value is then the largest of its kind in its direction, so that the others do not
+///   have to be larger to make up for it, and multiply the noise of the motion. Of the first moments of an
+///   arm that holds still it is the one that is nearest to the vertical.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Information {
-    /// `A - N`.
+    /// `A - N`, in which columns and rows of noise alone are zero.
     difference: Matrix,
     /// `D⁻¹`; zero for an unobservable direction.
     inverse: Vector,
-    /// The columns of `U⁻¹`; `U` has a diagonal of ones.
+    /// The columns of `U⁻¹`. In the order of elimination `U` is triangular, with a diagonal of ones.
     directions: Matrix,
 }
 
 impl Information {
-    /// Factorises from the triangular factor of all rows, `A = RᵀR`, and `N`. Cost: some 1000
-    /// multiplications.
+    /// Factorises from the triangular factor of the rows of so many windows, `A = RᵀR`, and `N`.
+    /// Cost: some 1500 multiplications.
     ///
-    /// `plausible` is the largest size of a parameter that can be expected, in units that make the columns of
-    /// `R` of length one.
-    pub(crate) fn new(root: &Matrix, noise: &Matrix, plausible: f64) -> Self {
+    /// `plausible` is the largest size of a parameter that can be expected, in units that make the
+    /// columns of `R` of length one.
+    pub(crate) fn new(root: &Matrix, noise: &Matrix, windows: usize, plausible: f64) -> Self {
         let rows = root.transpose() * root;
-        let difference = rows - noise;
+        let mut difference = rows - noise;
+        let (signals, noises) = (difference.diagonal(), noise.diagonal());
+        let is_noise = |k: usize, least: f64| signals[k] <= least * noises[k];
+        let least = least_signal(windows, 0);
+        let columns = (0..10).filter(|&k| is_noise(k, least)).count();
+        let least = least_signal(windows, columns);
+        // What a column of noise has in common with others is chance.
+        for k in (0..10).filter(|&k| is_noise(k, least)) {
+            difference.row_mut(k).fill(0.0);
+            difference.column_mut(k).fill(0.0);
+        }
         let mut rest = difference;
-        let mut upper = Matrix::identity();
         let mut inverse = Vector::zeros();
-        for j in 0..10 {
-            let mut column = Vector::zeros();
-            column.copy_from(&rest.column(j));
-            // The elimination of A itself would leave here the square of R's diagonal.
-            let rows_pivot = root[(j, j)] * root[(j, j)];
-            if is_observable_pivot(column[j], rows_pivot, rows[(j, j)], plausible) {
+        let mut directions = Matrix::identity();
+        let mut is_open = [true; 10];
+        for kind in KINDS {
+            for _ in kind.clone() {
+                let open = kind.clone().filter(|&k| is_open[k]);
+                let larger = |a: usize, b: usize| if rest[(b, b)] > rest[(a, a)] { b } else { a };
+                let Some(j) = open.reduce(larger) else { break };
+                is_open[j] = false;
+                let column = rest.column(j).into_owned();
+                let direction = directions.column(j).into_owned();
+                let of_noise = least * (noise * direction).dot(&direction);
+                if !is_observable_pivot(column[j], of_noise, rows[(j, j)], plausible) {
+                    continue;
+                }
                 inverse[j] = column[j].recip();
-            }
-            for i in j + 1..10 {
-                let factor = column[i] * inverse[j];
-                upper[(j, i)] = factor;
-                // Above the pivots nothing is read again.
-                rest.column_mut(i).axpy(-factor, &column, 1.0);
+                for i in (0..10).filter(|&i| is_open[i]) {
+                    let factor = column[i] * inverse[j];
+                    // Rows of parameters that are eliminated are not read again.
+                    rest.column_mut(i).axpy(-factor, &column, 1.0);
+                    directions.column_mut(i).axpy(-factor, &direction, 1.0);
+                }
             }
         }
         Self {
             difference,
             inverse,
-            directions: inverse_of_upper(&upper),
+            directions,
         }
     }
 
@@ -133,11 +159,14 @@ pub(crate) fn inverse_of_upper(upper: &Matrix) -> Matrix {
 
 #[cfg(test)]
 mod tests {
-    use nalgebra::SMatrix;
+    use nalgebra::{SMatrix, Vector3};
     use rand::{RngExt, SeedableRng, rngs::SmallRng};
 
     use super::*;
-    use crate::solve::subspace::PIVOT_SIGNAL;
+    use crate::solve::subspace::LEAST_SIGNAL;
+
+    /// So many that chance is no more than a tenth of the noise.
+    const WINDOWS: usize = 1_000_000;
 
     /// The Gram matrix of forty random rows.
     fn random(random: &mut SmallRng) -> Matrix {
@@ -161,7 +190,7 @@ mod tests {
     fn solves_without_the_noise() {
         for seed in 0..50 {
             let (root, noise) = rows_and_noise(seed, 0.1);
-            let information = Information::new(&root, &noise, f64::INFINITY);
+            let information = Information::new(&root, &noise, WINDOWS, f64::INFINITY);
             assert_eq!(information.unobservable().count(), 0);
             let matrix = root.tr_mul(&root) - noise;
             let expected = Vector::from_fn(|k, _| (k as f64).sin());
@@ -187,7 +216,7 @@ mod tests {
                 let noise = direction * direction.transpose() * noise;
                 let all = rows + noise + Matrix::identity() * 1e-12;
                 let root = all.cholesky().unwrap().l().transpose();
-                let information = Information::new(&root, &noise, f64::INFINITY);
+                let information = Information::new(&root, &noise, WINDOWS, f64::INFINITY);
                 let unobservable: Vec<Vector> = information
                     .unobservable()
                     .map(|(_, direction)| direction)
@@ -196,7 +225,7 @@ mod tests {
                 let found = unobservable[0].normalize();
                 let signal = (rows * found).dot(&found);
                 let whole = (all * found).dot(&found);
-                assert!(signal <= PIVOT_SIGNAL * whole, "{signal} of {whole}");
+                assert!(signal <= LEAST_SIGNAL * whole, "{signal} of {whole}");
                 if noise == Matrix::zeros() {
                     assert!(found.dot(&direction).abs() > 1.0 - 1e-6, "{found}");
                     let truth = Vector::from_fn(|k, _| k as f64);
@@ -205,6 +234,44 @@ mod tests {
                     assert!(across.norm() < 1e-4, "{across}");
                 }
             }
+        }
+    }
+
+    /// A column of noise that has products with another one by chance leaves the latter's solution and direction as they are.
+    #[test]
+    fn noise_that_is_coupled_by_chance_moves_nothing() {
+        let mut rows = Matrix::identity();
+        (rows[(0, 9)], rows[(9, 0)]) = (0.1, 0.1);
+        let noise = Matrix::from_diagonal(&Vector::ith(9, 0.95));
+        let root = rows.cholesky().unwrap().l().transpose();
+        let information = Information::new(&root, &noise, 50, f64::INFINITY);
+        let found: Vec<_> = information.unobservable().collect();
+        assert_eq!(found, [(9, Vector::ith(9, 1.0))]);
+        let solution = information.solve(&(rows * Vector::ith(0, 1e4)));
+        assert!((solution - Vector::ith(0, 1e4)).amax() < 1e-6, "{solution}");
+        let prior = Vector::repeat(1e-6);
+        assert_eq!(information.matrix(&prior)[(0, 9)], 0.0);
+    }
+
+    /// Along an unobservable direction the parameter that keeps its value is the largest of its kind.
+    #[test]
+    fn the_largest_entry_of_a_direction_keeps_its_value() {
+        for (down, held) in [
+            ([1.0, 0.8, 1e-3], 1),
+            ([1e-3, 0.8, 1.0], 3),
+            ([0.2, -0.9, 0.3], 2),
+        ] {
+            let down = Vector3::from(down);
+            let moments = down.cross_matrix().tr_mul(&down.cross_matrix());
+            let mut rows = Matrix::identity() * 1e-6;
+            rows.fixed_view_mut::<3, 3>(1, 1).copy_from(&moments);
+            let noise = Matrix::identity() * 1e-6;
+            let root = rows.cholesky().unwrap().l().transpose();
+            let information = Information::new(&root, &noise, WINDOWS, f64::INFINITY);
+            let found = information.unobservable().find(|(k, _)| (1..4).contains(k));
+            let (index, direction) = found.unwrap();
+            assert_eq!(index, held, "{down}");
+            assert!(direction.amax() < 1.0 + 1e-3, "{direction}");
         }
     }
 
