@@ -95,9 +95,7 @@ pub use tactid_dynamics as dynamics;
 pub use tactid_dynamics::{BaseKind, Manipulator, ModelError, Wrench};
 
 pub use batch::{BatchIdentifier, BatchResult, BatchSettings, FitReport, Forecast};
-pub use combine::{
-    Agreement, Combination, CombineSettings, LinearEstimate, RunDistance, SharedErrors, combine,
-};
+pub use combine::{Agreement, Combination, LinearEstimate, RunDistance, SharedErrors, combine};
 pub use equations::{
     BaseState, Channel, Channels, EquationSettings, EquationStream, MotionRows, PushOutcome,
     Sample, states_of_poses,
@@ -108,7 +106,7 @@ pub use fit::Delay;
 pub use method::Method;
 pub use online::Identifier;
 pub use paper::{PaperFilter, PaperSettings, SingularValues};
-pub use prior::{BoundingBox, KnownMass};
+pub use prior::{BoundingBox, KnownMass, PriorKnowledge};
 pub use range::Range;
 pub use result::{
     HistoryPoint, Observability, PayloadEstimate, VALUE_NAMES, WrenchOffset, values_of_body,

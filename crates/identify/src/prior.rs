@@ -33,7 +33,7 @@ impl KnownMass {
     /// # Errors
     /// Returns [`IdentifyError::Value`] if the mass is not from 1e-12 to 1e12 kg, or its standard deviation is negative or more
     /// than 1e12 kg.
-    pub(crate) fn check(&self) -> Result<(), IdentifyError> {
+    fn check(&self) -> Result<(), IdentifyError> {
         let out_of_range = |name, given, expected| {
             Err(IdentifyError::Value {
                 name,
@@ -53,7 +53,8 @@ impl KnownMass {
     }
 
     /// Returns the mass of the payload together with a body of so many kg, which may be negative.
-    pub(crate) fn with(self, mass_kg: f64) -> Self {
+    #[must_use]
+    pub fn with(self, mass_kg: f64) -> Self {
         Self {
             mass_kg: self.mass_kg + mass_kg,
             std_dev_kg: self.std_dev_kg.max(EXACT * self.mass_kg),
@@ -62,9 +63,31 @@ impl KnownMass {
 
     /// Returns whether an estimate of the payload's mass, kg, is within so many standard deviations of the known
     /// mass. An estimate that differs by rounding is the exact mass.
-    pub(crate) fn agrees_with(&self, estimated_kg: f64, std_devs: f64) -> bool {
+    #[must_use]
+    pub fn agrees_with(&self, estimated_kg: f64, std_devs: f64) -> bool {
         let tolerance_kg = (std_devs * self.std_dev_kg).max(SAME_MASS * self.mass_kg);
         (estimated_kg - self.mass_kg).abs() <= tolerance_kg
+    }
+}
+
+/// What is known of the payload besides the measurements. By default nothing is.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct PriorKnowledge {
+    /// Mass of the payload from a scale. It counts once, however many recordings there are.
+    pub known_mass: Option<KnownMass>,
+    /// A box in the frame of the estimate that contains the whole payload.
+    pub bounding_box: Option<BoundingBox>,
+}
+
+impl PriorKnowledge {
+    /// Checks that the values are in range.
+    ///
+    /// # Errors
+    /// Returns [`IdentifyError::Value`] if the mass is not positive or its standard deviation is negative, and
+    /// [`IdentifyError::Box`] if the box has no volume.
+    pub fn check(&self) -> Result<(), IdentifyError> {
+        self.known_mass.map_or(Ok(()), |mass| mass.check())?;
+        self.bounding_box.map_or(Ok(()), |given| given.check())
     }
 }
 
@@ -86,7 +109,7 @@ impl BoundingBox {
     ///
     /// # Errors
     /// Returns [`IdentifyError::Box`] if a corner is not finite, or a side is not positive.
-    pub(crate) fn check(&self) -> Result<(), IdentifyError> {
+    fn check(&self) -> Result<(), IdentifyError> {
         for (axis, (min, max)) in self.min.iter().zip(&self.max).enumerate() {
             if !(min < max && (max - min).is_finite()) {
                 return Err(IdentifyError::Box {

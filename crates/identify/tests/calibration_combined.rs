@@ -8,7 +8,7 @@ mod effort_arm;
 use effort_arm::{World, calibrated, payload, record, values};
 use tactid_identify::calibration::{Calibration, EffortRecording};
 use tactid_identify::{
-    BatchSettings, Combination, CombineSettings, HALF_WIDTH_95, LinearEstimate, combine,
+    BatchSettings, Combination, HALF_WIDTH_95, LinearEstimate, PriorKnowledge, combine,
 };
 
 /// Returns what a loaded recording says, with unloaded recordings of its day.
@@ -22,7 +22,7 @@ fn identified(
 }
 
 fn combined(runs: &[LinearEstimate]) -> Combination {
-    combine("tool", runs, &CombineSettings::default()).unwrap()
+    combine("tool", runs, &PriorKnowledge::default()).unwrap()
 }
 
 /// Returns the variance of the mass that two runs share.

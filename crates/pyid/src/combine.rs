@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
-use tactid_identify::{CombineSettings, LinearEstimate};
+use tactid_identify::{PriorKnowledge, LinearEstimate};
 
 use crate::errors::{ArgumentError, IntoPyErr, detached};
 use crate::findings::data_finding;
@@ -51,7 +51,7 @@ pub(crate) fn combine<'py>(
 ) -> PyResult<Bound<'py, PyDict>> {
     let refused = |error: pythonize::PythonizeError| ArgumentError::new_err(error.to_string());
     let runs: Vec<LinearEstimate> = pythonize::depythonize(linear).map_err(refused)?;
-    let settings = CombineSettings {
+    let settings = PriorKnowledge {
         known_mass: pythonize::depythonize(known_mass).map_err(refused)?,
         bounding_box: pythonize::depythonize(bounding_box).map_err(refused)?,
     };

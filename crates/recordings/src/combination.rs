@@ -1,6 +1,6 @@
 //! One payload from the results of several recordings.
 
-use tactid_identify::{Combination, CombineSettings, LinearEstimate};
+use tactid_identify::{Combination, PriorKnowledge, LinearEstimate};
 
 use crate::{Identification, RecordingError};
 
@@ -30,7 +30,7 @@ pub fn combine(results: &[Identification]) -> Result<Combination, RecordingError
         same("known mass", |a, b| a.known_mass == b.known_mass)?;
         same("bounding box", |a, b| a.bounding_box == b.bounding_box)?;
     }
-    let settings = CombineSettings {
+    let settings = PriorKnowledge {
         known_mass: first.and_then(|first| first.known_mass),
         bounding_box: first.and_then(|first| first.bounding_box),
     };

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use nalgebra::{SMatrix, SVector};
+use nalgebra::SVector;
 use tactid_dynamics::{InertialParameters, Manipulator, MassProperties};
 
 use super::equation_batch::EquationBatch;
@@ -15,11 +15,11 @@ use crate::diagnosis::{consistent_payload, data_findings, mass_finding, without_
 use crate::equations::{Channels, EquationSettings, EquationStream, PushOutcome, Sample};
 use crate::finding::Finding;
 use crate::fit::{Delay, Fit, FitOptions, least_squares};
-use crate::prior::{BoundingBox, KnownMass};
-use crate::result::{self, HistoryPoint, Observability, PayloadEstimate, is_physical};
+use crate::prior::{BoundingBox, KnownMass, PriorKnowledge};
+use crate::result::{HistoryPoint, PayloadEstimate, is_physical};
 use crate::solve::PrincipalMoments;
-use crate::solve::intervals::intervals;
-use crate::solve::uncertainty::{ValueStdDevs, observability, std_devs};
+use crate::solve::report::{Posterior, Report, body_of, estimate};
+use crate::solve::uncertainty::ValueStdDevs;
 use crate::solve::widening::widened;
 
 /// Prior knowledge and options of the batch identifier. By default nothing is known.
@@ -45,8 +45,16 @@ impl BatchSettings {
     /// Returns [`IdentifyError::Value`] if the mass is not positive or its standard deviation is negative, and
     /// [`IdentifyError::Box`] if the box has no volume.
     pub fn check(&self) -> Result<(), IdentifyError> {
-        self.known_mass.map_or(Ok(()), |mass| mass.check())?;
-        self.bounding_box.map_or(Ok(()), |given| given.check())
+        self.prior().check()
+    }
+
+    /// Returns what is known of the payload.
+    #[must_use]
+    pub fn prior(&self) -> PriorKnowledge {
+        PriorKnowledge {
+            known_mass: self.known_mass,
+            bounding_box: self.bounding_box,
+        }
     }
 }
 
@@ -184,18 +192,29 @@ impl BatchIdentifier {
         let parameters = consistent.parameters;
         let covariance = widened(&fit.covariance, consistent.widening, fit.known_mass);
         let of_recording = consistent_payload(&fit_without_mass, &known, None);
-        let report = FitReport::new(&self.batch, fit, &parameters, &channels, cutoff_hz, frame);
+        let of_fit = FitReport::new(&self.batch, fit, &parameters, &channels, cutoff_hz, frame);
+        let posterior = Posterior {
+            parameters,
+            covariance,
+            null_space: &fit.null_space,
+            factors: [1.0; 10],
+        };
+        let Report {
+            estimate,
+            principal_moments,
+        } = posterior.report(&self.frame, &self.settings.prior());
+        let has_gripper = self.stream.gripper_to_subtract().is_some();
+        let whole = InertialParameters::from_vector(parameters + known).mass_properties();
         Ok(BatchResult {
-            estimate: self.estimate(fit, &covariance, &parameters, &known),
+            estimate: PayloadEstimate {
+                composite: whole.filter(|_| has_gripper),
+                ..self.counted(estimate)
+            },
             linear: LinearEstimate::of_fit(&fit_without_mass, &known, of_recording.widening),
-            principal_moments: PrincipalMoments::with_std_devs(
-                &parameters,
-                &covariance,
-                &fit.null_space,
-            ),
+            principal_moments,
             history: history(equations, fit, &known, bounding_box),
-            forecast: Forecast::new(equations, fit, &parameters, report.stride_s),
-            fit: report,
+            forecast: Forecast::new(equations, fit, &parameters, of_fit.stride_s),
+            fit: of_fit,
             delay: self.remaining_delay(&fit_without_mass, &channels),
             findings: findings.collect(),
         })
@@ -204,20 +223,25 @@ impl BatchIdentifier {
     /// Returns the estimate without any information: every value is unobservable.
     #[must_use]
     pub fn unknown(&self) -> PayloadEstimate {
-        let body = result::body(&[0.0; 10]);
+        let nothing = body_of(&SVector::zeros());
+        let of_values = &ValueStdDevs::UNKNOWN;
+        let frame = self.frame.clone();
+        self.counted(estimate(
+            frame,
+            nothing,
+            is_physical(&nothing),
+            of_values,
+            None,
+        ))
+    }
+
+    /// Returns an estimate with the counts of this identifier.
+    fn counted(&self, estimate: PayloadEstimate) -> PayloadEstimate {
         PayloadEstimate {
-            frame: self.frame.clone(),
-            body,
-            composite: None,
-            observability: [Observability::Unobservable; 10],
-            intervals: Some([[f64::NEG_INFINITY, f64::INFINITY]; 10]),
-            std_devs: Some([f64::INFINITY; 10]),
-            is_physical: is_physical(&body),
             windows: self.windows,
-            payload_changes: 0,
-            since_s: f64::NEG_INFINITY,
             rejected: self.stream.rejected(),
             gaps: self.stream.gaps(),
+            ..estimate
         }
     }
 
@@ -232,49 +256,6 @@ impl BatchIdentifier {
             known += InertialParameters::from(tool).as_vector();
         }
         known
-    }
-
-    /// Returns the estimate with its uncertainty, given the covariance of the fit's parameters, the payload's consistent
-    /// parameters and those of the `known` bodies.
-    fn estimate(
-        &self,
-        fit: &Fit,
-        covariance: &SMatrix<f64, 10, 10>,
-        parameters: &SVector<f64, 10>,
-        known: &SVector<f64, 10>,
-    ) -> PayloadEstimate {
-        let ValueStdDevs {
-            mut std_devs,
-            observable,
-        } = std_devs(parameters, covariance, &fit.null_space);
-        let exact = self
-            .settings
-            .known_mass
-            .filter(|mass| mass.std_dev_kg == 0.0);
-        if exact.is_some_and(|mass| mass.agrees_with(parameters[0], 0.0)) {
-            std_devs[0] = 0.0;
-        }
-        let body_of = |p: SVector<f64, 10>| InertialParameters::from_vector(p).mass_properties();
-        let unknown = self.unknown();
-        let body = body_of(*parameters).unwrap_or(unknown.body);
-        let has_gripper = self.stream.gripper_to_subtract().is_some();
-        let values = result::values_of_body(&body);
-        let observability = observability(&values, &std_devs, &observable);
-        for (std_dev, of) in std_devs.iter_mut().zip(observability) {
-            if of == Observability::Unobservable {
-                *std_dev = f64::INFINITY;
-            }
-        }
-        let bounding_box = self.settings.bounding_box.as_ref();
-        PayloadEstimate {
-            body,
-            composite: body_of(parameters + known).filter(|_| has_gripper),
-            observability,
-            intervals: Some(intervals(&values, &std_devs, bounding_box)),
-            std_devs: Some(std_devs),
-            is_physical: is_physical(&body),
-            ..unknown
-        }
     }
 
     /// Estimates the delay of the load with the weights of a fit without it.

@@ -1,7 +1,5 @@
 //! Identification of a payload with a calibration.
 
-use std::sync::Arc;
-
 use tactid_dynamics::InertialParameters;
 
 use super::compare::{EffortComparison, compare};
@@ -22,13 +20,10 @@ use crate::diagnosis::{
 use crate::equations::{Channel, window};
 use crate::finding::{Finding, UnexplainedLoad};
 use crate::fit::GainErrors;
-use crate::prior::KnownMass;
-use crate::result::{self, PayloadEstimate, is_physical};
+use crate::result::PayloadEstimate;
 use crate::serial::Table;
-use crate::solve::PrincipalMoments;
-use crate::solve::intervals::intervals;
 use crate::solve::subspace::{Matrix, Vector};
-use crate::solve::uncertainty::{ValueStdDevs, observability, std_devs, value_jacobian};
+use crate::solve::uncertainty::value_jacobian;
 use crate::solve::widening::widened;
 use crate::{IdentifyError, Method};
 
@@ -181,6 +176,13 @@ impl Solution<'_> {
         let nearest = nearest_consistent(parameters, &covariance, scales, bounding_box);
         let consistent = nearest.parameters;
         let wide = widened(&covariance, nearest.widening, self.settings.known_mass);
+        let posterior = crate::solve::Posterior {
+            parameters: consistent,
+            covariance: wide,
+            null_space: &best.null_space,
+            factors: [1.0; 10],
+        };
+        let report = posterior.report(&self.loaded[0].arm.tool, &self.settings.prior());
         let noise_fraction = noise_fraction(best, &consistent);
         let fit = self.fit_report(noise_fraction);
         let of_data = self.data_findings(&fit);
@@ -197,12 +199,8 @@ impl Solution<'_> {
         CalibratedEstimate {
             result: BatchResult {
                 linear: self.linear(),
-                estimate: self.payload(&consistent, &wide),
-                principal_moments: PrincipalMoments::with_std_devs(
-                    &consistent,
-                    &wide,
-                    &best.null_space,
-                ),
+                estimate: self.counted(report.estimate),
+                principal_moments: report.principal_moments,
                 history: Vec::new(),
                 fit,
                 delay: None,
@@ -258,39 +256,15 @@ impl Solution<'_> {
         })
     }
 
-    /// Returns the estimate with its uncertainty.
-    fn payload(&self, parameters: &Vector, covariance: &Matrix) -> PayloadEstimate {
-        let ValueStdDevs {
-            mut std_devs,
-            observable,
-        } = std_devs(parameters, covariance, &self.best.null_space);
-        let is_exact =
-            |mass: KnownMass| mass.std_dev_kg == 0.0 && mass.agrees_with(parameters[0], 0.0);
-        if self.settings.known_mass.is_some_and(is_exact) {
-            std_devs[0] = 0.0;
-        }
-        let body = InertialParameters::from_vector(*parameters)
-            .mass_properties()
-            .unwrap_or(result::body(&[0.0; 10]));
-        let values = result::values_of_body(&body);
-        let bounding_box = self.settings.bounding_box.as_ref();
+    /// Returns an estimate with the counts of the loaded recordings.
+    fn counted(&self, estimate: PayloadEstimate) -> PayloadEstimate {
         let loaded = self.loaded.iter();
+        let windows = loaded.clone().map(EffortRecording::windows);
         PayloadEstimate {
-            frame: Arc::from(self.loaded[0].arm.tool.as_str()),
-            body,
-            composite: None,
-            observability: observability(&values, &std_devs, &observable),
-            intervals: Some(intervals(&values, &std_devs, bounding_box)),
-            std_devs: Some(std_devs),
-            is_physical: is_physical(&body),
-            windows: loaded
-                .clone()
-                .map(|recording| recording.windows() as u64)
-                .sum(),
-            payload_changes: 0,
-            since_s: f64::NEG_INFINITY,
+            windows: windows.sum::<usize>() as u64,
             rejected: loaded.clone().map(|recording| recording.rejected).sum(),
             gaps: loaded.map(|recording| recording.gaps).sum(),
+            ..estimate
         }
     }
 

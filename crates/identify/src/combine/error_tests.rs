@@ -98,7 +98,7 @@ fn the_same_run_twice_is_refused() {
     let mut random = SmallRng::seed_from_u64(11);
     let mut runs: Vec<_> = (0..3).map(|_| run(&mut random, &truth())).collect();
     runs.push(runs[1].clone());
-    let error = combine("tool", &runs, &CombineSettings::default()).unwrap_err();
+    let error = combine("tool", &runs, &PriorKnowledge::default()).unwrap_err();
     assert!(
         matches!(error, IdentifyError::SameRunTwice { runs: [1, 3] }),
         "{error}"

@@ -35,7 +35,6 @@ mod term;
 
 use schemars::JsonSchema;
 use serde::Serialize;
-use tactid_dynamics::InertialParameters;
 
 use self::agreement::Comparison;
 pub use self::agreement::{Agreement, RunDistance};
@@ -50,26 +49,16 @@ use crate::IdentifyError;
 use crate::diagnosis::nearest_consistent;
 use crate::finding::Finding;
 use crate::fit::GainErrors;
-use crate::prior::{BoundingBox, KnownMass};
-use crate::result::{self, PayloadEstimate, is_physical};
+use crate::prior::{KnownMass, PriorKnowledge};
+use crate::result::PayloadEstimate;
 use crate::serial::TenValues;
-use crate::solve::PrincipalMoments;
-use crate::solve::intervals::intervals;
 use crate::solve::subspace::{Matrix, Vector};
-use crate::solve::uncertainty::{observability, std_devs, value_jacobian};
+use crate::solve::uncertainty::value_jacobian;
+use crate::solve::{Posterior, PrincipalMoments, Report};
 
 /// Standard deviation of a run's parameters, relative to a body of the payload's size, below which runs are not
 /// compared: exact samples give the payload to 1e-7.
 const LEAST_STD_DEV: f64 = 1e-6;
-
-/// What is known of the payload besides the recordings. By default nothing is.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct CombineSettings {
-    /// Mass of the payload from a scale. It counts once, however many recordings there are.
-    pub known_mass: Option<KnownMass>,
-    /// A box in the frame of the estimate that contains the whole payload.
-    pub bounding_box: Option<BoundingBox>,
-}
 
 /// One payload from several recordings.
 #[derive(Clone, Debug, Serialize, JsonSchema)]
@@ -103,14 +92,14 @@ pub struct Combination {
 ///
 /// ```
 /// use tactid_identify::nalgebra::{SMatrix, SVector};
-/// use tactid_identify::{CombineSettings, LinearEstimate, combine};
+/// use tactid_identify::{PriorKnowledge, LinearEstimate, combine};
 ///
 /// // 2 kg, 0.1 m in front of the flange, with standard deviations of 1 %; the third recording has a gain of 1.1.
 /// let parameters = SVector::from([2.0, 0.0, 0.0, 0.2, 0.03, 0.0, 0.0, 0.03, 0.0, 0.01]);
 /// let std_devs = SVector::from([0.02, 2e-3, 2e-3, 2e-3, 3e-4, 3e-4, 3e-4, 3e-4, 3e-4, 3e-4]);
 /// let information = SMatrix::from_diagonal(&std_devs.map(|s: f64| s.powi(-2)));
 /// let run = |gain: f64| LinearEstimate::with_known_noise(gain * parameters, information);
-/// let found = combine("flange", &[run(1.0), run(1.0005), run(1.1)], &CombineSettings::default())?;
+/// let found = combine("flange", &[run(1.0), run(1.0005), run(1.1)], &PriorKnowledge::default())?;
 /// assert!(!found.agreement.agree);
 /// assert_eq!(found.agreement.largest.unwrap().run, 2);
 /// assert!((found.estimate.body.mass_kg - 2.067).abs() < 1e-3);
@@ -122,7 +111,7 @@ pub struct Combination {
 pub fn combine(
     frame: &str,
     runs: &[LinearEstimate],
-    settings: &CombineSettings,
+    prior: &PriorKnowledge,
 ) -> Result<Combination, IdentifyError> {
     if runs.is_empty() {
         return Err(IdentifyError::NoRuns);
@@ -135,24 +124,21 @@ pub fn combine(
             return Err(IdentifyError::SameRunTwice { runs });
         }
     }
-    settings.known_mass.map_or(Ok(()), |mass| mass.check())?;
-    settings
-        .bounding_box
-        .map_or(Ok(()), |given| given.check())?;
+    prior.check()?;
     let terms = comparable(runs);
     let within = Pooled::new(terms.iter()).term.at;
     let comparison = Comparison::new(&terms, &within);
     let agreement = comparison.agreement();
     let variations = comparison.variations();
     let between = between_runs(&variations, &within, agreement.agree);
-    let pooled = pooled(&terms, &between, &within, settings.known_mass);
+    let pooled = pooled(&terms, &between, &within, prior.known_mass);
     let factors = variations.map(|variation| match variation.runs {
         _ if agreement.agree => 1.0,
         0 | 1 => students_factor(terms.len() as u32 - 1),
         runs => students_factor(runs - 1),
     });
     Ok(combination(
-        frame, settings, &pooled, factors, agreement, between,
+        frame, prior, &pooled, factors, agreement, between,
     ))
 }
 
@@ -247,56 +233,30 @@ fn pooled(
 /// plausible where that is larger; disagreement does not make a known mass less certain.
 fn combination(
     frame: &str,
-    settings: &CombineSettings,
+    prior: &PriorKnowledge,
     pooled: &Pooled,
     factors: [f64; 10],
     agreement: Agreement,
     between_runs: [f64; 10],
 ) -> Combination {
-    let bounding_box = settings.bounding_box.as_ref();
+    let bounding_box = prior.bounding_box.as_ref();
     let scales = pooled.inverse.null_space.scales();
     let covariance = pooled.covariance();
     let consistent = nearest_consistent(pooled.term.at, &covariance, scales, bounding_box);
-    let parameters = consistent.parameters;
-    let factors = factors.map(|factor| factor.max(consistent.widening));
-    let of_values = std_devs(&parameters, &covariance, &pooled.inverse.null_space);
-    let mut std_devs: [f64; 10] = std::array::from_fn(|k| factors[k] * of_values.std_devs[k]);
-    if let Some(mass) = settings.known_mass {
-        let is_exact = mass.std_dev_kg == 0.0 && mass.agrees_with(parameters[0], 0.0);
-        let largest = mass.std_dev_kg.max(of_values.std_devs[0]);
-        std_devs[0] = if is_exact {
-            0.0
-        } else {
-            std_devs[0].min(largest)
-        };
-    }
-    // The moments depend on all entries of the inertia.
-    let of_inertia = factors[4..].iter().fold(1.0, |a, b| f64::max(a, *b));
-    let covariance = covariance * of_inertia.powi(2);
-    let body = InertialParameters::from_vector(parameters).mass_properties();
-    let body = body.unwrap_or(result::body(&[0.0; 10]));
-    let values = result::values_of_body(&body);
+    let posterior = Posterior {
+        parameters: consistent.parameters,
+        covariance,
+        null_space: &pooled.inverse.null_space,
+        factors: factors.map(|factor| factor.max(consistent.widening)),
+    };
+    let Report {
+        estimate,
+        principal_moments,
+    } = posterior.report(frame, prior);
     let disagreement = agreement.disagreement().map(Finding::RunsDisagree);
     Combination {
-        estimate: PayloadEstimate {
-            frame: frame.into(),
-            body,
-            composite: None,
-            observability: observability(&values, &std_devs, &of_values.observable),
-            intervals: Some(intervals(&values, &std_devs, bounding_box)),
-            std_devs: Some(std_devs),
-            is_physical: is_physical(&body),
-            windows: 0,
-            payload_changes: 0,
-            since_s: f64::NEG_INFINITY,
-            rejected: 0,
-            gaps: 0,
-        },
-        principal_moments: PrincipalMoments::with_std_devs(
-            &parameters,
-            &covariance,
-            &pooled.inverse.null_space,
-        ),
+        estimate,
+        principal_moments,
         findings: disagreement
             .into_iter()
             .chain(consistent.contradiction)

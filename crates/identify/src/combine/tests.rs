@@ -38,7 +38,7 @@ pub(super) fn run(random: &mut SmallRng, at: &Vector) -> LinearEstimate {
 }
 
 pub(super) fn combined(runs: &[LinearEstimate]) -> Combination {
-    combine("tool", runs, &CombineSettings::default()).unwrap()
+    combine("tool", runs, &PriorKnowledge::default()).unwrap()
 }
 
 pub(super) fn half_widths(combination: &Combination) -> [f64; 10] {
@@ -284,7 +284,7 @@ fn a_known_mass_counts_once() {
     let mut random = SmallRng::seed_from_u64(7);
     let runs: Vec<_> = (0..4).map(|_| run(&mut random, &truth())).collect();
     let with = |std_dev_kg| {
-        let settings = CombineSettings {
+        let settings = PriorKnowledge {
             known_mass: Some(KnownMass {
                 mass_kg: 2.0,
                 std_dev_kg,
@@ -309,7 +309,7 @@ fn the_combined_payload_is_consistent() {
     .as_vector();
     let runs: Vec<_> = (0..3).map(|_| run(&mut random, &plate)).collect();
     assert!(combined(&runs).estimate.is_physical);
-    let settings = CombineSettings {
+    let settings = PriorKnowledge {
         known_mass: None,
         bounding_box: Some(BoundingBox {
             min: nalgebra::Vector3::new(-0.3, -0.3, -0.3),
@@ -327,7 +327,7 @@ fn the_combined_payload_is_consistent() {
 /// No runs, and information that is none, are errors that name the run. Runs without any information are not.
 #[test]
 fn bad_input_is_an_error() {
-    let settings = CombineSettings::default();
+    let settings = PriorKnowledge::default();
     assert!(matches!(
         combine("tool", &[], &settings),
         Err(IdentifyError::NoRuns)

@@ -11,10 +11,8 @@ use super::staged_update::StagedUpdate;
 use crate::checks::OnlineChecks;
 use crate::diagnosis::findings_without_prior;
 use crate::equations::{EquationSettings, EquationStream, PushOutcome, Sample};
-use crate::result::values_of_body;
-use crate::solve::intervals::intervals;
+use crate::solve::report::estimate;
 use crate::solve::subspace::Matrix;
-use crate::solve::uncertainty::observability;
 use crate::{Finding, IdentifyError, PayloadEstimate, WrenchOffset};
 
 /// Fewest samples from the end of one window to the end of the next for which the update is divided into stages:
@@ -253,21 +251,15 @@ impl Identifier {
     #[must_use]
     pub fn estimate(&self) -> PayloadEstimate {
         let readout = self.update.readout();
-        let std_devs = readout.uncertainty.std_devs;
-        let values = values_of_body(&readout.body);
+        let (frame, of_values) = (self.frame.clone(), &readout.uncertainty.of_values);
         PayloadEstimate {
-            frame: self.frame.clone(),
-            body: readout.body,
             composite: readout.composite,
-            observability: observability(&values, &std_devs, &readout.uncertainty.observable),
-            intervals: Some(intervals(&values, &std_devs, None)),
-            std_devs: Some(std_devs),
-            is_physical: readout.is_physical,
             windows: self.windows,
             payload_changes: self.payload_changes,
             since_s: self.since_s,
             rejected: self.stream.rejected(),
             gaps: self.stream.gaps(),
+            ..estimate(frame, readout.body, readout.is_physical, of_values, None)
         }
     }
 

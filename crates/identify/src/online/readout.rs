@@ -3,8 +3,9 @@
 use tactid_dynamics::{InertialParameters, MassProperties};
 
 use super::least_squares::OnlineLeastSquares;
-use crate::result::{self, is_physical, values_of_body};
+use crate::result::{is_physical, values_of_body};
 use crate::solve::consistency::ProjectionTracker;
+use crate::solve::report::body_of;
 use crate::solve::subspace::{Matrix, Vector};
 use crate::solve::uncertainty::{ValueStdDevs, std_devs, widened};
 
@@ -23,10 +24,8 @@ pub(crate) struct Readout {
 /// Uncertainty of the reported body.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Uncertainty {
-    /// Standard deviations of the ten values that are reported.
-    pub(crate) std_devs: [f64; 10],
-    /// Whether the motion excites each value.
-    pub(crate) observable: [bool; 10],
+    /// Standard deviations of the ten values that are reported, and whether the motion excites each.
+    pub(crate) of_values: ValueStdDevs,
     /// The ten values of the least-squares estimate while the reported body is far from its projection onto
     /// consistent parameters; afterwards those of the reported body.
     estimate: [f64; 10],
@@ -40,8 +39,7 @@ impl Readout {
     /// Returns the report before any window: every value is unknown.
     pub(crate) fn unknown() -> Self {
         let uncertainty = Uncertainty {
-            std_devs: [f64::INFINITY; 10],
-            observable: [false; 10],
+            of_values: ValueStdDevs::UNKNOWN,
             estimate: [0.0; 10],
             linear: [f64::INFINITY; 10],
             covariance: None,
@@ -69,8 +67,10 @@ impl Readout {
         let estimate = values_of_body(&body_of(&estimate));
         let body = body_of(&reported);
         let uncertainty = Uncertainty {
-            std_devs: widened(&estimate, &values_of_body(&body), &linear.std_devs),
-            observable: linear.observable,
+            of_values: ValueStdDevs {
+                std_devs: widened(&estimate, &values_of_body(&body), &linear.std_devs),
+                ..linear
+            },
             estimate,
             linear: linear.std_devs,
             covariance,
@@ -86,7 +86,8 @@ impl Readout {
         if projection.is_far() {
             let reported = values_of_body(&self.body);
             let uncertainty = &mut self.uncertainty;
-            uncertainty.std_devs = widened(&uncertainty.estimate, &reported, &uncertainty.linear);
+            uncertainty.of_values.std_devs =
+                widened(&uncertainty.estimate, &reported, &uncertainty.linear);
         }
     }
 
@@ -102,10 +103,4 @@ impl Readout {
             uncertainty,
         }
     }
-}
-
-/// Returns the body with these linear parameters; all values are zero where the mass is.
-fn body_of(parameters: &Vector) -> MassProperties {
-    let body = InertialParameters::from_vector(*parameters).mass_properties();
-    body.unwrap_or_else(|| result::body(&[0.0; 10]))
 }

@@ -7,6 +7,7 @@ pub(crate) mod intervals;
 pub(crate) mod noise;
 pub(crate) mod offsets;
 pub(crate) mod principal_moments;
+pub(crate) mod report;
 pub(crate) mod spectrum;
 pub(crate) mod subspace;
 pub(crate) mod uncertainty;
@@ -14,4 +15,5 @@ pub(crate) mod weights;
 pub(crate) mod widening;
 
 pub use principal_moments::PrincipalMoments;
+pub use report::{Posterior, Report};
 pub use uncertainty::{HALF_WIDTH_95, largest_of_kind, value_jacobian};
