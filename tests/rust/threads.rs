@@ -22,7 +22,7 @@ fn public_types_are_send_and_sync() {
     is_shareable::<tactid_identify::EquationStream>();
     is_shareable::<tactid_identify::Identifier>();
     is_shareable::<tactid_identify::IdentifyError>();
-    is_shareable::<tactid_identify::PaperFilter>();
+    is_shareable::<tactid_recordings::PaperFilter>();
     is_shareable::<tactid_identify::PayloadEstimate>();
     is_shareable::<tactid_logs::LogError>();
     is_shareable::<tactid_logs::LogReader>();

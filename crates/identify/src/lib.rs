@@ -56,14 +56,15 @@
 //! # How the crate works
 //!
 //! A [`Sample`] (joints, base, wrenches) enters an [`EquationStream`], which computes the motion of the
-//! end-effector by (1)-(20) of Hou et al. 2016 and row equations from motion and wrench by (29)-(48). Three
+//! end-effector by (1)-(20) of Hou et al. 2016 and row equations from motion and wrench by (29)-(48). Two
 //! solvers use these equations:
 //!
 //! - [`Identifier`]: least squares in the control loop, with uncertainty and detection of payload changes;
 //! - [`BatchIdentifier`]: robust least squares over a whole recording;
-//! - [`PaperFilter`]: the paper's two-stage filter (49)-(54), for comparison with the paper.
 //!
-//! [`calibration`] models the efforts of an arm's joints with gains and friction, and identifies payloads from them.
+//! The crate `tactid-calibrate` models the efforts of an arm's joints with gains and friction and identifies payloads from
+//! them; `tactid-recordings` combines several recordings, and has the paper's filter. Both use what [`solve`] and
+//! [`diagnosis`] show.
 //!
 //! All of them return a [`PayloadEstimate`]. The [`Method`] in the settings chooses the measurements: wrenches, joint
 //! efforts, the momentum of a floating base, or all of them. Nothing in this crate reads or writes files but
@@ -72,44 +73,42 @@
 #![cfg_attr(test, allow(clippy::unwrap_used, clippy::expect_used, clippy::panic))]
 
 pub mod batch;
-pub mod calibration;
 pub mod checks;
-mod combine;
-mod diagnosis;
+pub mod diagnosis;
 pub mod equations;
 mod error;
 mod finding;
 mod fit;
+mod linear_estimate;
 mod method;
 mod online;
-mod paper;
 mod prior;
 mod range;
 mod result;
 mod sampling;
 pub mod serial;
-mod solve;
+pub mod solve;
 
 pub use nalgebra;
 pub use tactid_dynamics as dynamics;
 pub use tactid_dynamics::{BaseKind, Manipulator, ModelError, Wrench};
 
 pub use batch::{BatchIdentifier, BatchResult, BatchSettings, FitReport, Forecast};
-pub use combine::{Agreement, Combination, LinearEstimate, RunDistance, SharedErrors, combine};
 pub use equations::{
     BaseState, Channel, Channels, EquationSettings, EquationStream, MotionRows, PushOutcome,
     Sample, states_of_poses,
 };
 pub use error::{IdentifyError, digits, three_digits};
 pub use finding::{Disagreement, Finding, UnexplainedLoad, ValueDifference};
-pub use fit::Delay;
+pub use fit::{Delay, GainErrors};
+pub use linear_estimate::{LinearEstimate, SharedErrors};
 pub use method::Method;
 pub use online::Identifier;
-pub use paper::{PaperFilter, PaperSettings, SingularValues};
 pub use prior::{BoundingBox, KnownMass, PriorKnowledge};
 pub use range::Range;
 pub use result::{
-    HistoryPoint, Observability, PayloadEstimate, VALUE_NAMES, WrenchOffset, values_of_body,
+    HistoryPoint, Observability, PayloadEstimate, VALUE_NAMES, WrenchOffset, body_of_values,
+    is_physical, subtract_known_body, values_of_body,
 };
 pub use sampling::Sampling;
 pub use solve::{HALF_WIDTH_95, PrincipalMoments, largest_of_kind, value_jacobian};

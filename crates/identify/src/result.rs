@@ -200,7 +200,10 @@ impl HistoryPoint {
     #[must_use]
     pub fn without(&self, known: &MassProperties) -> Self {
         Self {
-            values: values_of_body(&subtract_known_body(&body(&self.values), &(*known).into())),
+            values: values_of_body(&subtract_known_body(
+                &body_of_values(&self.values),
+                &(*known).into(),
+            )),
             ..*self
         }
     }
@@ -238,7 +241,8 @@ pub fn values_of_body(body: &MassProperties) -> [f64; 10] {
 }
 
 /// Returns the body with these ten values, in the order of [`VALUE_NAMES`].
-pub(crate) fn body(values: &[f64; 10]) -> MassProperties {
+#[must_use]
+pub fn body_of_values(values: &[f64; 10]) -> MassProperties {
     let [mass_kg, x, y, z, xx, xy, xz, yy, yz, zz] = *values;
     MassProperties {
         mass_kg,
@@ -248,7 +252,8 @@ pub(crate) fn body(values: &[f64; 10]) -> MassProperties {
 }
 
 /// Returns whether a body can have these properties, within 1 % of its largest principal moment.
-pub(crate) fn is_physical(body: &MassProperties) -> bool {
+#[must_use]
+pub fn is_physical(body: &MassProperties) -> bool {
     InertialParameters::from(*body).is_physical_within(BOUNDARY)
 }
 
@@ -257,12 +262,14 @@ pub(crate) fn is_physical(body: &MassProperties) -> bool {
 ///
 /// Where the masses are equal nothing remains, and the result is a body without mass and inertia, which is not physical.
 #[must_use]
-pub(crate) fn subtract_known_body(
+pub fn subtract_known_body(
     composite: &MassProperties,
     known: &InertialParameters,
 ) -> MassProperties {
     let remaining = InertialParameters::from(*composite) - *known;
-    remaining.mass_properties().unwrap_or(body(&[0.0; 10]))
+    remaining
+        .mass_properties()
+        .unwrap_or(body_of_values(&[0.0; 10]))
 }
 
 #[cfg(test)]
@@ -272,7 +279,7 @@ mod tests {
     /// Of a body that is the known one nothing remains, instead of the whole body.
     #[test]
     fn nothing_remains_of_a_body_without_itself() {
-        let known = body(&[2.0, 0.1, 0.0, 0.2, 0.3, 0.0, 0.0, 0.3, 0.0, 0.3]);
+        let known = body_of_values(&[2.0, 0.1, 0.0, 0.2, 0.3, 0.0, 0.0, 0.3, 0.0, 0.3]);
         let rest = subtract_known_body(&known, &known.into());
         assert_eq!(values_of_body(&rest), [0.0; 10]);
         assert!(!is_physical(&rest));

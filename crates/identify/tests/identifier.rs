@@ -1,18 +1,14 @@
-//! The online identifier and the paper's filter on exact samples of the project's robot.
+//! The online identifier on exact samples of the project's robot.
 
 #![allow(clippy::unwrap_used, clippy::panic)]
 
 mod common;
 
-use common::{
-    Experiment, Instant, SENSORS, TABLE_1, TOOL, URDF, errors_percent, identifier, paper_filter,
-    worst_percent,
-};
+use common::{Experiment, Instant, SENSORS, TOOL, URDF, errors_percent, identifier, worst_percent};
 use nalgebra::Vector3;
 use tactid_dynamics::{BaseKind, InertialParameters, Manipulator, Workspace};
 use tactid_identify::{
-    EquationSettings, Identifier, IdentifyError, Method, PaperFilter, PaperSettings,
-    PayloadEstimate, PushOutcome, Sample,
+    EquationSettings, Identifier, IdentifyError, Method, PayloadEstimate, PushOutcome, Sample,
 };
 
 fn identify(
@@ -71,7 +67,7 @@ fn least_squares_finds_the_payload_from_the_joints() {
 }
 
 /// Fingers and momentum together give the payload, and so does momentum without fingers. Without either the
-/// method is an error, and so are these rows for the paper's filter.
+/// method is an error.
 #[test]
 fn least_squares_finds_the_payload_from_all_together() {
     let combined = Method::Combined { effort: false };
@@ -104,12 +100,6 @@ fn least_squares_finds_the_payload_from_all_together() {
     let fixed = Manipulator::from_urdf(URDF, BaseKind::Fixed).unwrap();
     let nothing = Identifier::new(&fixed, TOOL, &[], &settings);
     assert!(matches!(nothing, Err(IdentifyError::NoWrench)));
-    let paper = PaperSettings::default();
-    let rejected = PaperFilter::new(&robot, TOOL, &SENSORS, &settings, paper);
-    assert!(matches!(
-        rejected,
-        Err(IdentifyError::NeedsLeastSquares("combined"))
-    ));
 }
 
 /// Wrenches that are one sample late or early make errors far beyond the bound that exact samples satisfy, so
@@ -148,28 +138,6 @@ fn a_wrench_of_the_wrong_sign_is_not_physical() {
     let estimate = identify(&experiment, &instants, EquationSettings::default());
     assert!((estimate.body.mass_kg + 100.0).abs() < 1e-2);
     assert!(!estimate.is_physical);
-}
-
-/// At the posture of the paper's Table 1 joints 3 and 6 are parallel, so that the motion does not determine Ixx.
-/// The result reports it, and no other value.
-#[test]
-fn ixx_is_not_identifiable_at_the_posture_of_table_1() {
-    for (posture, missing) in [(TABLE_1, vec!["Ixx"]), (common::IDENTIFIABLE, vec![])] {
-        let experiment = Experiment {
-            posture,
-            moving: vec![3, 5, 6],
-            in_sequence: true,
-            duration_s: 15.0,
-            ..Experiment::default()
-        };
-        let mut filter = paper_filter(&experiment, &EquationSettings::default());
-        for instant in experiment.run() {
-            filter.push(&instant.sample()).unwrap();
-        }
-        let estimate = filter.estimate();
-        let found: Vec<_> = estimate.not_identifiable().collect();
-        assert_eq!(found, missing, "{:?}", filter.singular_values());
-    }
 }
 
 /// On the ground the wrench contains the weight: the default gravity gives the payload, and the opposite sign
@@ -273,29 +241,10 @@ fn impossible_requests_are_errors() {
     let equations = EquationSettings::default();
     let online =
         |tool: &str, sensors: &[&str]| Identifier::new(&robot, tool, sensors, &equations).map(drop);
-    let paper_with = |tool: &str, sensors: &[&str], settings| {
-        PaperFilter::new(&robot, tool, sensors, &equations, settings).map(drop)
-    };
-    let paper = |tool: &str, sensors: &[&str]| paper_with(tool, sensors, PaperSettings::default());
     let message = |result: Result<(), IdentifyError>| result.unwrap_err().to_string();
-    for new in [
-        &online as &dyn Fn(&str, &[&str]) -> Result<(), IdentifyError>,
-        &paper,
-    ] {
-        assert!(message(new("hand", &SENSORS)).contains("no link `hand`"));
-        assert!(message(new(TOOL, &["thumb"])).contains("no link `thumb`"));
-        assert!(matches!(new(TOOL, &[]), Err(IdentifyError::NoWrench)));
-    }
-    let settings = PaperSettings {
-        alpha: 2.0,
-        ..PaperSettings::default()
-    };
-    assert!(message(paper_with(TOOL, &SENSORS, settings)).contains("alpha is 2"));
-    let settings = PaperSettings {
-        average_s: f64::NAN,
-        ..PaperSettings::default()
-    };
-    assert!(message(paper_with(TOOL, &SENSORS, settings)).contains("average_s"));
+    assert!(message(online("hand", &SENSORS)).contains("no link `hand`"));
+    assert!(message(online(TOOL, &["thumb"])).contains("no link `thumb`"));
+    assert!(matches!(online(TOOL, &[]), Err(IdentifyError::NoWrench)));
     let fixed = Experiment {
         base: BaseKind::Fixed,
         ..Experiment::default()
@@ -313,31 +262,22 @@ fn samples_that_do_not_fit_are_errors() {
         ..Experiment::default()
     };
     let settings = EquationSettings::default();
-    let mut filter = paper_filter(&experiment, &settings);
     let mut identifier = identifier(&experiment, &settings);
     let mut instant = experiment.run().remove(0);
     instant.wrenches.pop();
-    let mut errors = |instant: &Instant| {
-        let sample = instant.sample();
-        [filter.push(&sample), identifier.push(&sample)].map(Result::unwrap_err)
-    };
-    for error in errors(&instant) {
-        assert!(matches!(
-            error,
-            IdentifyError::WrenchCount {
-                given: 1,
-                expected: 2
-            }
-        ));
-    }
+    assert!(matches!(
+        identifier.push(&instant.sample()),
+        Err(IdentifyError::WrenchCount {
+            given: 1,
+            expected: 2
+        })
+    ));
     instant.velocity.pop();
-    for error in errors(&instant) {
-        let error = error.to_string();
-        assert!(
-            error.contains("joint_velocity has 7 entries") && error.contains("joint_6"),
-            "{error}"
-        );
-    }
+    let error = identifier.push(&instant.sample()).unwrap_err().to_string();
+    assert!(
+        error.contains("joint_velocity has 7 entries") && error.contains("joint_6"),
+        "{error}"
+    );
 }
 
 /// The gripper is subtracted at the position of its fingers and not at their zero position, on which its inertia

@@ -4,7 +4,7 @@
 
 mod common;
 
-use common::{Experiment, Instant, Noise, TOOL, identifier, paper_filter, payload};
+use common::{Experiment, Instant, Noise, TOOL, identifier, payload};
 use nalgebra::{Matrix3, Vector3};
 use rand::{SeedableRng, rngs::SmallRng};
 use tactid_dynamics::{MassProperties, Wrench};
@@ -354,9 +354,6 @@ fn the_covariance_agrees_with_the_std_devs() {
     assert!((covariance[(0, 0)].sqrt() / std_dev - 1.0).abs() < 1e-12);
     assert!((covariance - covariance.transpose()).norm() < 1e-12 * covariance.norm());
     assert!(covariance.symmetric_eigenvalues().min() > 0.0);
-    // The paper's filter estimates no uncertainty.
-    let paper = paper_filter(&experiment, &EquationSettings::default());
-    assert!(paper.estimate().std_devs.is_none());
 }
 
 /// Zeros that a sensor reports before it has started have no effect on the state: every number of every estimate

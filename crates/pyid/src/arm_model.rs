@@ -5,8 +5,8 @@ use std::sync::Arc;
 
 use pyo3::prelude::*;
 use pyo3::types::PyType;
+use tactid_calibrate::{CalibrationReport, JointCalibration};
 use tactid_dynamics::InertialParameters;
-use tactid_identify::calibration::{CalibrationReport, JointCalibration};
 use tactid_recordings::ArmCalibration;
 
 use crate::arrays::{Array, array};

@@ -8,7 +8,7 @@ use numpy::{PyArray1, PyArrayDyn, PyArrayMethods, PyUntypedArrayMethods};
 use pyo3::prelude::*;
 
 use crate::errors::ArgumentError;
-use crate::shapes::{numbers, one_or_many, shape_error, shape_of, transposition};
+use crate::shapes::{numbers, one_or_many, shape_error, transposition};
 
 /// An array of numbers that belong to samples, of which some are copied at a time.
 pub(crate) struct SeriesArray<'py> {

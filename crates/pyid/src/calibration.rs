@@ -6,8 +6,8 @@ use std::sync::Arc;
 use nalgebra::{Matrix3, Vector3};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
+use tactid_calibrate::{EffortComparison, KnownPayload};
 use tactid_dynamics::Manipulator;
-use tactid_identify::calibration::{EffortComparison, KnownPayload};
 use tactid_recordings::{
     CalibrationRecording, CalibrationSource, CalibrationSources, RecordingRole,
 };

@@ -1,9 +1,7 @@
 //! Findings about calibrations: the kind of each, and a dictionary of the numbers and names that belong to it.
 
 use pyo3::prelude::*;
-use tactid_identify::calibration::{
-    Assumption, CalibratingRecording, Contradiction, MotionShortage,
-};
+use tactid_calibrate::{Assumption, CalibratingRecording, Contradiction, MotionShortage};
 use tactid_recordings::{ArmChanged, ChangedQuantity};
 
 use crate::finding_data::{FindingData, fields};

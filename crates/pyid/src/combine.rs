@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
-use tactid_identify::{PriorKnowledge, LinearEstimate};
+use tactid_identify::{LinearEstimate, PriorKnowledge};
 
 use crate::errors::{ArgumentError, IntoPyErr, detached};
 use crate::findings::data_finding;
@@ -55,7 +55,9 @@ pub(crate) fn combine<'py>(
         known_mass: pythonize::depythonize(known_mass).map_err(refused)?,
         bounding_box: pythonize::depythonize(bounding_box).map_err(refused)?,
     };
-    let found = detached(py, || tactid_identify::combine(frame, &runs, &settings))?;
+    let found = detached(py, || {
+        tactid_recordings::combine_estimates(frame, &runs, &settings)
+    })?;
     let found = found.map_err(IntoPyErr::into_py_err)?;
     let data = fields(py, &found)?;
     let findings = found.findings.iter();

@@ -41,7 +41,7 @@ impl Solver for tactid_identify::Identifier {
     }
 }
 
-impl Solver for tactid_identify::PaperFilter {
+impl Solver for tactid_recordings::PaperFilter {
     fn push(&mut self, sample: &Sample<'_>) -> Result<PushOutcome, IdentifyError> {
         self.push(sample)
     }
@@ -147,7 +147,7 @@ impl Identifier {
 
 /// The paper's filter: see :class:`tactid.PaperFilter`.
 #[pyclass(module = "tactid._native", frozen, extends = OnlineSolver)]
-pub(crate) struct PaperFilter(Arc<Mutex<tactid_identify::PaperFilter>>);
+pub(crate) struct PaperFilter(Arc<Mutex<tactid_recordings::PaperFilter>>);
 
 #[pymethods]
 impl PaperFilter {

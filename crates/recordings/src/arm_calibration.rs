@@ -1,6 +1,6 @@
 //! A calibrated arm: what the file of a calibration contains.
 
-use tactid_identify::calibration::{Calibration, CalibrationReport, CalibrationSettings};
+use tactid_calibrate::{Calibration, CalibrationReport, CalibrationSettings};
 
 /// The calibrated model of an arm's joint efforts, with what was found out about it: what `tactid calibrate` writes.
 #[derive(Clone, Debug, PartialEq)]

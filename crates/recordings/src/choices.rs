@@ -5,10 +5,10 @@ use std::path::PathBuf;
 
 use nalgebra::{Isometry3, Quaternion, Translation3, Vector4};
 use serde::{Deserialize, Deserializer};
-use tactid_identify::PaperSettings;
 
 use crate::arm_calibration::ArmCalibration;
 use crate::options::{Kind, Value, read_as};
+use crate::paper::PaperSettings;
 use crate::{RecordingError, unit_quaternion};
 
 /// How equations become parameters.

@@ -1,11 +1,12 @@
 //! One payload from the results of several recordings.
 
-use tactid_identify::{Combination, PriorKnowledge, LinearEstimate};
+use tactid_identify::{LinearEstimate, PriorKnowledge};
 
+use crate::combine::{Combination, combine_estimates};
 use crate::{Identification, RecordingError};
 
 /// Combines the results of several recordings of one payload, of logs or arrays, which were identified with the same request:
-/// see [`tactid_identify::combine`] for the weights, the verdict and the intervals.
+/// see [`combine_estimates`] for the weights, the verdict and the intervals.
 ///
 /// The numbers of windows, rejected samples and gaps of the estimate are the sums over the recordings. A known mass and a bounding
 /// box count once.
@@ -35,7 +36,7 @@ pub fn combine(results: &[Identification]) -> Result<Combination, RecordingError
         bounding_box: first.and_then(|first| first.bounding_box),
     };
     let frame = first.map_or("", |first| &*first.estimate.frame);
-    let mut combination = tactid_identify::combine(frame, &runs, &settings)?;
+    let mut combination = combine_estimates(frame, &runs, &settings)?;
     let estimate = &mut combination.estimate;
     for result in results {
         estimate.windows += result.estimate.windows;

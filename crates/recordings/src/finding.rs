@@ -1,6 +1,6 @@
 //! Findings: what a reader of the result should know of the recording, for a program to match.
 
-use tactid_identify::calibration::{CalibratingRecording, Contradiction};
+use tactid_calibrate::{CalibratingRecording, Contradiction};
 use tactid_identify::checks::TwistContradiction;
 use tactid_identify::{Delay, Method};
 

@@ -3,15 +3,16 @@
 use nalgebra::Vector3;
 use schemars::JsonSchema;
 use serde::{Serialize, Serializer};
-use tactid_identify::calibration::{ArmChange, MotionShortage};
+use tactid_calibrate::{ArmChange, MotionShortage};
 use tactid_identify::{
     BatchIdentifier, BatchResult, BoundingBox, Delay, Finding as Data, FitReport, Forecast,
-    HistoryPoint, IdentifyError, KnownMass, LinearEstimate, Method, PaperSettings, PayloadEstimate,
-    PrincipalMoments, SingularValues, serial,
+    HistoryPoint, IdentifyError, KnownMass, LinearEstimate, Method, PayloadEstimate,
+    PrincipalMoments, serial,
 };
 
 use tactid_identify::serial::TenValues;
 
+use crate::paper::{PaperSettings, SingularValues};
 use crate::plan::Plan;
 use crate::run::{PaperRun, Run, Solver};
 use crate::shortage::{explain, is_too_little};

@@ -60,6 +60,7 @@ mod calibration;
 mod choices;
 mod clock;
 mod combination;
+mod combine;
 mod decode;
 mod defaults;
 mod error;
@@ -73,6 +74,7 @@ mod log;
 mod online;
 mod options;
 mod orientation;
+mod paper;
 mod parallel;
 mod phrases;
 mod plan;
@@ -99,6 +101,7 @@ pub use calibration::{
 pub use choices::{ActsOn, Estimator, EstimatorKind, SensorFrame};
 pub use clock::Clock;
 pub use combination::combine;
+pub use combine::{Agreement, Combination, RunDistance, combine_estimates};
 pub use error::RecordingError;
 pub use estimates::write_estimates;
 pub use fault::{DataFault, FaultKind};
@@ -108,12 +111,13 @@ pub use identify::{identify_arrays, identify_log, identify_logs};
 pub use online::OnlineSetup;
 pub use options::{Declaration, Kind, Use};
 pub use orientation::unit_quaternion;
+pub use paper::{PaperFilter, PaperSettings, SingularValues};
 pub use progress::{Observer, Progress};
 pub use request::Request;
 pub use tactid_identify::{
-    Agreement, BoundingBox, Combination, Delay, FitReport, Forecast, HALF_WIDTH_95, HistoryPoint,
-    KnownMass, LinearEstimate, Method, Observability, PaperSettings, PayloadEstimate,
-    PrincipalMoments, SingularValues, VALUE_NAMES,
+    BoundingBox, Delay, FitReport, Forecast, HALF_WIDTH_95, HistoryPoint, KnownMass,
+    LinearEstimate, Method, Observability, PayloadEstimate, PrincipalMoments, PriorKnowledge,
+    VALUE_NAMES,
 };
 pub use time_unit::TimeUnit;
 pub use topic_kind::TopicKind;

@@ -1,12 +1,11 @@
 //! What an online solver is created from.
 
 use tactid_dynamics::{BaseKind, Manipulator};
-use tactid_identify::{
-    EquationSettings, Identifier, IdentifyError, Method, PaperFilter, PaperSettings,
-};
+use tactid_identify::{EquationSettings, Identifier, IdentifyError, Method};
 
 use crate::Request;
 use crate::defaults::DEFAULT_TIP;
+use crate::paper::{PaperFilter, PaperSettings};
 use crate::sources::SENSOR_FRAME;
 
 /// What an online solver is created from, with the defaults of a request for what it leaves open.

@@ -4,14 +4,15 @@ use std::collections::BTreeMap;
 use std::path::PathBuf;
 
 use nalgebra::Vector3;
+use tactid_calibrate::CalibrationSettings;
 use tactid_dynamics::MassProperties;
-use tactid_identify::calibration::CalibrationSettings;
-use tactid_identify::{BoundingBox, EquationSettings, KnownMass, Method, PaperSettings, Range};
+use tactid_identify::{BoundingBox, EquationSettings, KnownMass, Method, Range};
 
 use crate::arm_calibration::ArmCalibration;
 use crate::choices::{ActsOn, Estimator, EstimatorKind, SensorFrame};
 use crate::clock::LONGEST_STAMP_DELAY_S;
 use crate::options::{About, Kind, Use, options};
+use crate::paper::PaperSettings;
 
 /// Range of gravity, m/s²: up to twice that of Jupiter. A larger one is in another unit.
 const GRAVITY: Range = Range {

@@ -4,16 +4,14 @@ use std::ops::ControlFlow;
 use std::sync::mpsc::{SyncSender, sync_channel};
 use std::thread;
 
+use tactid_calibrate::EffortRecorder;
 use tactid_dynamics::MassProperties;
-use tactid_identify::calibration::EffortRecorder;
 use tactid_identify::checks::{ChannelMonitor, ConstantChannels};
-use tactid_identify::{
-    BatchIdentifier, EquationStream, HistoryPoint, PaperFilter, PaperSettings, PayloadEstimate,
-    Sample,
-};
+use tactid_identify::{BatchIdentifier, EquationStream, HistoryPoint, PayloadEstimate, Sample};
 
 use crate::alignment::{Aligned, Aligner, Event, Measured};
 use crate::fault::{FaultCounts, FaultKind};
+use crate::paper::{PaperFilter, PaperSettings};
 use crate::plan::Plan;
 use crate::recording::{Reading, Recording, Sources};
 use crate::unloaded::UnloadedSubtraction;

@@ -9,13 +9,13 @@ mod recorded_log;
 use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 
-use common::{Experiment, Instant, TOOL, errors_percent, identifier, paper_filter, worst_percent};
+use common::{Experiment, Instant, SENSORS, TOOL, errors_percent, identifier, worst_percent};
 use recorded_log::Recording;
 use tactid_identify::{EquationSettings, PayloadEstimate};
 use tactid_logs::LogReader;
 use tactid_logs::messages::InertiaStamped;
 use tactid_recordings::{
-    Clock, Estimator, EstimatorKind, Finding, Identification, Method, PaperSettings,
+    Clock, Estimator, EstimatorKind, Finding, Identification, Method, PaperFilter, PaperSettings,
     RecordingError, Request, TopicKind, identify_log, write_estimates,
 };
 
@@ -94,6 +94,12 @@ fn pushed_by_hand(instants: &[Instant], estimator: Option<EstimatorKind>) -> Pay
         }
     }
     filter.estimate()
+}
+
+/// The paper's filter with the paper's settings.
+fn paper_filter(experiment: &Experiment, settings: &EquationSettings) -> PaperFilter {
+    let robot = experiment.robot();
+    PaperFilter::new(&robot, TOOL, &SENSORS, settings, PaperSettings::default()).unwrap()
 }
 
 /// The history ends at the end of the log with the latest estimate.

@@ -11,12 +11,12 @@ use std::path::{Path, PathBuf};
 
 use nalgebra::{DMatrix, DVector, Isometry3, Matrix3, Rotation3, SVector, Vector3};
 use rand::{RngExt, SeedableRng, rngs::SmallRng};
+use tactid_calibrate::{
+    Calibration, CalibrationSettings, EffortRecorder, EffortRecording, calibrate,
+};
 use tactid_dynamics::{
     BaseKind, FrameMotion, InertialParameters, JointMotion, Manipulator, MassProperties, Workspace,
     motion, symmetric_entries,
-};
-use tactid_identify::calibration::{
-    Calibration, CalibrationSettings, EffortRecorder, EffortRecording, calibrate,
 };
 use tactid_identify::{BaseState, BatchSettings, HALF_WIDTH_95, Sample};
 use tactid_logs::LogReader;

@@ -10,11 +10,11 @@ use super::forecast::Forecast;
 use super::history::history;
 use super::report::FitReport;
 use crate::IdentifyError;
-use crate::combine::LinearEstimate;
 use crate::diagnosis::{consistent_payload, data_findings, mass_finding, without_repetition};
 use crate::equations::{Channels, EquationSettings, EquationStream, PushOutcome, Sample};
 use crate::finding::Finding;
 use crate::fit::{Delay, Fit, FitOptions, least_squares};
+use crate::linear_estimate::LinearEstimate;
 use crate::prior::{BoundingBox, KnownMass, PriorKnowledge};
 use crate::result::{HistoryPoint, PayloadEstimate, is_physical};
 use crate::solve::PrincipalMoments;
@@ -81,7 +81,7 @@ pub struct BatchResult {
     /// The estimate over time, with at most 600 points.
     pub history: Vec<HistoryPoint>,
     /// What the recording says about the linear parameters of the payload, without prior knowledge: what
-    /// [`combine`](crate::combine) takes of each of several recordings.
+    /// a combination takes of each of several recordings.
     pub linear: LinearEstimate,
     /// How well the payload explains the measurements.
     pub fit: FitReport,

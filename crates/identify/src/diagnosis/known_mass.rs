@@ -7,7 +7,7 @@ use crate::prior::KnownMass;
 /// Reports where the payload's mass from the data alone, `found_kg` with its standard deviation, contradicts the known one
 /// and no other finding, in `of_data`, explains why, or where the result, `estimated_kg`, is not the known one.
 /// `within_box` is whether the result also had to fit into a bounding box.
-pub(crate) fn mass_finding(
+pub fn mass_finding(
     known: KnownMass,
     (found_kg, std_dev_kg): (f64, f64),
     estimated_kg: f64,
@@ -37,7 +37,7 @@ pub(crate) fn mass_finding(
 
 /// Returns the findings about a payload in the order of a result: that about its known mass, that it is far from consistent
 /// bodies, and those of the data, without those that one about the mass contains.
-pub(crate) fn without_repetition(
+pub fn without_repetition(
     of_mass: Option<Finding>,
     inconsistent: Option<Finding>,
     of_data: Vec<Finding>,

@@ -9,9 +9,9 @@ mod unexplained;
 use nalgebra::{SMatrix, SVector};
 use tactid_dynamics::InertialParameters;
 
-pub(crate) use self::known_mass::{mass_finding, without_repetition};
+pub use self::known_mass::{mass_finding, without_repetition};
 use self::offset::{better_with_offset, has_significant_component, load_force_rms};
-pub(crate) use self::signs::nothing_held;
+pub use self::signs::nothing_held;
 use self::signs::sign_findings;
 use self::unexplained::unexplained_load;
 use crate::equations::{Equation, EquationStream};
@@ -21,7 +21,7 @@ use crate::prior::BoundingBox;
 use crate::solve::consistency::project;
 
 /// Distance in standard deviations from which a contradiction is reported.
-pub(crate) const CONTRADICTION: f64 = 5.0;
+pub const CONTRADICTION: f64 = 5.0;
 
 /// Distance in standard deviations up to which a consistent body is plausible: about the half-width of a 95 % interval.
 const PLAUSIBLE: f64 = 2.0;
@@ -50,12 +50,13 @@ pub(crate) fn findings_without_prior(
 }
 
 /// The parameters of the physically consistent body that is nearest to an estimate.
-pub(crate) struct ConsistentPayload {
-    pub(crate) parameters: SVector<f64, 10>,
+pub struct ConsistentPayload {
+    /// The parameters of this body.
+    pub parameters: SVector<f64, 10>,
     /// The finding that the body is far away: the estimate has errors besides the noise.
-    pub(crate) contradiction: Option<Finding>,
+    pub contradiction: Option<Finding>,
     /// Factor on the standard deviations with which the distance is plausible; 1 where it is already.
-    pub(crate) widening: f64,
+    pub widening: f64,
 }
 
 /// Returns the physically consistent payload that is nearest to a fit. `known` are the parameters of the known bodies that
@@ -72,7 +73,7 @@ pub(crate) fn consistent_payload(
 
 /// Returns the physically consistent payload that is nearest to an estimate. `scales` are units of the parameters in which
 /// their standard deviations are of similar size.
-pub(crate) fn nearest_consistent(
+pub fn nearest_consistent(
     parameters: SVector<f64, 10>,
     covariance: &SMatrix<f64, 10, 10>,
     scales: &SVector<f64, 10>,

@@ -58,7 +58,7 @@ pub(super) fn sign_findings(
 }
 
 /// Reports a mass beyond the known bodies that is zero within its uncertainty.
-pub(crate) fn nothing_held(mass_kg: f64, std_dev_kg: f64) -> Option<Finding> {
+pub fn nothing_held(mass_kg: f64, std_dev_kg: f64) -> Option<Finding> {
     let is_zero = mass_kg.abs() <= INSIGNIFICANT * std_dev_kg && std_dev_kg.is_finite();
     is_zero.then_some(Finding::NothingHeld {
         mass_kg,

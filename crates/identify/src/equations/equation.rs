@@ -82,7 +82,8 @@ pub struct Equation {
 
 impl Equation {
     /// Creates an equation of so many channels without any instant.
-    pub(crate) fn new(channels: usize) -> Self {
+    #[must_use]
+    pub fn new(channels: usize) -> Self {
         Self {
             time_s: 0.0,
             rows: vec![Row::zero(); channels],

@@ -107,21 +107,21 @@ impl<'a> Nodes<'a> {
 /// it is linear in the measurements and local, so that a filter over many instants afterwards has the same
 /// effect on what is differentiated, smoothed or neither.
 #[derive(Clone, Debug)]
-pub(crate) struct Instant {
+pub struct Instant {
     /// Time, s.
-    pub(crate) time_s: f64,
+    pub time_s: f64,
     /// Motion of the base in the inertial frame.
-    pub(crate) base: FrameMotion,
+    pub base: FrameMotion,
     /// Joint positions, rad or m.
-    pub(crate) joint_position: Vec<f64>,
+    pub joint_position: Vec<f64>,
     /// Joint velocities, rad/s or m/s.
-    pub(crate) joint_velocity: Vec<f64>,
+    pub joint_velocity: Vec<f64>,
     /// Joint accelerations, rad/s² or m/s².
-    pub(crate) joint_acceleration: Vec<f64>,
+    pub joint_acceleration: Vec<f64>,
     /// Measured joint efforts, N m or N.
-    pub(crate) joint_effort: Vec<f64>,
+    pub joint_effort: Vec<f64>,
     /// Measured wrenches on the payload, each in the frame of its sensor.
-    pub(crate) wrenches: Vec<Wrench>,
+    pub wrenches: Vec<Wrench>,
     weights: CachedWeights,
 }
 

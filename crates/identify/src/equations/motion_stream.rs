@@ -6,7 +6,7 @@ use super::sample_ring::SampleRing;
 
 /// Keeps the last samples, and computes the motion at the time of each from its neighbours, without allocation.
 #[derive(Clone, Debug)]
-pub(crate) struct MotionStream {
+pub struct MotionStream {
     max_gap_s: f64,
     samples: SampleRing,
     instant: Instant,
@@ -19,7 +19,7 @@ pub(crate) struct MotionStream {
 
 /// What a sample adds to a [`MotionStream`].
 #[derive(Clone, Copy, Debug)]
-pub(crate) enum MotionStep<'a> {
+pub enum MotionStep<'a> {
     /// The sample has a number that is not finite, or has a magnitude of 1e30 or more, or it is not later than the one before, and was
     /// ignored.
     Rejected,
@@ -33,7 +33,7 @@ pub(crate) enum MotionStep<'a> {
 
 impl MotionStream {
     /// Creates a stream of samples of so many joints and wrenches, whose polynomials are accurate up to `cutoff_hz`.
-    pub(crate) fn new(joints: usize, wrenches: usize, cutoff_hz: f64, max_gap_s: f64) -> Self {
+    pub fn new(joints: usize, wrenches: usize, cutoff_hz: f64, max_gap_s: f64) -> Self {
         Self {
             max_gap_s,
             samples: SampleRing::new(joints, wrenches, cutoff_hz),
@@ -46,7 +46,7 @@ impl MotionStream {
     }
 
     /// Adds a sample whose slices have the right lengths.
-    pub(crate) fn push(&mut self, sample: &Sample<'_>) -> MotionStep<'_> {
+    pub fn push(&mut self, sample: &Sample<'_>) -> MotionStep<'_> {
         let passed_s = sample.time_s - self.time_s();
         if !sample.is_measurable() || passed_s <= 0.0 {
             self.rejected += 1;
@@ -78,27 +78,27 @@ impl MotionStream {
     }
 
     /// Time of the last accepted sample, s; minus infinity before the first.
-    pub(crate) fn time_s(&self) -> f64 {
+    pub fn time_s(&self) -> f64 {
         self.samples.time_s()
     }
 
     /// Longest time between two samples that is not a gap, s.
-    pub(crate) fn max_gap_s(&self) -> f64 {
+    pub fn max_gap_s(&self) -> f64 {
         self.max_gap_s
     }
 
     /// Number of samples that were accepted.
-    pub(crate) fn accepted(&self) -> u64 {
+    pub fn accepted(&self) -> u64 {
         self.accepted
     }
 
     /// Number of samples that were rejected: with a number that is not finite or beyond 1e30, or not later than the one before.
-    pub(crate) fn rejected(&self) -> u64 {
+    pub fn rejected(&self) -> u64 {
         self.rejected
     }
 
     /// Number of gaps that were too long to be bridged.
-    pub(crate) fn gaps(&self) -> u64 {
+    pub fn gaps(&self) -> u64 {
         self.gaps
     }
 

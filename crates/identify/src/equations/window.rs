@@ -57,12 +57,13 @@ pub(crate) const PRODUCT_CORRELATION: f64 = 1.1453;
 
 /// Place of an instant in a window.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Place {
-    /// Sine and cosine of the time since the middle of the window, in units of the window's length over π.
-    pub(crate) sin: f64,
-    pub(crate) cos: f64,
+pub struct Place {
+    /// Sine of the time since the middle of the window, in units of the window's length over π.
+    pub sin: f64,
+    /// Cosine of the same angle.
+    pub cos: f64,
     /// Time that the instant stands for, s.
-    pub(crate) step_s: f64,
+    pub step_s: f64,
     /// Length of the window, s.
     length_s: f64,
     /// Half of the instants to which this one belongs, 1 or -1.
@@ -71,7 +72,7 @@ pub(crate) struct Place {
 
 impl Place {
     /// Weight in the mean, s.
-    pub(crate) fn weight(&self) -> f64 {
+    pub fn weight(&self) -> f64 {
         let cube = self.cos * self.cos * self.cos;
         cube * self.cos * self.step_s
     }
@@ -84,7 +85,7 @@ impl Place {
 }
 
 /// Sums over the instants of one window, which become means.
-pub(crate) trait WindowSums: Clone {
+pub trait WindowSums: Clone {
     /// Removes all instants and sets the middle of the window, s.
     fn clear(&mut self, time_s: f64);
 
@@ -100,17 +101,17 @@ pub(crate) trait WindowSums: Clone {
 
 /// Entries of the instants, averaged over one window.
 #[derive(Clone, Debug)]
-pub(crate) struct WindowMean {
+pub struct WindowMean {
     /// Middle of the window, on the clock of the instants, s.
-    pub(crate) time_s: f64,
+    pub time_s: f64,
     /// Number of instants in the window.
-    pub(crate) instants: u32,
+    pub instants: u32,
     /// Mean of each entry.
-    pub(crate) means: Box<[f64]>,
+    pub means: Box<[f64]>,
     /// Half the difference between the means of each entry over every second instant and over the others.
-    pub(crate) differences: Box<[f64]>,
+    pub differences: Box<[f64]>,
     /// Time derivative of the first entries through the same filter, per second.
-    pub(crate) rates: Box<[f64]>,
+    pub rates: Box<[f64]>,
     /// Sum of the instants' weights in the mean, in the derivative, and in the half-difference.
     weight: f64,
     slope_weight: f64,
@@ -119,7 +120,7 @@ pub(crate) struct WindowMean {
 
 impl WindowMean {
     /// Creates a window of so many entries, the first of which have a derivative, without any instant.
-    pub(crate) fn new(entries: usize, rates: usize) -> Self {
+    pub fn new(entries: usize, rates: usize) -> Self {
         Self {
             time_s: 0.0,
             instants: 0,
@@ -188,7 +189,7 @@ impl WindowSums for WindowMean {
 /// rule is far more accurate than its order at equidistant times, and nearly so at others. Nothing is
 /// allocated after construction.
 #[derive(Clone, Debug)]
-pub(crate) struct Windows<W> {
+pub struct Windows<W> {
     length_s: f64,
     /// Begin of the stretch without a gap, on the clock of the instants; `None` before its first instant.
     begin_s: Option<f64>,
@@ -219,7 +220,7 @@ impl Windows<WindowMean> {
 
 impl<W: WindowSums> Windows<W> {
     /// Creates windows over instants of so many entries, from a window without any instant.
-    pub(crate) fn new(cutoff_hz: f64, entries: usize, empty: &W) -> Self {
+    pub fn new(cutoff_hz: f64, entries: usize, empty: &W) -> Self {
         Self {
             length_s: length_s(cutoff_hz),
             begin_s: None,
@@ -236,28 +237,28 @@ impl<W: WindowSums> Windows<W> {
     }
 
     /// Discards the open windows, after a gap.
-    pub(crate) fn clear(&mut self) {
+    pub fn clear(&mut self) {
         self.begin_s = None;
     }
 
     /// Discards the open windows and resets the counts.
-    pub(crate) fn rewind(&mut self) {
+    pub fn rewind(&mut self) {
         self.clear();
         (self.sparse, self.left_out) = (0, 0);
     }
 
     /// Number of instants that were left out, since an entry was not [measurable](is_measurable).
-    pub(crate) fn left_out(&self) -> u64 {
+    pub fn left_out(&self) -> u64 {
         self.left_out
     }
 
     /// Length of a window, s.
-    pub(crate) fn length_s(&self) -> f64 {
+    pub fn length_s(&self) -> f64 {
         self.length_s
     }
 
     /// Returns why there are so few windows: most have too few instants, or there are too few samples.
-    pub(crate) fn too_few(&self, windows: usize) -> IdentifyError {
+    pub fn too_few(&self, windows: usize) -> IdentifyError {
         let window_s = self.length_s;
         if self.sparse > windows as u64 {
             IdentifyError::TooFewSamples {
@@ -273,7 +274,7 @@ impl<W: WindowSums> Windows<W> {
     ///
     /// An instant of which an entry is not [measurable](is_measurable) is left out: samples with finite numbers can have
     /// derivatives and products that are not finite, and one of these would stay in the estimate for ever.
-    pub(crate) fn push(&mut self, time_s: f64, entries: &[f64]) -> Option<&W> {
+    pub fn push(&mut self, time_s: f64, entries: &[f64]) -> Option<&W> {
         // All entries are compared without a branch, which is faster than to stop at the first one.
         if !entries
             .iter()

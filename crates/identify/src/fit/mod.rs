@@ -72,7 +72,7 @@ impl<'a> FitOptions<'a> {
 }
 
 /// Changes of the ten parameters, a column for each unknown that causes them.
-pub(crate) type GainErrors = OMatrix<f64, U10, Dyn>;
+pub type GainErrors = OMatrix<f64, U10, Dyn>;
 
 /// A delay of the load relative to the motion.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, JsonSchema)]

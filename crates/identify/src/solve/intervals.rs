@@ -183,7 +183,7 @@ mod tests {
         let given = given();
         let mut nearest = f64::INFINITY;
         for draw in 0..2000 {
-            let mut body = InertialParameters::from(result::body(&[0.0; 10]));
+            let mut body = InertialParameters::from(result::body_of_values(&[0.0; 10]));
             for _ in 0..1 + draw % 5 {
                 let place = given.max.map(|most| {
                     let at: f64 = random.random_range(-3.0..3.0);

@@ -7,6 +7,7 @@ pub(crate) mod intervals;
 pub(crate) mod noise;
 pub(crate) mod offsets;
 pub(crate) mod principal_moments;
+pub(crate) mod pseudo_inverse;
 pub(crate) mod report;
 pub(crate) mod spectrum;
 pub(crate) mod subspace;
@@ -15,5 +16,9 @@ pub(crate) mod weights;
 pub(crate) mod widening;
 
 pub use principal_moments::PrincipalMoments;
+pub use pseudo_inverse::{PseudoInverse, information, normalized, pseudo_inverse, with_variance};
 pub use report::{Posterior, Report};
-pub use uncertainty::{HALF_WIDTH_95, largest_of_kind, value_jacobian};
+pub use spectrum::{Excitation, Spectrum};
+pub use subspace::{Matrix, NullSpace, Vector};
+pub use uncertainty::{HALF_WIDTH_95, largest_of_kind, value_jacobian, values_of};
+pub use widening::widened;

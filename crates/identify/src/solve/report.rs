@@ -9,7 +9,7 @@ use super::intervals::intervals;
 use super::subspace::{Matrix, NullSpace, Vector};
 use super::uncertainty::{ValueStdDevs, observability, std_devs};
 use crate::prior::{BoundingBox, PriorKnowledge};
-use crate::result::{PayloadEstimate, body, is_physical, values_of_body};
+use crate::result::{PayloadEstimate, body_of_values, is_physical, values_of_body};
 
 /// What a solver knows of the linear parameters of a payload.
 #[derive(Clone, Copy, Debug)]
@@ -107,5 +107,5 @@ pub(crate) fn estimate(
 /// Returns the body with these linear parameters; all values are zero where the mass is.
 pub(crate) fn body_of(parameters: &Vector) -> MassProperties {
     let properties = InertialParameters::from_vector(*parameters).mass_properties();
-    properties.unwrap_or_else(|| body(&[0.0; 10]))
+    properties.unwrap_or_else(|| body_of_values(&[0.0; 10]))
 }

@@ -12,7 +12,7 @@ const WITHOUT_ROWS: f64 = 2.0;
 
 /// Observable and unobservable directions of scaled parameters, the ten parameters first.
 #[derive(Clone, Debug)]
-pub(crate) struct Spectrum<D>
+pub struct Spectrum<D>
 where
     D: DimSub<U1>,
     DefaultAllocator: Allocator<D, D> + Allocator<D> + Allocator<DimDiff<D, U1>>,
@@ -25,11 +25,11 @@ where
 
 /// How strongly the rows excite each eigenvector of their information.
 #[derive(Clone, Debug)]
-pub(crate) struct Excitation {
+pub struct Excitation {
     /// Square roots of the eigenvalues relative to the largest, descending.
-    pub(crate) strengths: Vec<f64>,
+    pub strengths: Vec<f64>,
     /// Unit vectors in scaled parameters, in the same order.
-    pub(crate) directions: Vec<Vector>,
+    pub directions: Vec<Vector>,
 }
 
 impl<D> Spectrum<D>
@@ -38,7 +38,7 @@ where
     DefaultAllocator: Allocator<D, D> + Allocator<D> + Allocator<DimDiff<D, U1>>,
 {
     /// Decomposes an information of exact rows.
-    pub(crate) fn new(information: OMatrix<f64, D, D>) -> Self {
+    pub fn new(information: OMatrix<f64, D, D>) -> Self {
         let noise = &information * 0.0;
         Self::with_noise(&information, &noise, 1)
     }
@@ -71,7 +71,7 @@ where
     }
 
     /// The observable directions: information, and unit vector in scaled parameters.
-    pub(crate) fn observable(&self) -> impl Iterator<Item = (f64, OVector<f64, D>)> + '_ {
+    pub fn observable(&self) -> impl Iterator<Item = (f64, OVector<f64, D>)> + '_ {
         let largest = self.eigen.eigenvalues.max();
         let columns = self.eigen.eigenvectors.column_iter();
         let pairs = self.eigen.eigenvalues.iter().copied().zip(columns);
@@ -82,7 +82,7 @@ where
 
     /// The unobservable directions of the ten parameters, whose units are `scales`: those that no row excites, or only the
     /// noise of the motion.
-    pub(crate) fn null_space(&self, scales: Vector) -> NullSpace {
+    pub fn null_space(&self, scales: Vector) -> NullSpace {
         let directions = self.unobservable.iter();
         NullSpace::new(
             scales,
@@ -128,7 +128,7 @@ where
     }
 
     /// Strengths and directions, the strongest first.
-    pub(crate) fn excitation(&self) -> Excitation {
+    pub fn excitation(&self) -> Excitation {
         let values = &self.eigen.eigenvalues;
         let mut order: Vec<usize> = (0..values.len()).collect();
         order.sort_by(|&a, &b| values[b].total_cmp(&values[a]));

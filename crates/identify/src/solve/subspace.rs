@@ -30,10 +30,10 @@ use crate::equations::window::PRODUCT_CORRELATION;
 use crate::result::KINDS;
 
 /// A 10x10 matrix over the parameters.
-pub(crate) type Matrix = SMatrix<f64, 10, 10>;
+pub type Matrix = SMatrix<f64, 10, 10>;
 /// A vector of the ten parameters, in the order of
 /// [`InertialParameters`](tactid_dynamics::InertialParameters).
-pub(crate) type Vector = SVector<f64, 10>;
+pub type Vector = SVector<f64, 10>;
 
 /// Ratio to the largest eigenvalue: the square of 1e-5, the ratio of singular values of the rows.
 pub(crate) const EIGENVALUE_RATIO: f64 = 1e-5 * 1e-5;
@@ -111,7 +111,7 @@ pub(crate) fn bounded_lengths(lengths: &Vector, least: f64) -> Vector {
 
 /// The unobservable directions: the null space of the regressor, within the thresholds of this module.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct NullSpace {
+pub struct NullSpace {
     /// Unit of each scaled parameter, in the parameter's unit: the parameters divided by their scales have
     /// standard deviations of similar size.
     scales: Vector,
@@ -122,7 +122,7 @@ pub(crate) struct NullSpace {
 
 impl NullSpace {
     /// Creates the null space that unit vectors in scaled parameters span, at most ten.
-    pub(crate) fn new(scales: Vector, directions: impl Iterator<Item = Vector>) -> Self {
+    pub fn new(scales: Vector, directions: impl Iterator<Item = Vector>) -> Self {
         let mut places = [Vector::zeros(); 10];
         let pairs = places.iter_mut().zip(directions);
         let dimension = pairs.map(|(place, direction)| *place = direction).count();
@@ -134,17 +134,17 @@ impl NullSpace {
     }
 
     /// Unit of each scaled parameter, in the parameter's unit.
-    pub(crate) fn scales(&self) -> &Vector {
+    pub fn scales(&self) -> &Vector {
         &self.scales
     }
 
     /// Unit vectors in scaled parameters that span the null space.
-    pub(crate) fn directions(&self) -> &[Vector] {
+    pub fn directions(&self) -> &[Vector] {
         &self.directions[..self.dimension]
     }
 
     /// Returns whether the observable directions determine a quantity with this gradient in the parameters.
-    pub(crate) fn determines(&self, gradient: &RowSVector<f64, 10>) -> bool {
+    pub fn determines(&self, gradient: &RowSVector<f64, 10>) -> bool {
         let scaled = gradient.component_mul(&self.scales.transpose());
         let directions = self.directions().iter();
         let unobservable: f64 = directions

@@ -14,7 +14,7 @@ const MASS_KNOWN: f64 = 0.25;
 pub const HALF_WIDTH_95: f64 = 1.96;
 
 /// Returns the ten values that a user reads, of linear parameters; `None` for a mass of zero.
-pub(crate) fn values_of(parameters: &Vector) -> Option<[f64; 10]> {
+pub fn values_of(parameters: &Vector) -> Option<[f64; 10]> {
     let body = InertialParameters::from_vector(*parameters).mass_properties()?;
     Some(values_of_body(&body))
 }

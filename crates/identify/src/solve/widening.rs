@@ -5,7 +5,7 @@ use crate::prior::KnownMass;
 
 /// Returns the covariance of linear parameters with standard deviations that are larger by a factor. That of a known mass does
 /// not grow beyond that of its weighing.
-pub(crate) fn widened(covariance: &Matrix, factor: f64, known_mass: Option<KnownMass>) -> Matrix {
+pub fn widened(covariance: &Matrix, factor: f64, known_mass: Option<KnownMass>) -> Matrix {
     let mut wide = covariance * (factor * factor);
     if let Some(mass) = known_mass {
         let largest = mass.std_dev_kg.powi(2).max(covariance[(0, 0)]);

@@ -15,9 +15,7 @@ use tactid_dynamics::{
     BaseKind, FrameMotion, InertialParameters, JointMotion, Manipulator, MassProperties, Workspace,
     Wrench, base_acceleration, forces, motion, wrench_regressor,
 };
-use tactid_identify::{
-    BaseState, EquationSettings, Identifier, PaperFilter, PaperSettings, Sample,
-};
+use tactid_identify::{BaseState, EquationSettings, Identifier, Sample};
 
 pub(crate) const TOOL: &str = "tool0";
 pub(crate) const SENSORS: [&str; 2] = ["finger_left_link", "finger_right_link"];
@@ -273,12 +271,6 @@ impl Experiment {
 
 pub(crate) fn identifier(experiment: &Experiment, settings: &EquationSettings) -> Identifier {
     Identifier::new(&experiment.robot(), TOOL, &SENSORS, settings).unwrap()
-}
-
-/// The paper's filter with the paper's settings.
-pub(crate) fn paper_filter(experiment: &Experiment, settings: &EquationSettings) -> PaperFilter {
-    let robot = experiment.robot();
-    PaperFilter::new(&robot, TOOL, &SENSORS, settings, PaperSettings::default()).unwrap()
 }
 
 /// Returns the error of each value in percent of its nominal value, or of the largest of its kind where that is

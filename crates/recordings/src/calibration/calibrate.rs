@@ -2,11 +2,11 @@
 
 use std::path::{Path, PathBuf};
 
-use tactid_dynamics::Manipulator;
-use tactid_identify::calibration::{
+use tactid_calibrate::{
     CalibrationResult, CalibrationSettings, EffortComparison, EffortRecording, KnownPayload,
     calibrate_interruptibly,
 };
+use tactid_dynamics::Manipulator;
 use tactid_identify::{Finding as DataFinding, IdentifyError};
 
 use super::held_out::check_empty;

@@ -1,7 +1,7 @@
 //! Checks of numbers that people may have edited in the file of a calibration.
 
 use nalgebra::DMatrix;
-use tactid_identify::calibration::{Assumption, LinkDescription, MotionShortage};
+use tactid_calibrate::{Assumption, LinkDescription, MotionShortage};
 
 use super::layout::Layout;
 use crate::ArmCalibration;

@@ -2,7 +2,7 @@
 
 use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
-use tactid_identify::calibration::{Assumption, Contradiction};
+use tactid_calibrate::{Assumption, Contradiction};
 
 /// A [`Contradiction`] by the `kind` of its finding.
 #[derive(Serialize, Deserialize)]

@@ -1,6 +1,6 @@
 //! Check that a recording without payload holds none.
 
-use tactid_identify::calibration::{Calibration, EffortComparison, EffortRecording};
+use tactid_calibrate::{Calibration, EffortComparison, EffortRecording};
 use tactid_identify::{BatchSettings, HALF_WIDTH_95, IdentifyError};
 
 /// A recording holds a payload if its mass is more than this number of standard deviations, and the mean square of the residuals

@@ -1,6 +1,6 @@
 //! The unknowns of a calibration by link and joint, and the delay, as its file has them, and in the one vector of the model.
 
-use tactid_identify::calibration::Calibration;
+use tactid_calibrate::Calibration;
 
 /// Number of inertial parameters of a link.
 pub(super) const OF_LINK: usize = 10;

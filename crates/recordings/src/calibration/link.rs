@@ -2,8 +2,8 @@
 
 use nalgebra::{Isometry3, Quaternion, SVector, Translation3, UnitQuaternion, Vector4};
 use serde::{Deserialize, Serialize};
+use tactid_calibrate::{Calibration, LinkCalibration, LinkDescription};
 use tactid_dynamics::InertialParameters;
-use tactid_identify::calibration::{Calibration, LinkCalibration, LinkDescription};
 
 use super::layout::{Layout, OF_LINK};
 

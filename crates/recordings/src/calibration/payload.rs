@@ -2,8 +2,8 @@
 
 use std::path::Path;
 
+use tactid_calibrate::EffortRecording;
 use tactid_identify::IdentifyError;
-use tactid_identify::calibration::EffortRecording;
 
 use super::record::Recorded;
 use crate::ArmCalibration;

@@ -1,6 +1,6 @@
 //! Window means of the joint efforts of one recording.
 
-use tactid_identify::calibration::{CalibrationSettings, EffortRecorder, EffortRecording};
+use tactid_calibrate::{CalibrationSettings, EffortRecorder, EffortRecording};
 
 use crate::identification::no_overlap;
 use crate::plan::Plan;

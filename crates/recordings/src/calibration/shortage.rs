@@ -1,7 +1,7 @@
 //! What the motion of a calibration does not determine, as its file has it.
 
 use serde::{Deserialize, Serialize};
-use tactid_identify::calibration::MotionShortage;
+use tactid_calibrate::MotionShortage;
 
 /// The variants of [`MotionShortage`] by `kind`.
 #[derive(Serialize, Deserialize)]

@@ -4,8 +4,8 @@ use std::fmt::Write;
 
 use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
+use tactid_calibrate::{Calibration, CalibrationReport, EffortNoise, JointCalibration};
 use tactid_identify::Delay;
-use tactid_identify::calibration::{Calibration, CalibrationReport, EffortNoise, JointCalibration};
 use toml::Spanned;
 
 use super::check::{Fault, Place, check_numbers};

@@ -1,7 +1,7 @@
 //! The recordings of a calibration, as its file has them.
 
 use serde::{Deserialize, Serialize};
-use tactid_identify::calibration::CalibratingRecording;
+use tactid_calibrate::CalibratingRecording;
 
 use super::check::{Fault, Place};
 

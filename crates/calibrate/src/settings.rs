@@ -1,0 +1,89 @@
+//! Settings of a calibration.
+
+use nalgebra::Vector3;
+use tactid_dynamics::BaseKind;
+
+use tactid_identify::IdentifyError;
+
+/// Range of [`CalibrationSettings::gain_std_dev`], in words.
+const GAIN_STD_DEV: &str = "at least zero and less than one (0.2 for 20 %), because a gain is positive: rough gains must be given where efforts have another unit";
+
+/// How efforts are recorded and calibrated. Recordings can be combined only if gravity and cutoff are the same.
+#[derive(Clone, Debug, PartialEq)]
+pub struct CalibrationSettings {
+    /// Gravitational acceleration in the inertial frame, m/s², pointing down. Default (`None`): 9.81 along -z.
+    pub gravity: Option<Vector3<f64>>,
+    /// Frequency at which the window means have lost 3 dB, Hz. It should be some four times the highest frequency of the
+    /// motion. Default: 2.
+    pub cutoff_hz: f64,
+    /// Longest time between two samples across which the motion is differentiated, s. A longer time is a gap.
+    /// Default: 0.1.
+    pub max_gap_s: f64,
+    /// Standard deviation of the inverse gain of each joint about 1, a fraction: what is known of the gains before the
+    /// calibration. 0 where efforts are torques, 0.05 where gains are claimed, 0.2 where they are found with a recording
+    /// of a known mass. Default: 0.
+    pub gain_std_dev: f64,
+    /// Whether recordings keep what a [`Contradiction`](super::Contradiction) of a calibration, or a
+    /// [zero that has moved](super::CalibratedEstimate::moved_zero) since, is found from. It takes an inverse dynamics for each joint and
+    /// sample. Default: true.
+    pub finds_contradictions: bool,
+}
+
+impl Default for CalibrationSettings {
+    fn default() -> Self {
+        Self {
+            gravity: None,
+            cutoff_hz: 2.0,
+            max_gap_s: 0.1,
+            gain_std_dev: 0.0,
+            finds_contradictions: true,
+        }
+    }
+}
+
+impl CalibrationSettings {
+    /// Returns the gravitational acceleration in the inertial frame, m/s².
+    #[must_use]
+    pub fn gravity(&self) -> Vector3<f64> {
+        self.gravity
+            .unwrap_or_else(|| BaseKind::Fixed.default_gravity())
+    }
+
+    /// Checks that the values are in range.
+    ///
+    /// # Errors
+    /// Returns [`IdentifyError::Value`] with the name of a setting that is out of range.
+    pub fn check(&self) -> Result<(), IdentifyError> {
+        let checks = [
+            ("cutoff_hz", self.cutoff_hz, self.cutoff_hz > 0.0),
+            ("max_gap_s", self.max_gap_s, self.max_gap_s > 0.0),
+            (
+                "gain_std_dev",
+                self.gain_std_dev,
+                (0.0..1.0).contains(&self.gain_std_dev),
+            ),
+        ];
+        for (name, given, is_valid) in checks {
+            if !(is_valid && given.is_finite()) {
+                let expected = if name == "gain_std_dev" {
+                    GAIN_STD_DEV
+                } else {
+                    "more than zero"
+                };
+                return Err(IdentifyError::Value {
+                    name,
+                    given,
+                    expected,
+                });
+            }
+        }
+        match self.gravity().iter().find(|entry| !entry.is_finite()) {
+            Some(&given) => Err(IdentifyError::Value {
+                name: "gravity",
+                given,
+                expected: "finite",
+            }),
+            None => Ok(()),
+        }
+    }
+}
