@@ -5,8 +5,6 @@
 #[allow(dead_code, reason = "each test file uses a part of what is shared")]
 #[path = "common/arm.rs"]
 mod arm;
-#[path = "common/effort_arm.rs"]
-mod effort_arm;
 
 use std::f64::consts::{FRAC_PI_2, FRAC_PI_4};
 
@@ -43,6 +41,20 @@ struct Noise {
     wrench: [f64; 2],
 }
 
+/// An arm of four joints whose tool is beside the axis of the last one. Wrenches need no masses.
+const FOUR_JOINTS: &str = "<robot name='arm'><link name='link_0'/><link name='link_1'/>\
+    <link name='link_2'/><link name='link_3'/><link name='link_4'/><link name='tool'/>\
+    <joint name='joint_1' type='continuous'><parent link='link_0'/><child link='link_1'/>\
+    <origin xyz='0 0 0.13'/><axis xyz='0 0 1'/></joint>\
+    <joint name='joint_2' type='continuous'><parent link='link_1'/><child link='link_2'/>\
+    <origin xyz='0 0.1 0'/><axis xyz='0 1 0'/></joint>\
+    <joint name='joint_3' type='continuous'><parent link='link_2'/><child link='link_3'/>\
+    <origin xyz='0.6 0 0'/><axis xyz='0 1 0'/></joint>\
+    <joint name='joint_4' type='continuous'><parent link='link_3'/><child link='link_4'/>\
+    <origin xyz='0.5 0 0.1'/><axis xyz='1 0 0'/></joint>\
+    <joint name='mount' type='fixed'><parent link='link_4'/><child link='tool'/>\
+    <origin xyz='0.05 0 0.15' rpy='0.2 0.3 0.1'/></joint></robot>";
+
 impl Still {
     /// Returns an arm like a UR10 with 2 kg, at 500 Hz.
     fn six_joints(random: &mut SmallRng, duration_s: f64, noise: Noise) -> Self {
@@ -60,9 +72,9 @@ impl Still {
     /// Returns an arm of four joints with 2 kg, at 500 Hz.
     fn four_joints(random: &mut SmallRng, duration_s: f64, noise: Noise) -> Self {
         Self {
-            robot: effort_arm::described(),
-            tool: effort_arm::TOOL,
-            posture: random_posture(random, effort_arm::JOINTS),
+            robot: Manipulator::from_urdf(FOUR_JOINTS, BaseKind::Fixed).unwrap(),
+            tool: "tool",
+            posture: random_posture(random, 4),
             ..Self::six_joints(random, duration_s, noise)
         }
     }
