@@ -155,20 +155,11 @@ impl BatchIdentifier {
     pub fn solve(&self) -> Result<BatchResult, IdentifyError> {
         let equations = self.batch.equations();
         let channels = self.stream.channels();
-        let too_few = || self.stream.too_few_windows(equations.len());
-        let fit_without_mass =
-            least_squares::fit(equations, FitOptions::new(&channels)).ok_or_else(too_few)?;
         let known = self.known_bodies();
-        let known_mass_fit = match self.settings.known_mass {
-            Some(mass) => {
-                let options = FitOptions {
-                    known_mass: Some(mass.with(known[0])),
-                    ..FitOptions::new(&channels)
-                };
-                Some(least_squares::fit(equations, options).ok_or_else(too_few)?)
-            }
-            None => None,
-        };
+        let fit_without_mass = self.fit(&channels, None)?;
+        let known_mass = self.settings.known_mass.map(|mass| mass.with(known[0]));
+        let known_mass_fit = known_mass.map(|mass| self.fit(&channels, Some(mass)));
+        let known_mass_fit = known_mass_fit.transpose()?;
         let fit = known_mass_fit.as_ref().unwrap_or(&fit_without_mass);
         let bounding_box = self.settings.bounding_box.as_ref();
         let consistent = consistent_payload(fit, &known, bounding_box);
@@ -218,6 +209,21 @@ impl BatchIdentifier {
             delay: self.remaining_delay(&fit_without_mass, &channels),
             findings: findings.collect(),
         })
+    }
+
+    /// Fits the parameters of the whole load, with its mass where that is known.
+    fn fit(
+        &self,
+        channels: &Channels,
+        known_mass: Option<KnownMass>,
+    ) -> Result<Fit, IdentifyError> {
+        let options = FitOptions {
+            known_mass,
+            ..FitOptions::new(channels)
+        };
+        let equations = self.batch.equations();
+        let fit = least_squares::fit(equations, options);
+        fit.ok_or_else(|| self.stream.too_few_windows(equations.len()))
     }
 
     /// Returns the estimate without any information: every value is unobservable.
