@@ -46,7 +46,7 @@ def test_every_field_of_rust_is_in_the_table() -> None:
     assert {name.removeprefix("Arrays::") for name in arrays} <= names_in_table()
     # Python gives some options to types of their own.
     settings = rust_fields("identify/src/equations/settings.rs", "EquationSettings")
-    settings |= rust_fields("identify/src/paper/filter.rs", "PaperSettings")
+    settings |= rust_fields("recordings/src/paper/filter.rs", "PaperSettings")
     # An unloaded recording sets it.
     settings -= {"EquationSettings::effort_is_net"}
     assert {name.partition("::")[2] for name in settings} <= {*OPTIONS}
