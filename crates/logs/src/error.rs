@@ -5,7 +5,7 @@ use std::{
     path::{Path, PathBuf},
 };
 
-use crate::{cdr::CdrError, database_fault::DatabaseFault};
+use crate::cdr::CdrError;
 
 /// Reason why a log cannot be read or written. Each message names the file or the topic.
 #[derive(Debug, thiserror::Error)]
@@ -20,89 +20,48 @@ pub enum LogError {
         /// Error of the operating system.
         source: io::Error,
     },
-    /// The content of the compressed files of a log is far larger than that of measurements.
-    #[error(
-        "with {} the content of the log has more than {:.1} GiB, far more than measurements that compress to its size: it is no \
-         recording, or it must be decompressed with zstd first", path.display(), *most_bytes as f64 / f64::from(1 << 30)
-    )]
-    Expansion {
-        /// Path of the compressed file with which the content exceeds the limit.
-        path: PathBuf,
-        /// Most content that is decompressed, bytes: 1 GiB, or a thousand times the size of the files until then.
-        most_bytes: u64,
-    },
-    /// A compressed file could not be decompressed to a temporary one.
-    #[error(
-        "cannot decompress {} to {}: {source}; set TMPDIR to a folder with enough space", path.display(), folder.display()
-    )]
-    Decompress {
-        /// Path of the compressed file.
-        path: PathBuf,
-        /// Folder of temporary files.
-        folder: PathBuf,
-        /// Error of the operating system.
-        source: io::Error,
-    },
-    /// Messages of the same time, which are read together, need more memory than the reader may use.
-    #[error(
-        "reading {} needs more than {:.1} MiB of memory at once: its chunks or messages are too large, or its chunks overlap in \
-         time; `ros2 bag convert` writes smaller ones in the order of time", path.display(), *budget as f64 / 1_048_576.0
-    )]
+    /// The log needs more memory than the reader may use: messages of the same time, which are read
+    /// together, or its index, which is names, metadata and positions.
+    #[error("{what}")]
     Memory {
+        /// Path of the file with which the log exceeds the limit.
+        path: PathBuf,
+        /// The memory that the messages or the index may use, bytes.
+        budget: u64,
+        /// What needs the memory, and what to do.
+        what: String,
+    },
+    /// Something in the log is larger than in any recording, so that no memory or space is given
+    /// to it: the content of compressed files, or a name.
+    #[error("{what}")]
+    Oversized {
         /// Path of the file.
         path: PathBuf,
-        /// The memory that the reader may use, bytes.
-        budget: u64,
-    },
-    /// The index of a log, its names, metadata and positions, needs more memory than the reader may use.
-    #[error(
-        "the index of {} needs more than {:.1} MiB of memory: it has too many chunks, names or metadata", path.display(),
-        *budget as f64 / 1_048_576.0
-    )]
-    Index {
-        /// Path of the file with which the index exceeds the limit.
-        path: PathBuf,
-        /// The memory that the index may use, bytes: half of that of messages.
-        budget: u64,
-    },
-    /// A name in the log is longer than any that a robot uses.
-    #[error(
-        "{} names a topic, a type or an encoding with {bytes} bytes: names have at most {most_bytes}", path.display()
-    )]
-    LongName {
-        /// Path of the file.
-        path: PathBuf,
-        /// Length of the name, bytes.
-        bytes: usize,
-        /// Most bytes of a name.
-        most_bytes: usize,
+        /// What is too large.
+        what: String,
     },
     /// The watch has ended the opening of the log.
     #[error("the opening of the log was interrupted")]
     Interrupted,
-    /// The file is an SQLite database that cannot be read as a bag.
-    #[error("{} cannot be read as an SQLite bag: {fault}", path.display())]
-    Database {
-        /// Path of the file.
-        path: PathBuf,
-        /// The reason.
-        fault: DatabaseFault,
-    },
-    /// The file is neither an MCAP log nor an SQLite bag.
-    #[error("{} is neither an MCAP log nor an SQLite bag: {what}", path.display())]
+    /// The file or folder is no log that can be read: neither MCAP nor a bag of SQLite or rosbag2,
+    /// or a damaged one of these.
+    #[error("{} {what}", path.display())]
     NotALog {
-        /// Path of the file.
+        /// Path of the file or folder.
         path: PathBuf,
-        /// Description of what the file is instead.
+        /// What it is not, and why.
         what: String,
     },
-    /// The folder is not a rosbag2 bag, or is compressed in an unknown format.
-    #[error("{} is not a rosbag2 bag that can be read: {what}", path.display())]
-    NotABag {
-        /// Path of the folder or of its `metadata.yaml`.
+    /// Another process writes to an SQLite bag and lets nobody read meanwhile.
+    #[error(
+        "{} cannot be read as an SQLite bag: another process has locked it for longer than \
+         {waited_s} s; try again when that process has ended, or read a copy of the file", path.display()
+    )]
+    Locked {
+        /// Path of the file.
         path: PathBuf,
-        /// The reason, and what to do.
-        what: String,
+        /// Time for which the lock was awaited, s.
+        waited_s: u64,
     },
     /// The log does not have the requested topic.
     #[error("{} has no topic {topic}; it has {available}", path.display())]
@@ -122,23 +81,13 @@ pub enum LogError {
         /// The reason.
         why: &'static str,
     },
-    /// A message was requested as another type than that of its topic.
-    #[error("topic {topic} holds {type_name}, not {requested}")]
+    /// A message was requested as another type than that of its topic, or is not encoded as CDR.
+    #[error("topic {topic} {what}")]
     WrongType {
         /// Name of the topic.
         topic: String,
-        /// Type of the topic.
-        type_name: String,
-        /// The requested type.
-        requested: &'static str,
-    },
-    /// The messages of the topic are not encoded as CDR.
-    #[error("topic {topic} is encoded as {encoding:?}; only \"cdr\" can be decoded")]
-    Encoding {
-        /// Name of the topic.
-        topic: String,
-        /// Encoding of the messages.
-        encoding: String,
+        /// Which type or encoding the topic has.
+        what: String,
     },
     /// A message could not be decoded.
     #[error("message on {topic} at {log_time_ns} ns: {source}")]
@@ -177,6 +126,14 @@ impl LogError {
             action,
             path: path.to_owned(),
             source,
+        }
+    }
+
+    /// Returns the error of an SQLite bag that is not whole.
+    pub(crate) fn not_a_bag(path: &Path, fault: &str) -> Self {
+        Self::NotALog {
+            path: path.to_owned(),
+            what: format!("cannot be read as an SQLite bag: {fault}"),
         }
     }
 }

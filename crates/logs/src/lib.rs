@@ -47,7 +47,6 @@
 #![cfg_attr(test, allow(clippy::unwrap_used, clippy::expect_used, clippy::panic))]
 
 pub mod cdr;
-mod database_fault;
 mod error;
 pub mod messages;
 mod reader;
@@ -55,7 +54,6 @@ mod rosbag2;
 mod system_file;
 mod writer;
 
-pub use database_fault::DatabaseFault;
 pub use error::LogError;
 pub use messages::Message;
 pub use reader::{

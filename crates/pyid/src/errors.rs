@@ -120,7 +120,7 @@ impl IntoPyErr for SettingError {
 impl IntoPyErr for tactid_logs::LogError {
     fn into_py_err(self) -> PyErr {
         let message = match &self {
-            Self::Memory { .. } | Self::Index { .. } => format!(
+            Self::Memory { .. } => format!(
                 "{self}; `tactid.set_log_memory` allows more, and so does `tactid --log-memory` before the command"
             ),
             _ => self.to_string(),

@@ -104,22 +104,22 @@ pub struct Time {
 
 fields!(Time: sec, nanosec);
 
+/// Returns whole seconds and the nanoseconds after them, or the largest ones that ROS can store.
+fn split_ns(ns: u64) -> (i32, u32) {
+    match i32::try_from(ns / 1_000_000_000) {
+        // The remainder is below 1e9, which fits in u32.
+        Ok(sec) => (sec, (ns % 1_000_000_000) as u32),
+        Err(_) => (i32::MAX, 999_999_999),
+    }
+}
+
 impl Time {
     /// Converts nanoseconds since the epoch. ROS stores seconds in an `i32`: times after 2038
     /// become the latest representable time.
     #[must_use]
     pub fn from_ns(ns: u64) -> Self {
-        match i32::try_from(ns / 1_000_000_000) {
-            // The remainder is below 1e9, which fits in u32.
-            Ok(sec) => Self {
-                sec,
-                nanosec: (ns % 1_000_000_000) as u32,
-            },
-            Err(_) => Self {
-                sec: i32::MAX,
-                nanosec: 999_999_999,
-            },
-        }
+        let (sec, nanosec) = split_ns(ns);
+        Self { sec, nanosec }
     }
 
     /// Returns the nanoseconds since the epoch, negative before it.

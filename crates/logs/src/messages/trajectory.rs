@@ -2,7 +2,7 @@
 
 use crate::cdr::fields;
 
-use super::Header;
+use super::{Header, split_ns};
 
 /// `builtin_interfaces/msg/Duration`: a span of time.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -19,17 +19,8 @@ impl Duration {
     /// Converts nanoseconds. A span of more than 68 years becomes the longest representable one.
     #[must_use]
     pub fn from_ns(ns: u64) -> Self {
-        match i32::try_from(ns / 1_000_000_000) {
-            // The remainder is below 1e9, which fits in u32.
-            Ok(sec) => Self {
-                sec,
-                nanosec: (ns % 1_000_000_000) as u32,
-            },
-            Err(_) => Self {
-                sec: i32::MAX,
-                nanosec: 999_999_999,
-            },
-        }
+        let (sec, nanosec) = split_ns(ns);
+        Self { sec, nanosec }
     }
 
     /// Returns the span in seconds.

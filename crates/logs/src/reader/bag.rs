@@ -52,16 +52,21 @@ impl BagInformation {
     }
 }
 
+/// Returns the error of a folder, or of the `metadata.yaml` in it.
+fn not_a_bag(path: &Path, why: &str) -> LogError {
+    LogError::NotALog {
+        path: path.to_owned(),
+        what: format!("is not a rosbag2 bag that can be read: {why}"),
+    }
+}
+
 /// Returns the paths of the log files of a bag in the order of the recording.
 pub(super) fn files(folder: &Path) -> Result<Vec<PathBuf>, LogError> {
     let metadata = folder.join("metadata.yaml");
     if !metadata.is_file() {
         return files_without_metadata(folder);
     }
-    let not_a_bag = |what| LogError::NotABag {
-        path: metadata.clone(),
-        what,
-    };
+    let not_a_bag = |what: String| not_a_bag(&metadata, &what);
     let text = read_metadata(&metadata)?;
     if text.len() as u64 > MAX_METADATA {
         return Err(not_a_bag(format!(
@@ -144,17 +149,15 @@ fn files_without_metadata(folder: &Path) -> Result<Vec<PathBuf>, LogError> {
     // A file comes before its compressed copy, which the recorder has not finished.
     logs.sort();
     logs.dedup_by(|copy, file| file.0 == copy.0 && is_compressed(&copy.1));
-    let not_a_bag = |what: &str| LogError::NotABag {
-        path: folder.to_owned(),
-        what: what.to_owned(),
-    };
     match logs.as_slice() {
-        [] => Err(not_a_bag(&format!(
-            "it holds neither metadata.yaml nor an .mcap or .db3 file, as a bag does{}",
-            bag_within(folder)
-        ))),
+        [] => {
+            let meant = bag_within(folder);
+            let what = "it holds neither metadata.yaml nor an .mcap or .db3 file, as a bag does";
+            Err(not_a_bag(folder, &format!("{what}{meant}")))
+        }
         [((first, _), _), rest @ ..] if rest.iter().any(|((name, _), _)| name != first) => {
             Err(not_a_bag(
+                folder,
                 "it has no metadata.yaml, and its .mcap or .db3 files have different names; name one of them",
             ))
         }

@@ -38,10 +38,13 @@ pub(super) fn decompress(
     let metadata = metadata.map_err(|source| LogError::io("read", path, source))?;
     let most_bytes = opening.space.add_packed(metadata.len());
     let unreadable = |source| LogError::io("read", path, source);
-    let not_decompressed = |source| LogError::Decompress {
-        path: path.to_owned(),
-        folder: std::env::temp_dir(),
-        source,
+    let not_decompressed = |source: io::Error| {
+        let folder = std::env::temp_dir();
+        let what = format!(
+            "{source} in {}; set TMPDIR to a folder with enough space",
+            folder.display()
+        );
+        LogError::io("decompress", path, io::Error::new(source.kind(), what))
     };
     let mut decoder = zstd::Decoder::new(file).map_err(unreadable)?;
     let mut decompressed = NamedTempFile::new().map_err(not_decompressed)?;
@@ -155,7 +158,7 @@ mod tests {
             assert_eq!(whole.path.metadata().unwrap().len(), 1 << 20);
         }
         let error = decompress(&mut opening).unwrap_err();
-        assert!(matches!(&error, LogError::Expansion { path, .. } if path == packed.path()));
+        assert!(matches!(&error, LogError::Oversized { path, .. } if path == packed.path()));
         opening.space = TemporarySpace::of_small_content((1 << 20) - 1);
         decompress(&mut opening).unwrap_err();
         assert!(error.to_string().contains("more than 0.0 GiB"), "{error}");

@@ -40,7 +40,7 @@ static MEMORY: AtomicU64 = AtomicU64::new(DEFAULT_MEMORY_LIMIT);
 /// Sets the memory that the messages of each log may occupy at once, bytes, for the logs that this process opens with
 /// [`LogReader::open`] from now on: [`DEFAULT_MEMORY_LIMIT`] until then. It counts chunks of overlapping times, as they are in the
 /// file and decompressed; the index of a log may occupy half as many bytes. A log that needs more is an error,
-/// [`LogError::Memory`] or [`LogError::Index`], whatever its files claim.
+/// [`LogError::Memory`], whatever its files claim.
 pub fn set_memory_limit(bytes: u64) {
     MEMORY.store(bytes, Ordering::Relaxed);
 }
@@ -114,10 +114,9 @@ impl LogReader {
     /// what [`set_memory_limit`] names.
     ///
     /// # Errors
-    /// Returns [`LogError::Io`], [`LogError::NotALog`], [`LogError::NotABag`], [`LogError::Database`], [`LogError::Decompress`]
-    /// or [`LogError::Expansion`] if there is no readable log at this path, [`LogError::Memory`] if a file without index
-    /// has a chunk that needs more memory, and [`LogError::Index`] if the index does. A damaged MCAP log is not an error; see
-    /// [`damage`](Self::damage).
+    /// Returns [`LogError::Io`], [`LogError::NotALog`], [`LogError::Locked`] or [`LogError::Oversized`] if there is no
+    /// readable log at this path, and [`LogError::Memory`] if the index, or a chunk of a file without index, needs more
+    /// memory. A damaged MCAP log is not an error; see [`damage`](Self::damage).
     pub fn open_within(path: impl AsRef<Path>, memory_bytes: u64) -> Result<Self, LogError> {
         Self::open_files(path.as_ref(), memory_bytes, &mut || {
             ControlFlow::Continue(())

@@ -6,7 +6,7 @@ use std::{
     time::{Duration, Instant},
 };
 
-use super::storage::MemoryBudget;
+use super::storage::{MemoryBudget, in_mib};
 use crate::error::LogError;
 
 /// Time from one call of the watch to the next, at least.
@@ -84,10 +84,12 @@ impl<'a> Opening<'a> {
     ) -> Result<(), LogError> {
         let bytes = names.clone().into_iter().map(str::len).max();
         match bytes.filter(|&bytes| bytes > MAX_NAME) {
-            Some(bytes) => Err(LogError::LongName {
+            Some(bytes) => Err(LogError::Oversized {
                 path: path.to_owned(),
-                bytes,
-                most_bytes: MAX_NAME,
+                what: format!(
+                    "{} names a topic, a type or an encoding with {bytes} bytes: names have at most {MAX_NAME}",
+                    path.display()
+                ),
             }),
             None => self.keep_each(path, names),
         }
@@ -100,9 +102,15 @@ impl<'a> Opening<'a> {
 
     /// Returns the error of a file whose index does not fit.
     pub(super) fn too_large(&self, path: &Path) -> LogError {
-        LogError::Index {
+        let budget = self.index.total;
+        LogError::Memory {
             path: path.to_owned(),
-            budget: self.index.total,
+            budget,
+            what: format!(
+                "the index of {} needs more than {:.1} MiB of memory: it has too many chunks, names or metadata",
+                path.display(),
+                in_mib(budget)
+            ),
         }
     }
 
@@ -160,8 +168,15 @@ impl TemporarySpace {
     ) -> Result<(), LogError> {
         self.content += bytes;
         if self.content > most_bytes {
-            let path = path.to_owned();
-            return Err(LogError::Expansion { path, most_bytes });
+            return Err(LogError::Oversized {
+                path: path.to_owned(),
+                what: format!(
+                    "with {} the content of the log has more than {:.1} GiB, far more than measurements that \
+                     compress to its size: it is no recording, or it must be decompressed with zstd first",
+                    path.display(),
+                    in_mib(most_bytes) / 1024.0
+                ),
+            });
         }
         Ok(())
     }

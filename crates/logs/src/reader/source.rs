@@ -17,10 +17,12 @@ use super::{
 };
 use crate::{
     cdr::ZSTD_MAGIC,
-    database_fault::DatabaseFault,
     error::LogError,
     system_file::{self, FileMark},
 };
+
+/// Beginning of what is wrong with a file in no known format.
+const NEITHER: &str = "is neither an MCAP log nor an SQLite bag: ";
 
 /// First bytes of an SQLite database.
 const SQLITE_MAGIC: &[u8] = b"SQLite format 3\0";
@@ -101,7 +103,7 @@ impl Source {
         if !metadata.is_file() {
             return Err(LogError::NotALog {
                 path: path.to_owned(),
-                what: "it is no regular file; write the log to one first".to_owned(),
+                what: NEITHER.to_owned() + "it is no regular file; write the log to one first",
             });
         }
         let mut source = Self {
@@ -134,14 +136,6 @@ impl Source {
         }
     }
 
-    /// Returns the error of a database that is not a whole bag.
-    pub(super) fn error(&self, fault: DatabaseFault) -> LogError {
-        LogError::Database {
-            path: self.path.clone(),
-            fault,
-        }
-    }
-
     /// Returns the format of the content, which its first bytes show.
     pub(super) fn format(&self) -> Result<Format, LogError> {
         let start = self.start()?;
@@ -164,7 +158,7 @@ impl Source {
         };
         Err(LogError::NotALog {
             path: self.path.clone(),
-            what: what.to_owned(),
+            what: NEITHER.to_owned() + what,
         })
     }
 

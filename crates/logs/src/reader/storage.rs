@@ -43,8 +43,19 @@ impl MemoryBudget {
         Stop::Error(LogError::Memory {
             path: path.to_owned(),
             budget: self.total,
+            what: format!(
+                "reading {} needs more than {:.1} MiB of memory at once: its chunks or messages are too large, or its \
+                 chunks overlap in time; `ros2 bag convert` writes smaller ones in the order of time",
+                path.display(),
+                in_mib(self.total)
+            ),
         })
     }
+}
+
+/// Returns a number of bytes in MiB, for an error.
+pub(super) fn in_mib(bytes: u64) -> f64 {
+    bytes as f64 / f64::from(1 << 20)
 }
 
 /// Content of a file.

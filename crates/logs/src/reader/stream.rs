@@ -45,8 +45,7 @@ impl RawMessage {
     /// Decodes the message.
     ///
     /// # Errors
-    /// Returns [`LogError::WrongType`] or [`LogError::Encoding`] if the topic has another type or
-    /// encoding, and [`LogError::Decode`] if the bytes are not exactly one message.
+    /// Returns [`LogError::WrongType`] if the topic has another type or encoding, and [`LogError::Decode`] if the bytes are not exactly one message.
     pub fn decode<M: Message>(&self) -> Result<M, LogError> {
         self.check::<M>()?;
         cdr::decode(self.data()).map_err(|source| self.undecodable(source))
@@ -64,17 +63,16 @@ impl RawMessage {
 
     fn check<M: Message>(&self) -> Result<(), LogError> {
         if !self.topic.is::<M>() {
-            return Err(LogError::WrongType {
-                topic: self.topic.name.clone(),
-                type_name: self.topic.type_name.clone(),
-                requested: M::TYPE,
-            });
+            return Err(self.wrong_type(format!(
+                "holds {}, not {}",
+                self.topic.type_name,
+                M::TYPE
+            )));
         }
         if self.topic.encoding != "cdr" {
-            return Err(LogError::Encoding {
-                topic: self.topic.name.clone(),
-                encoding: self.topic.encoding.clone(),
-            });
+            let encoding = &self.topic.encoding;
+            let what = format!("is encoded as {encoding:?}; only \"cdr\" can be decoded");
+            return Err(self.wrong_type(what));
         }
         let bytes = self.data.len();
         if bytes > MAX_DECODED {
@@ -83,6 +81,13 @@ impl RawMessage {
             return Err(self.undecodable(cdr::CdrError::Value(what)));
         }
         Ok(())
+    }
+
+    fn wrong_type(&self, what: String) -> LogError {
+        LogError::WrongType {
+            topic: self.topic.name.clone(),
+            what,
+        }
     }
 
     fn undecodable(&self, source: cdr::CdrError) -> LogError {

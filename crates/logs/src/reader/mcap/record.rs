@@ -213,6 +213,6 @@ mod tests {
         let body = metadata(1);
         let path = Path::new("log.mcap");
         let error = checked((op::METADATA, &body), path, &mut opening).unwrap_err();
-        assert!(matches!(error, LogError::Index { .. }), "{error}");
+        assert!(matches!(error, LogError::Memory { .. }), "{error}");
     }
 }

@@ -13,7 +13,6 @@ use std::{
 use rusqlite::{Connection, Error, ErrorCode, OpenFlags, limits::Limit};
 
 use crate::{
-    database_fault::DatabaseFault,
     error::LogError,
     reader::{source::Source, storage::MAX_RECORD},
 };
@@ -34,8 +33,8 @@ impl Database {
         let header = source.open_content().and_then(Header::read);
         let header = header.map_err(|e| LogError::io("read", &source.path, e))?;
         if header.is_cut() {
-            let what = "it ends within a page".to_owned();
-            return Err(source.error(DatabaseFault::Damaged { what }));
+            let fault = damaged("it ends within a page");
+            return Err(LogError::not_a_bag(&source.path, &fault));
         }
         // A database that uses a write-ahead log and has none is not open in any process. SQLite would create the log
         // and its index beside the file, or fail where it must not, unless the file is declared immutable.
@@ -65,7 +64,7 @@ impl Database {
     pub(super) fn error(&self, problem: Problem) -> LogError {
         match problem {
             Problem::Query(error) => failure(&self.source, &error),
-            Problem::Fault(fault) => self.source.error(fault),
+            Problem::Fault(fault) => LogError::not_a_bag(&self.source.path, &fault),
         }
     }
 }
@@ -90,19 +89,13 @@ fn connect(path: &Path, immutable: bool) -> Result<Connection, Error> {
 pub(super) enum Problem {
     /// SQLite reports an error.
     Query(Error),
-    /// The content is not that of a bag.
-    Fault(DatabaseFault),
+    /// The content is not that of a bag, for the reason in the field.
+    Fault(String),
 }
 
 impl From<Error> for Problem {
     fn from(error: Error) -> Self {
         Self::Query(error)
-    }
-}
-
-impl From<DatabaseFault> for Problem {
-    fn from(fault: DatabaseFault) -> Self {
-        Self::Fault(fault)
     }
 }
 
@@ -174,26 +167,48 @@ fn failure(source: &Source, error: &Error) -> LogError {
         }
         error => error.to_string(),
     };
-    source.error(match error.sqlite_error_code() {
-        Some(ErrorCode::DatabaseBusy | ErrorCode::DatabaseLocked) => DatabaseFault::Locked {
-            waited_s: LOCK_WAIT.as_secs(),
-        },
-        Some(ErrorCode::DatabaseCorrupt | ErrorCode::NotADatabase) => {
-            DatabaseFault::Damaged { what }
+    let fault = match error.sqlite_error_code() {
+        Some(ErrorCode::DatabaseBusy | ErrorCode::DatabaseLocked) => {
+            return LogError::Locked {
+                path: source.path.clone(),
+                waited_s: LOCK_WAIT.as_secs(),
+            };
         }
-        Some(ErrorCode::ReadOnly | ErrorCode::CannotOpen) => not_opened(source.content(), what),
-        _ => DatabaseFault::Other(what),
-    })
+        Some(ErrorCode::DatabaseCorrupt | ErrorCode::NotADatabase) => damaged(&what),
+        Some(ErrorCode::ReadOnly | ErrorCode::CannotOpen) => not_opened(source.content(), &what),
+        _ => reported(&what),
+    };
+    LogError::not_a_bag(&source.path, &fault)
+}
+
+/// Returns the fault of a file that is cut off, or whose content is inconsistent.
+pub(super) fn damaged(what: &str) -> String {
+    format!(
+        "the database is damaged or cut off ({what}); `sqlite3 damaged.db3 .recover | sqlite3 recovered.db3` saves \
+         what is readable"
+    )
+}
+
+fn reported(what: &str) -> String {
+    format!("SQLite reports: {what}")
 }
 
 /// Returns the reason why SQLite cannot open a file that exists: what a writer has left beside it.
-fn not_opened(path: &Path, what: String) -> DatabaseFault {
+fn not_opened(path: &Path, what: &str) -> String {
     let (log, journal) = (beside(path, "-wal"), beside(path, "-journal"));
     if log.exists() {
-        DatabaseFault::WriteAheadLog { log }
-    } else if journal.exists() {
-        DatabaseFault::Journal { journal }
-    } else {
-        DatabaseFault::Other(what)
+        return format!(
+            "the last messages are in {}, which SQLite can only read in a folder with write access; copy all files of \
+             the bag into such a folder",
+            log.display()
+        );
     }
+    if journal.exists() {
+        return format!(
+            "a killed recorder left {} beside it, which must be rolled back first: \
+             `sqlite3 bag.db3 \"PRAGMA quick_check\"` does that, with the path of the bag and write access to its folder",
+            journal.display()
+        );
+    }
+    reported(what)
 }

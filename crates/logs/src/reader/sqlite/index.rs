@@ -5,12 +5,11 @@ use std::collections::BTreeMap;
 use rusqlite::{Connection, OptionalExtension, Row, types::ValueRef};
 
 use super::{
-    database::{Database, Problem},
+    database::{Database, Problem, damaged},
     reader::SqliteStorage,
     rows::{Key, MessageRow, Order, Rows, unexpected},
 };
 use crate::{
-    database_fault::DatabaseFault,
     error::LogError,
     reader::{
         opening::{MAX_NAME, Opening},
@@ -37,8 +36,7 @@ pub(in crate::reader) fn index(
     opening: &mut Opening<'_>,
 ) -> Result<FileIndex, LogError> {
     if let Some(damage) = source.damage() {
-        let what = damage.what.clone();
-        return Err(source.error(DatabaseFault::Damaged { what }));
+        return Err(LogError::not_a_bag(&source.path, &damaged(&damage.what)));
     }
     let database = Database::open(&source)?;
     let texts = texts(&database.connection).map_err(|problem| database.error(problem))?;
@@ -124,9 +122,8 @@ impl Bag {
                 let message = MessageRow::of(row)?;
                 // SQLite trusts the pages of an index. Rows of a damaged one come again, without end.
                 if last.is_some_and(|last| !self.order.is_before(last, message.key)) {
-                    let what =
-                        "the rows of `messages` are not in the order of their index".to_owned();
-                    return Err(DatabaseFault::Damaged { what }.into());
+                    let what = "the rows of `messages` are not in the order of their index";
+                    return Err(Problem::Fault(damaged(what)));
                 }
                 last = Some(message.key);
                 self.channel(&message)?.count_message(message.log_time_ns);
@@ -144,11 +141,10 @@ impl Bag {
     fn channel(&mut self, message: &MessageRow) -> Result<&mut Channel, Problem> {
         let channel = self.channels.get_mut(&message.topic);
         channel.ok_or_else(|| {
-            let fault = DatabaseFault::UnknownTopic {
-                row: message.key.row,
-                topic: message.topic,
-            };
-            fault.into()
+            let (row, topic) = (message.key.row, message.topic);
+            Problem::Fault(format!(
+                "message {row} belongs to topic {topic}, which is missing in its table `topics`"
+            ))
         })
     }
 }
@@ -182,23 +178,31 @@ impl Part {
 /// Checks that the tables of a bag exist and have the columns that are needed.
 fn check_tables(connection: &Connection) -> Result<(), Problem> {
     for (name, needed) in TABLES {
-        let Some(table) = Table::read(connection, name)? else {
-            return Err(DatabaseFault::NoTable(name).into());
-        };
-        if let Some(&column) = needed.iter().find(|column| !table.has(column)) {
-            return Err(DatabaseFault::NoColumn {
-                table: name,
-                column,
+        let fault = match Table::read(connection, name)? {
+            None => format!(
+                "it has no table `{name}`; a bag of rosbag2 has the tables `topics` and `messages`"
+            ),
+            Some(table) => {
+                if let Some(column) = needed.iter().find(|column| !table.has(column)) {
+                    format!(
+                        "its table `{name}` has no stored column `{column}`, which every bag of rosbag2 has"
+                    )
+                } else if table.hides_key {
+                    // Rows are read by their keys, a block at a time.
+                    format!(
+                        "its table `{name}` has a column `rowid`, which may hide its key; rosbag2 names the key `id`"
+                    )
+                } else if !table.has_row_numbers {
+                    format!(
+                        "its table `{name}` is WITHOUT ROWID, but messages are read by the numbers of their rows, \
+                         which every table of rosbag2 has"
+                    )
+                } else {
+                    continue;
+                }
             }
-            .into());
-        }
-        // Rows are read by their keys, a block at a time.
-        if table.hides_key {
-            return Err(DatabaseFault::HiddenKey(name).into());
-        }
-        if !table.has_row_numbers {
-            return Err(DatabaseFault::NoRowNumbers(name).into());
-        }
+        };
+        return Err(Problem::Fault(fault));
     }
     Ok(())
 }
@@ -296,14 +300,10 @@ fn check_lengths(
     match connection.query_row(&query, [], too_long).optional()? {
         None => Ok(()),
         Some((row, bytes)) => {
-            let fault = DatabaseFault::TooLong {
-                table,
-                column,
-                row,
-                bytes,
-                most_bytes,
-            };
-            Err(fault.into())
+            let expected = format!("expected at most {most_bytes}");
+            Err(Problem::Fault(format!(
+                "its table `{table}` has {bytes} bytes as `{column}` in row {row}; {expected}"
+            )))
         }
     }
 }

@@ -3,7 +3,7 @@
 use rusqlite::{Connection, Row, types::ValueRef};
 
 use super::database::Problem;
-use crate::{database_fault::DatabaseFault, reader::storage::ChannelId};
+use crate::reader::storage::ChannelId;
 
 /// Description of a valid time of a message.
 const NANOSECONDS: &str = "nanoseconds since the epoch";
@@ -146,14 +146,9 @@ pub(super) fn unexpected(
         ValueRef::Text(_) => "a text".to_owned(),
         ValueRef::Blob(_) => "bytes".to_owned(),
     };
-    let fault = DatabaseFault::Value {
-        table,
-        column,
-        row,
-        found,
-        expected,
-    };
-    fault.into()
+    Problem::Fault(format!(
+        "its table `{table}` has {found} as `{column}` in row {row}; expected {expected}"
+    ))
 }
 
 #[cfg(test)]
