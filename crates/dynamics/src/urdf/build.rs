@@ -2,37 +2,17 @@
 
 use std::collections::{BTreeMap, HashSet};
 
-use nalgebra::{Isometry3, Translation3, Unit, UnitQuaternion, Vector3};
-use urdf_rs::{JointType, Pose};
+use nalgebra::{Isometry3, Unit, Vector3};
+use urdf_rs::JointType;
 
-use super::front::{Repair, Repairs};
 use super::inertial::link_parameters;
 use super::mimic::{Leader, leader};
-use super::tree::Tree;
+use super::pose::{is_finite, isometry};
+use super::preprocess::{Repair, Repairs};
+use super::tree::{Tree, joint_kind};
 use crate::finding::IgnoredPart;
 use crate::manipulator::{BaseKind, Joint, Link, Manipulator};
-use crate::{InertialParameters, JointKind, ModelError, ModelFinding};
-
-/// Returns the kind of a joint with one degree of freedom, or `None` for another joint.
-pub(super) fn joint_kind(joint: &urdf_rs::Joint) -> Option<JointKind> {
-    match joint.joint_type {
-        JointType::Revolute | JointType::Continuous => Some(JointKind::Revolute),
-        JointType::Prismatic => Some(JointKind::Prismatic),
-        _ => None,
-    }
-}
-
-/// Returns a pose as a transform.
-pub(super) fn isometry(pose: &Pose) -> Isometry3<f64> {
-    let [roll, pitch, yaw] = *pose.rpy;
-    let rotation = UnitQuaternion::from_euler_angles(roll, pitch, yaw);
-    Isometry3::from_parts(Translation3::from(*pose.xyz), rotation)
-}
-
-/// Returns whether all numbers are finite.
-pub(super) fn is_finite(numbers: &[f64]) -> bool {
-    numbers.iter().all(|number| number.is_finite())
-}
+use crate::{InertialParameters, ModelError, ModelFinding};
 
 /// Reads links and joints outwards from the base, and keeps what is wrong with them.
 struct Builder<'a> {
@@ -48,7 +28,7 @@ struct Builder<'a> {
     ignored: BTreeMap<(&'static str, IgnoredPart, &'a str), Vec<String>>,
 }
 
-/// Builds the model of a link and of all links below it. `repairs` are what the front has
+/// Builds the model of a link and of all links below it. `repairs` are what the preprocessing has
 /// changed.
 ///
 /// # Errors
@@ -100,7 +80,7 @@ impl<'a> Builder<'a> {
         Ok(parameters)
     }
 
-    /// Reports what the front has left out in a link or joint, whose name is `owner`.
+    /// Reports what the preprocessing has left out in a link or joint, whose name is `owner`.
     fn report_ignored(&mut self, repair: Option<&'a Repair>, owner: &str) {
         for (inside, part, name) in repair.iter().flat_map(|repair| &repair.ignored) {
             let owners = self.ignored.entry((inside, *part, name)).or_default();
@@ -218,7 +198,7 @@ impl<'a> Builder<'a> {
     }
 }
 
-/// Checks that a vector or two of a joint are finite. The front has refused others in a text.
+/// Checks that a vector or two of a joint are finite, as they are in every text that is read.
 ///
 /// # Errors
 /// Returns [`ModelError::NotFinite`].

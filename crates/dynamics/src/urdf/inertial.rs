@@ -3,8 +3,8 @@
 use nalgebra::Vector3;
 use urdf_rs::{Inertial, Link, Pose, Vec3};
 
-use super::build::{is_finite, isometry};
 use super::element::parse;
+use super::pose::{is_finite, isometry};
 use crate::inertia::impossible_moments;
 use crate::{
     InertialParameters, MassProperties, ModelError, ModelFinding, symmetric_entries,

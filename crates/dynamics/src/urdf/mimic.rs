@@ -4,8 +4,8 @@ use std::collections::HashSet;
 
 use urdf_rs::{Joint, Mimic};
 
-use super::build::{is_finite, joint_kind};
-use super::tree::Tree;
+use super::pose::is_finite;
+use super::tree::{Tree, joint_kind};
 use crate::finding::{MimicFault, ModelFinding};
 
 /// The joint that a mimic joint follows: `position = ratio · leader + offset`.

@@ -3,9 +3,10 @@
 mod build;
 mod element;
 mod format;
-mod front;
 mod inertial;
 mod mimic;
+mod pose;
+mod preprocess;
 mod shapes;
 mod tree;
 
@@ -14,7 +15,7 @@ use std::{collections::HashMap, path::Path};
 use crate::manipulator::{BaseKind, Manipulator, check_body};
 use crate::{MassProperties, ModelError, read_text};
 use build::build;
-use front::Repairs;
+use preprocess::Repairs;
 use shapes::shapes;
 use tree::{Tree, names};
 
@@ -22,11 +23,12 @@ pub use shapes::CollisionShape;
 
 /// A URDF whose links and joints form one tree.
 ///
-/// This is the only reader of URDFs: [`Manipulator::from_urdf`] and the simulator use it, so that both accept the same
-/// files. [`urdf_rs`] reads what a model needs, after a front that bounds and repairs the document. Mesh files need not
-/// exist. Names with an XML prefix, as in `drake:acceleration`, are ignored whether or not
-/// the prefix is declared, as ROS tools do. What is wrong with masses, inertias and optional elements prevents no model:
-/// [`Manipulator::findings`] reports it.
+/// This is the only reader of URDFs: [`Manipulator::from_urdf`] and the simulator use it, so that
+/// both accept the same files. [`urdf_rs`] reads what a model needs, after a preprocessing that
+/// bounds and repairs the document. Mesh files need not exist. Names with an XML prefix, as in
+/// `drake:acceleration`, are ignored whether or not the prefix is declared, as ROS tools do. What is
+/// wrong with masses, inertias and optional elements prevents no model: [`Manipulator::findings`]
+/// reports it.
 ///
 /// ```
 /// use tactid_dynamics::{BaseKind, Urdf};
@@ -59,13 +61,14 @@ impl Urdf {
     /// Reads the text of a URDF.
     ///
     /// # Errors
-    /// Returns [`ModelError::Syntax`] for text that is not a URDF; [`ModelError::JointKind`] and [`ModelError::Numbers`],
-    /// which name the joint, for a type that the format does not have and for a pose or axis that is not finite numbers;
-    /// and [`ModelError::Duplicate`], [`ModelError::MissingLink`], [`ModelError::Loop`] or [`ModelError::Roots`] for links
-    /// that do not form one tree.
+    /// Returns [`ModelError::Syntax`] for text that is not a URDF; [`ModelError::JointKind`] and
+    /// [`ModelError::Numbers`], which name the joint, for a type that the format does not have and
+    /// for a pose or axis that is not finite numbers; and [`ModelError::Duplicate`],
+    /// [`ModelError::MissingLink`], [`ModelError::Loop`] or [`ModelError::Roots`] for links that do
+    /// not form one tree.
     pub fn from_xml(xml: &str) -> Result<Self, ModelError> {
         let text = xml.trim_start_matches('\u{feff}').to_owned();
-        let (robot, repairs) = front::read(&text)?;
+        let (robot, repairs) = preprocess::read(&text)?;
         let root = Tree::new(&robot)?.root()?.to_owned();
         let links = robot.links.iter().enumerate();
         let links = links.map(|(index, link)| (link.name.clone(), index));
@@ -117,8 +120,8 @@ impl Urdf {
         self.manipulator_below(base_kind, None)
     }
 
-    /// Builds the model of the link `base` and of all links below it, or of the whole robot for `None`. `base` becomes the
-    /// base of the robot.
+    /// Builds the model of the link `base` and of all links below it, or of the whole robot for
+    /// `None`. `base` becomes the base of the robot.
     ///
     /// # Errors
     /// Returns [`ModelError::UnknownFrame`] for an unknown link, and the errors of [`Self::manipulator`].
@@ -147,8 +150,8 @@ impl Urdf {
         Ok(())
     }
 
-    /// Returns the shapes of the `<collision>` elements of a link, in the order of the file, and after them those
-    /// that the format does not have.
+    /// Returns the shapes of the `<collision>` elements of a link, in the order of the file, and
+    /// after them those that the format does not have.
     ///
     /// # Errors
     /// Returns [`ModelError::UnknownFrame`] for an unknown link, [`ModelError::Numbers`] for a pose or size that is not

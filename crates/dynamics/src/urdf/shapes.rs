@@ -3,8 +3,8 @@
 use nalgebra::Isometry3;
 use urdf_rs::{Geometry, Link};
 
-use super::build::isometry;
-use super::front::{LeftOut, Repairs};
+use super::pose::isometry;
+use super::preprocess::{LeftOut, Repairs};
 use crate::ModelError;
 
 /// A shape that is fixed to a link, from a `<collision>` element.
@@ -21,8 +21,8 @@ pub struct CollisionShape {
     pub geometry: Result<Geometry, String>,
 }
 
-/// Returns the collision shapes of a link whose elements have the wanted names: those that urdf-rs
-/// has read, and after them those that the front has left out.
+/// Returns the collision shapes of a link whose elements have the selected names: those that urdf-rs
+/// has read, and after them those that the preprocessing has left out.
 ///
 /// # Errors
 /// Returns [`ModelError::ShapeSize`] for a size that is not positive, and [`ModelError::Numbers`] for
@@ -30,12 +30,12 @@ pub struct CollisionShape {
 pub(super) fn shapes(
     link: &Link,
     repairs: &Repairs,
-    is_wanted: impl Fn(&str) -> bool,
+    is_selected: impl Fn(&str) -> bool,
 ) -> Result<Vec<CollisionShape>, ModelError> {
     let mut shapes = Vec::new();
     for collision in &link.collision {
         let (element, sizes) = sizes(&collision.geometry);
-        if !is_wanted(element) {
+        if !is_selected(element) {
             continue;
         }
         if !sizes.iter().all(|&size| size > 0.0) {
@@ -52,7 +52,7 @@ pub(super) fn shapes(
     let repair = repairs.links.get(&link.name);
     for LeftOut { element, fault } in repair.iter().flat_map(|repair| &repair.shapes) {
         match fault {
-            _ if !is_wanted(element) => {}
+            _ if !is_selected(element) => {}
             Some(fault) => return Err(fault.of("link", &link.name)),
             None => shapes.push(CollisionShape {
                 link_from_shape: Isometry3::identity(),

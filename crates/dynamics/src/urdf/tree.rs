@@ -2,9 +2,9 @@
 
 use std::collections::{HashMap, HashSet};
 
-use urdf_rs::{Joint, Link, Robot};
+use urdf_rs::{Joint, JointType, Link, Robot};
 
-use crate::ModelError;
+use crate::{JointKind, ModelError};
 
 /// Links and joints of a robot by name, each link with at most one joint above it.
 pub(super) struct Tree<'a> {
@@ -122,4 +122,13 @@ impl<'a> Tree<'a> {
 /// Returns the names of the links of a robot in the order of the file.
 pub(super) fn names(robot: &Robot) -> impl Iterator<Item = &str> {
     robot.links.iter().map(|link| link.name.as_str())
+}
+
+/// Returns the kind of a joint with one degree of freedom, or `None` for another joint.
+pub(super) fn joint_kind(joint: &Joint) -> Option<JointKind> {
+    match joint.joint_type {
+        JointType::Revolute | JointType::Continuous => Some(JointKind::Revolute),
+        JointType::Prismatic => Some(JointKind::Prismatic),
+        _ => None,
+    }
 }

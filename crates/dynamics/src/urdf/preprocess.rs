@@ -1,9 +1,9 @@
-//! Reading of the text of a URDF: a front checks and repairs it, and urdf-rs reads what it leaves.
+//! Reading of the text of a URDF: the preprocessing checks and repairs it for urdf-rs.
 //!
 //! urdf-rs alone refuses a whole robot for what no model needs, such as a mesh without the name of
-//! its file, and exhausts the stack where elements nest. The front keeps what [`super::format`]
-//! names and completes it: a number that is missing in an `<inertial>`, or is unreadable, becomes
-//! NaN, which [`super::build`] reports.
+//! its file, and exhausts the stack where elements nest. The preprocessing keeps what
+//! [`super::format`] names and completes it: a number that is missing in an `<inertial>`, or is
+//! unreadable, becomes NaN, which [`super::build`] reports.
 
 use std::collections::HashMap;
 
@@ -32,14 +32,14 @@ const MAX_KEPT: usize = 400_000;
 /// Largest number of elements that are kept of one link, which is not read in pieces.
 const MAX_KEPT_OF_LINK: usize = 100_000;
 
-/// What the front has changed in links and joints, by name.
+/// What the preprocessing has changed in links and joints, by name.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Repairs {
     pub(super) links: HashMap<String, Repair>,
     pub(super) joints: HashMap<String, Repair>,
 }
 
-/// What the front has changed in a link or joint.
+/// What the preprocessing has changed in a link or joint.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Repair {
     /// Parts that are left out: the element that contains each, what it is, and its name.
@@ -95,7 +95,7 @@ pub(super) fn read(text: &str) -> Result<(Robot, Repairs), ModelError> {
         let message = format!("the root element is <{}>, not <robot>", root.name);
         return Err(syntax(text, root.span.start, &message));
     }
-    let mut front = Front {
+    let mut document = Document {
         text,
         robot: Robot {
             name: root.attribute("name").unwrap_or_default().to_owned(),
@@ -111,39 +111,39 @@ pub(super) fn read(text: &str) -> Result<(Robot, Repairs), ModelError> {
     };
     let mut repairs = Repairs::default();
     for element in &root.children {
-        let before = front.kept;
+        let before = document.kept;
         let (name, repair) = match element.name.as_str() {
-            "link" => (front.link(element)?, &mut repairs.links),
-            "joint" => (front.joint(element)?, &mut repairs.joints),
+            "link" => (document.link(element)?, &mut repairs.links),
+            "joint" => (document.joint(element)?, &mut repairs.joints),
             _ => continue,
         };
-        repair.insert(name.to_owned(), std::mem::take(&mut front.repair));
+        repair.insert(name.to_owned(), std::mem::take(&mut document.repair));
         for (kept, most, what) in [
-            (front.kept, MAX_KEPT, "the links and joints have"),
-            (front.kept - before, MAX_KEPT_OF_LINK, "this link has"),
+            (document.kept, MAX_KEPT, "the links and joints have"),
+            (document.kept - before, MAX_KEPT_OF_LINK, "this link has"),
         ] {
             if kept > most {
                 let message = format!("{what} more than {most} elements");
                 return Err(syntax(text, element.span.start, &message));
             }
         }
-        if front.piece.len() > PIECE_BYTES {
-            front.read_piece()?;
+        if document.piece.len() > PIECE_BYTES {
+            document.read_piece()?;
         }
     }
-    front.read_piece()?;
-    if front.robot.links.is_empty() {
+    document.read_piece()?;
+    if document.robot.links.is_empty() {
         let is_macro = |element: &Element| element.name.starts_with("xacro:");
         let has_macros = root.children.iter().any(is_macro);
         let advice = ", but there are xacro macros: expand them with `xacro`";
         let message = format!("there is no link{}", if has_macros { advice } else { "" });
         return Err(ModelError::Syntax(message));
     }
-    Ok((front.robot, repairs))
+    Ok((document.robot, repairs))
 }
 
-/// A robot while it is read.
-struct Front<'a> {
+/// The document for urdf-rs while it is written, and what urdf-rs has read of it.
+struct Document<'a> {
     text: &'a str,
     robot: Robot,
     /// Links and joints that urdf-rs has not read yet.
@@ -156,7 +156,7 @@ struct Front<'a> {
     unreadable: Vec<Unreadable>,
 }
 
-impl Front<'_> {
+impl Document<'_> {
     /// Lets urdf-rs read what is written.
     fn read_piece(&mut self) -> Result<(), ModelError> {
         let document = format!("<robot>{}</robot>", std::mem::take(&mut self.piece));
