@@ -137,6 +137,32 @@ fn tool0_is_frame_6_of_table_1() {
     }
 }
 
+/// Returns a row of a table as two links of a URDF: one that the joint moves, and one at the table's frame.
+fn row_as_urdf(link: &DhLink, parent: &str) -> String {
+    let kind = if link.kind == JointKind::Prismatic {
+        "prismatic"
+    } else {
+        "revolute"
+    };
+    let DhLink {
+        joint,
+        link: name,
+        theta,
+        d,
+        a,
+        alpha,
+        ..
+    } = link;
+    format!(
+        "<link name='at_{joint}'/><link name='{name}'>{BALL}</link>\
+         <joint name='{joint}' type='{kind}'><parent link='{parent}'/><child link='at_{joint}'/>\
+         <origin rpy='0 0 {theta}'/><axis xyz='0 0 1'/>\
+         <limit lower='0' upper='0' effort='0' velocity='0'/></joint>\
+         <joint name='to_{name}' type='fixed'><parent link='at_{joint}'/><child link='{name}'/>\
+         <origin xyz='{a} 0 {d}' rpy='{alpha} 0 0'/></joint>"
+    )
+}
+
 /// An arm has the same joint torques from a table and from a URDF with the joints' frames and the table's frames as links
 /// of their own, also with prismatic joints.
 #[test]
@@ -160,31 +186,8 @@ fn dh_and_urdf_of_one_arm_agree() {
         }
         [link.theta, link.a, link.d, link.alpha] =
             std::array::from_fn(|_| rng.random_range(-1.0..1.0));
-        let kind = if link.kind == JointKind::Prismatic {
-            "prismatic"
-        } else {
-            "revolute"
-        };
-        let DhLink {
-            joint,
-            link: name,
-            theta,
-            d,
-            a,
-            alpha,
-            ..
-        } = link;
-        write!(
-            xml,
-            "<link name='at_{joint}'/><link name='{name}'>{BALL}</link>\
-             <joint name='{joint}' type='{kind}'><parent link='{parent}'/><child link='at_{joint}'/>\
-             <origin rpy='0 0 {theta}'/><axis xyz='0 0 1'/>\
-             <limit lower='0' upper='0' effort='0' velocity='0'/></joint>\
-             <joint name='to_{name}' type='fixed'><parent link='at_{joint}'/><child link='{name}'/>\
-             <origin xyz='{a} 0 {d}' rpy='{alpha} 0 0'/></joint>"
-        )
-        .unwrap();
-        parent = name.clone();
+        xml.push_str(&row_as_urdf(link, &parent));
+        parent = link.link.clone();
     }
     xml.push_str("</robot>");
     let of_table = Manipulator::from_dh(&table).unwrap();

@@ -8,7 +8,8 @@ mod common;
 use common::{RandomTree, State, assert_close, rng, six, tactid, vector};
 use nalgebra::{DVector, Isometry3, SVector, Translation3, UnitQuaternion, Vector3};
 use tactid_dynamics::{
-    BaseKind, FrameMotion, JointKind, Manipulator, StateError, Workspace, Wrench, inverse_dynamics,
+    BaseKind, FrameMotion, JointKind, JointView, Manipulator, StateError, Workspace, Wrench,
+    inverse_dynamics,
 };
 
 /// Motion of one body in the inertial frame, and the wrench on it about its origin.
@@ -29,40 +30,51 @@ fn free_robots() -> Vec<Manipulator> {
     std::iter::once(tactid()).chain(trees).collect()
 }
 
+/// Returns the motion of a body that a joint moves relative to its parent, and the joint's axis.
+fn driven(
+    parent: &FrameMotion,
+    joint: &JointView<'_>,
+    state: &State,
+    coordinate: usize,
+) -> (FrameMotion, Vector3<f64>) {
+    let (position, rate) = (state.position[coordinate], state.velocity[coordinate]);
+    let moved = match joint.kind {
+        JointKind::Revolute => {
+            UnitQuaternion::from_axis_angle(&joint.axis, position) * Isometry3::identity()
+        }
+        JointKind::Prismatic => {
+            Isometry3::from(Translation3::from(joint.axis.into_inner() * position))
+        }
+    };
+    let w = parent.angular_velocity;
+    let mut origin = parent.of_fixed(&(joint.parent_from_body * moved)); // (3), (13) and their like
+    let axis = origin.pose * joint.axis.into_inner();
+    let relative = axis * rate;
+    let driven = axis * state.acceleration[coordinate];
+    match joint.kind {
+        JointKind::Revolute => {
+            origin.angular_velocity += relative; // (2)
+            origin.angular_acceleration += driven + w.cross(&relative); // (12)
+        }
+        JointKind::Prismatic => {
+            origin.velocity += relative;
+            origin.acceleration += driven + w.cross(&relative) * 2.0;
+        }
+    }
+    (origin, axis)
+}
+
 /// Moves the bodies by (1)-(20) and loads them by (21)-(41), as printed but for the corrections that the library states.
 fn plain(robot: &Manipulator, state: &State, gravity: &Vector3<f64>) -> (Vec<Plain>, Vec<f64>) {
     let mut bodies: Vec<Plain> = Vec::new();
     for body in robot.bodies() {
-        let mut origin = state.base;
-        let mut axis = Vector3::zeros();
-        if let Some(joint) = &body.joint {
-            let coordinate = robot.joint_index(joint.name).unwrap();
-            let (position, rate) = (state.position[coordinate], state.velocity[coordinate]);
-            let parent = &bodies[joint.parent];
-            let moved = match joint.kind {
-                JointKind::Revolute => {
-                    UnitQuaternion::from_axis_angle(&joint.axis, position) * Isometry3::identity()
-                }
-                JointKind::Prismatic => {
-                    Isometry3::from(Translation3::from(joint.axis.into_inner() * position))
-                }
-            };
-            let w = parent.origin.angular_velocity;
-            origin = parent.origin.of_fixed(&(joint.parent_from_body * moved)); // (3), (13) and their like
-            axis = origin.pose * joint.axis.into_inner();
-            let relative = axis * rate;
-            let driven = axis * state.acceleration[coordinate];
-            match joint.kind {
-                JointKind::Revolute => {
-                    origin.angular_velocity += relative; // (2)
-                    origin.angular_acceleration += driven + w.cross(&relative); // (12)
-                }
-                JointKind::Prismatic => {
-                    origin.velocity += relative;
-                    origin.acceleration += driven + w.cross(&relative) * 2.0;
-                }
+        let (origin, axis) = match &body.joint {
+            Some(joint) => {
+                let coordinate = robot.joint_index(joint.name).unwrap();
+                driven(&bodies[joint.parent].origin, joint, state, coordinate)
             }
-        }
+            None => (state.base, Vector3::zeros()),
+        };
         let mass = body.parameters.mass_properties();
         let a = origin.pose * mass.map_or_else(Vector3::zeros, |mass| mass.center_of_mass);
         let (w, dw) = (origin.angular_velocity, origin.angular_acceleration);

@@ -3,7 +3,6 @@
 use std::ops::ControlFlow;
 
 use crate::ExcitationError;
-use crate::collisions::CollisionFinding;
 use crate::cones::cones;
 use crate::dense::{DenseMotion, Excursion, Usage};
 use crate::joint_limits::JointLimits;
@@ -19,6 +18,7 @@ use crate::rest::check_rest;
 use crate::samples::{Grid, Sampler};
 use crate::search::{FIRST_RADIUS, Point, Search};
 use crate::settings::{DesignSettings, passes};
+use crate::shapes::CollisionFinding;
 use crate::spline::SplineBasis;
 use crate::variables::{End, Variables};
 

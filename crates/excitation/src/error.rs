@@ -3,8 +3,8 @@
 use tactid_dynamics::{ModelError, StateError};
 use tactid_identify::IdentifyError;
 
-use crate::collisions::UntestedLinks;
 use crate::limits::Limit;
+use crate::untested::UntestedLinks;
 
 /// Why a motion cannot be designed.
 #[derive(Debug, thiserror::Error)]

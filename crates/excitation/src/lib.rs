@@ -86,18 +86,17 @@ mod rest;
 mod samples;
 mod search;
 mod settings;
+mod shapes;
 mod shortest;
 mod spline;
 mod subproblem;
+mod untested;
 mod variables;
 mod whitening;
 mod workspace_bounds;
 
 pub use active::{ActiveSettings, Planner, Prior, PriorBound, PriorContradiction, Step};
 pub use checks::LARGEST_SIZE_M;
-pub use collisions::{
-    CollisionFinding, CollisionModel, MeshReader, NotTested, UntestedLink, UntestedLinks,
-};
 pub use dense::{Excursion, margins};
 pub use design::{Design, design, design_observed};
 pub use error::ExcitationError;
@@ -110,7 +109,9 @@ pub use prediction::{Prediction, predict};
 pub use problem::{BaseBounds, Criterion, Problem, Sensing, targets_within};
 pub use progress::{Observer, Progress};
 pub use settings::DesignSettings;
+pub use shapes::{CollisionFinding, CollisionModel, MeshReader, NotTested};
 pub use shortest::{ShortestSettings, shortest};
 pub use spline::{FEWEST_CONTROL_POINTS, Spline};
+pub use untested::{UntestedLink, UntestedLinks};
 pub use variables::End;
 pub use workspace_bounds::{KeepOutBox, MAX_KEEP_OUT, OrientedBox, WorkspaceBounds};

@@ -8,10 +8,10 @@ use tactid_identify::{EquationSettings, largest_of_kind, values_of_body};
 
 use crate::ExcitationError;
 use crate::checks::{positive, value};
-use crate::collisions::CollisionModel;
 use crate::grip::Grip;
 use crate::joint_limits::JointLimits;
 use crate::limits::REACH_M;
+use crate::shapes::CollisionModel;
 use crate::variables::End;
 use crate::workspace_bounds::{OrientedBox, WorkspaceBounds};
 

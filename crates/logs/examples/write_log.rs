@@ -124,7 +124,11 @@ impl Topics {
                 ..Default::default()
             },
         )?;
+        self.write_plain(log, header)
+    }
 
+    /// Writes the messages that have a header and nothing else.
+    fn write_plain(&self, log: &mut Log, header: Header) -> Result<(), LogError> {
         plain(
             log,
             &self.imu,

@@ -18,10 +18,8 @@ fn the_same_messages_give_the_same_bytes() {
     assert_eq!(log(30), log(30));
 }
 
-/// A log contains what rosbag2 needs: profile, encodings, quality of service, its metadata record, and an index of messages
-/// for every chunk.
-#[test]
-fn a_log_is_as_rosbag2_writes_it() {
+/// Returns the bytes of a log of a description and a state of the joints.
+fn two_messages() -> Vec<u8> {
     let mut log = LogWriter::new(Cursor::new(Vec::new())).unwrap();
     let urdf = log
         .channel("/robot_description", Durability::TransientLocal)
@@ -36,8 +34,13 @@ fn a_log_is_as_rosbag2_writes_it() {
     )
     .unwrap();
     log.write(&joints, 9, &joint_state(0)).unwrap();
-    let bytes = log.finish().unwrap().into_inner();
+    log.finish().unwrap().into_inner()
+}
 
+/// A log contains what rosbag2 needs: profile, encodings, quality of service, and an index of messages for every chunk.
+#[test]
+fn a_log_is_as_rosbag2_writes_it() {
+    let bytes = two_messages();
     let header = mcap::read::LinearReader::new(&bytes)
         .unwrap()
         .next()
@@ -71,7 +74,13 @@ fn a_log_is_as_rosbag2_writes_it() {
     let indexed = |chunk: &mcap::records::ChunkIndex| !chunk.message_index_offsets.is_empty();
     assert!(summary.chunk_indexes.iter().all(indexed));
     assert_eq!(summary.stats.unwrap().message_count, 2);
+}
 
+/// A log has the metadata record of rosbag2.
+#[test]
+fn a_log_has_the_metadata_of_rosbag2() {
+    let bytes = two_messages();
+    let summary = mcap::Summary::read(&bytes).unwrap().unwrap();
     let index = &summary.metadata_indexes[0];
     let body = &bytes[index.offset as usize + 9..(index.offset + index.length) as usize];
     let Record::Metadata(record) = mcap::parse_record(op::METADATA, body).unwrap() else {

@@ -156,66 +156,74 @@ fn wrong_bounds_of_the_payload_are_reported() {
     assert_eq!(logged(&log)["base"]["attitude_deg"], base.attitude_deg);
 }
 
-/// Fields that do not fit are refused with their line, and a joint without a limit of its velocity by its name.
+/// Experiments with a field that does not fit, and the beginning of the error.
+const FAULTS: [(&str, &str); 13] = [
+    (
+        "[excitation.active]\nwithin = 0.02",
+        "line 2: excitation.active.within = 0.02: is used only with excitation.kind = \"active\"",
+    ),
+    (
+        "[excitation]\nkind = 'active'\nfile = 'motion.csv'",
+        "line 3: excitation.file = \"motion.csv\": is used only with excitation.kind = \"designed\"",
+    ),
+    (
+        "[excitation]\nkind = 'active'\n[excitation.active]\nwithin = 0",
+        "line 4: excitation.active.within = 0.0: must be positive",
+    ),
+    (
+        "[excitation]\nkind = 'active'\n[excitation.active]\nmass_kg = [5, 1]",
+        "line 4: excitation.active.mass_kg = [5.0, 1.0]: must be the least and the largest mass",
+    ),
+    (
+        "[excitation]\nkind = 'active'\n[excitation.active]\nmass_kg = [0, 1]",
+        "line 4: excitation.active.mass_kg[0] = 0.0: must be positive",
+    ),
+    (
+        "[excitation]\nkind = 'active'\n[excitation.active]\nfriction_used = 1.5",
+        "line 4: excitation.active.friction_used = 1.5: must be at most 1",
+    ),
+    (
+        "[robot]\nbase = 'fixed'\n[excitation]\nkind = 'active'\n[excitation.active]\nbase_attitude_deg = 0.1",
+        "line 6: excitation.active.base_attitude_deg = 0.1: bounds the motion of a base that is fixed",
+    ),
+    (
+        "[excitation]\nkind = 'active'\n[excitation.active]\nbase_attitude_deg = 200",
+        "line 4: excitation.active.base_attitude_deg = 200.0: must be at most 180",
+    ),
+    (
+        "[excitation]\nkind = 'active'\n[excitation.active]\npayload_box_m = [[0, 0, 0], [1, 0, 1]]",
+        "line 4: excitation.active.payload_box_m = [[0.0, 0.0, 0.0], [1.0, 0.0, 1.0]]: must be the corner with the least",
+    ),
+    (
+        "[excitation]\nkind = 'active'\n[excitation.active]\nworkspace_m = [[0, 0, -inf], [1, 1, 1]]",
+        "line 4: excitation.active.workspace_m = [[0.0, 0.0, -inf], [1.0, 1.0, 1.0]]: must be the corner with the least",
+    ),
+    (
+        "[excitation]\nkind = 'active'\n[excitation.active]\nkeep_out_m.panel = [[1, 1, 1], [0, 2, 2]]",
+        "line 4: excitation.active.keep_out_m.panel = [[1.0, 1.0, 1.0], [0.0, 2.0, 2.0]]: must be the corner with the least",
+    ),
+    (
+        "[excitation]\nkind = 'active'\n[excitation.active]\npayload_box_m = [[-1e160, 0, 0], [1, 1, 1]]",
+        "line 4: excitation.active.payload_box_m = [[-1e160, 0.0, 0.0], [1.0, 1.0, 1.0]]: must be the corner with the least",
+    ),
+    (
+        "[excitation]\nkind = 'active'\n[excitation.active]\nmass = 3",
+        "line 4: unknown field `mass`, expected one of `within`",
+    ),
+];
+
+/// Fields that do not fit are refused with their line.
 #[test]
 fn faults_are_refused() {
-    for (text, expected) in [
-        (
-            "[excitation.active]\nwithin = 0.02",
-            "line 2: excitation.active.within = 0.02: is used only with excitation.kind = \"active\"",
-        ),
-        (
-            "[excitation]\nkind = 'active'\nfile = 'motion.csv'",
-            "line 3: excitation.file = \"motion.csv\": is used only with excitation.kind = \"designed\"",
-        ),
-        (
-            "[excitation]\nkind = 'active'\n[excitation.active]\nwithin = 0",
-            "line 4: excitation.active.within = 0.0: must be positive",
-        ),
-        (
-            "[excitation]\nkind = 'active'\n[excitation.active]\nmass_kg = [5, 1]",
-            "line 4: excitation.active.mass_kg = [5.0, 1.0]: must be the least and the largest mass",
-        ),
-        (
-            "[excitation]\nkind = 'active'\n[excitation.active]\nmass_kg = [0, 1]",
-            "line 4: excitation.active.mass_kg[0] = 0.0: must be positive",
-        ),
-        (
-            "[excitation]\nkind = 'active'\n[excitation.active]\nfriction_used = 1.5",
-            "line 4: excitation.active.friction_used = 1.5: must be at most 1",
-        ),
-        (
-            "[robot]\nbase = 'fixed'\n[excitation]\nkind = 'active'\n[excitation.active]\nbase_attitude_deg = 0.1",
-            "line 6: excitation.active.base_attitude_deg = 0.1: bounds the motion of a base that is fixed",
-        ),
-        (
-            "[excitation]\nkind = 'active'\n[excitation.active]\nbase_attitude_deg = 200",
-            "line 4: excitation.active.base_attitude_deg = 200.0: must be at most 180",
-        ),
-        (
-            "[excitation]\nkind = 'active'\n[excitation.active]\npayload_box_m = [[0, 0, 0], [1, 0, 1]]",
-            "line 4: excitation.active.payload_box_m = [[0.0, 0.0, 0.0], [1.0, 0.0, 1.0]]: must be the corner with the least",
-        ),
-        (
-            "[excitation]\nkind = 'active'\n[excitation.active]\nworkspace_m = [[0, 0, -inf], [1, 1, 1]]",
-            "line 4: excitation.active.workspace_m = [[0.0, 0.0, -inf], [1.0, 1.0, 1.0]]: must be the corner with the least",
-        ),
-        (
-            "[excitation]\nkind = 'active'\n[excitation.active]\nkeep_out_m.panel = [[1, 1, 1], [0, 2, 2]]",
-            "line 4: excitation.active.keep_out_m.panel = [[1.0, 1.0, 1.0], [0.0, 2.0, 2.0]]: must be the corner with the least",
-        ),
-        (
-            "[excitation]\nkind = 'active'\n[excitation.active]\npayload_box_m = [[-1e160, 0, 0], [1, 1, 1]]",
-            "line 4: excitation.active.payload_box_m = [[-1e160, 0.0, 0.0], [1.0, 1.0, 1.0]]: must be the corner with the least",
-        ),
-        (
-            "[excitation]\nkind = 'active'\n[excitation.active]\nmass = 3",
-            "line 4: unknown field `mass`, expected one of `within`",
-        ),
-    ] {
+    for (text, expected) in FAULTS {
         let message = Experiment::from_toml(text).unwrap_err().to_string();
         assert!(message.starts_with(expected), "{text}: {message}");
     }
+}
+
+/// Keep-out boxes are at most a hundred, and their names short.
+#[test]
+fn keep_out_boxes_are_few_and_their_names_short() {
     let boxes = |names: &mut dyn Iterator<Item = String>| {
         let mut experiment = example();
         let unit = [[1.0; 3], [2.0; 3]];
@@ -234,6 +242,11 @@ fn faults_are_refused() {
         error.contains("must be names of at most 200 bytes"),
         "{error}"
     );
+}
+
+/// A joint without a limit of its velocity is refused by its name.
+#[test]
+fn a_joint_without_a_velocity_limit_is_refused() {
     let folder = tempfile::tempdir().unwrap();
     let urdf = folder.path().join("arm.urdf");
     std::fs::write(&urdf, BUILT_IN_URDF.replace(" velocity=\"3.14\"", "")).unwrap();

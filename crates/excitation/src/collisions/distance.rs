@@ -4,13 +4,11 @@ use parry3d_f64::math::{Pose, Vector};
 use parry3d_f64::query;
 use tactid_dynamics::Workspace;
 
-use super::convert::glam_pose;
-use super::model::CollisionFinding;
 use super::pairs::{Pair, Tested, pairs};
-use super::placed::{Part, PartPlace, Solid};
 use crate::ExcitationError;
 use crate::limits::{Limit, REACH_M};
 use crate::problem::Problem;
+use crate::shapes::{CollisionFinding, NotTested, Part, PartPlace, Solid, glam_pose};
 
 /// The closest points of two solids, each in the frame of its solid, and the direction from the first to the second in the
 /// frame of the base.
@@ -102,7 +100,7 @@ impl Distances {
         if !excluded.is_empty() {
             self.findings.push(CollisionFinding::PairsNotTested {
                 pairs: excluded,
-                because: super::NotTested::InContact,
+                because: NotTested::InContact,
             });
         }
         Ok(())

@@ -4,11 +4,10 @@ use std::collections::HashMap;
 
 use tactid_dynamics::{FrameId, Manipulator};
 
-use super::model::{CollisionFinding, NotTested};
-use super::placed::{Placed, Solid};
-use super::untested::UntestedLinks;
 use crate::ExcitationError;
 use crate::problem::Problem;
+use crate::shapes::{CollisionFinding, NotTested, Placed, Solid};
+use crate::untested::UntestedLinks;
 
 /// Two solids that must keep a distance.
 #[derive(Clone, Copy, Debug)]

@@ -275,22 +275,7 @@ fn problem(
     let model = urdf.manipulator(robot.base)?;
     let limits =
         JointLimits::of_robot(&model, settings.acceleration_rad_s2, 1.0).map_err(planning)?;
-    let sensing = Sensing {
-        sensors: roles
-            .fingers
-            .map(|body| robot.moved_link(body).to_owned())
-            .to_vec(),
-        equations: EquationSettings {
-            gravity: Some(experiment.gravity()),
-            cutoff_hz: settings.cutoff_hz,
-            wrench_noise: [0, 1]
-                .map(|finger| wrench_noise(&experiment.noise, finger))
-                .to_vec(),
-            ..EquationSettings::default()
-        },
-        rate_hz: experiment.step_s.recip(),
-        base_noise: None,
-    };
+    let sensing = sensing(experiment, settings, start);
     let world_from_tool = start.state.bodies[roles.tool.body].pose * roles.tool.body_from_link;
     let friction = (
         start.grip_force_n,
@@ -325,6 +310,27 @@ fn problem(
         });
     problem.workspace.keep_out = keep_out.collect();
     Ok(problem)
+}
+
+/// Returns what the fingers measure.
+fn sensing(experiment: &Experiment, settings: &ActiveExcitation, start: &Start<'_>) -> Sensing {
+    let (robot, roles) = (start.robot, start.roles);
+    Sensing {
+        sensors: roles
+            .fingers
+            .map(|body| robot.moved_link(body).to_owned())
+            .to_vec(),
+        equations: EquationSettings {
+            gravity: Some(experiment.gravity()),
+            cutoff_hz: settings.cutoff_hz,
+            wrench_noise: [0, 1]
+                .map(|finger| wrench_noise(&experiment.noise, finger))
+                .to_vec(),
+            ..EquationSettings::default()
+        },
+        rate_hz: experiment.step_s.recip(),
+        base_noise: None,
+    }
 }
 
 /// Returns the standard deviations of the wrench of a finger, 0 or 1: three forces, N, and three moments, N m.

@@ -52,21 +52,19 @@ impl Scene {
         let links = find_links(&handles, &multibody_joints)?;
         let mut colliders = ColliderSet::new();
         let friction = experiment.gripper.friction;
-        let pads = fingers.map(|link| {
-            let shapes = robot.bodies[link].boxes.iter();
-            let boxes = shapes.map(|shape| pad_or_handle(shape, PADS, HANDLE, friction));
-            let insert = |pad| colliders.insert_with_parent(pad, handles[link], &mut bodies);
-            let colliders = boxes.map(insert).collect();
-            Pad { link, colliders }
-        });
+        let pads = insert_pads(
+            &robot,
+            fingers,
+            &handles,
+            friction,
+            &mut colliders,
+            &mut bodies,
+        );
         let payload = bodies.insert(payload_body(&experiment.payload.mass_properties()));
         let handle = pad_or_handle(&handle_shape(experiment), HANDLE, PADS, friction);
         let handle = colliders.insert_with_parent(handle, payload, &mut bodies);
-        let anchors = SlipAnchors::new(
-            fingers.map(|link| handles[link]),
-            payload,
-            experiment.step_s,
-        );
+        let on_fingers = fingers.map(|link| handles[link]);
+        let anchors = SlipAnchors::new(on_fingers, payload, experiment.step_s);
         let mut scene = Self {
             pipeline: PhysicsPipeline::new(),
             parameters: integration_parameters(experiment.step_s),
@@ -167,6 +165,26 @@ impl Scene {
         self.displace(&dofs, &positions);
         Ok(())
     }
+}
+
+/// Adds the boxes of the fingers' links, which touch the handle only.
+fn insert_pads(
+    robot: &Robot,
+    fingers: [usize; 2],
+    handles: &[RigidBodyHandle],
+    friction: f64,
+    colliders: &mut ColliderSet,
+    bodies: &mut RigidBodySet,
+) -> [Pad; 2] {
+    fingers.map(|link| {
+        let shapes = robot.bodies[link].boxes.iter();
+        let boxes = shapes.map(|shape| pad_or_handle(shape, PADS, HANDLE, friction));
+        let insert = |pad| colliders.insert_with_parent(pad, handles[link], bodies);
+        Pad {
+            link,
+            colliders: boxes.map(insert).collect(),
+        }
+    })
 }
 
 /// Returns the largest coordinate of a box along the unit vector `direction`, m.

@@ -10,9 +10,9 @@ use tactid_dynamics::{
 use super::convert::glam_pose;
 use super::mesh::ConvexHulls;
 use super::placed::Placed;
-use super::untested::UntestedLink;
 use crate::ExcitationError;
 use crate::checks::LARGEST_SIZE_M;
+use crate::untested::UntestedLink;
 
 /// Largest number of characters of the name of a shape in a finding.
 const LONGEST_NAME: usize = 200;
