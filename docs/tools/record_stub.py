@@ -20,6 +20,7 @@ HEAD = """\
 # Written by docs/tools/record_stub.py: do not edit.
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any, Literal, TypeAlias
 
 import numpy as np

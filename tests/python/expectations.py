@@ -11,40 +11,8 @@ import tactid
 Record = dict[str, Any]
 Identify = Callable[..., Record]
 
-LAYOUT = [
-    "schema",
-    "units",
-    "estimate",
-    "principal_moments",
-    "fit",
-    "singular_values",
-    "method",
-    "estimator",
-    "paper_settings",
-    "cutoff_hz",
-    "max_gap_s",
-    "gravity_m_s2",
-    "delay_s",
-    "estimated_delay",
-    "subtracts_unloaded",
-    "calibrated",
-    "known_mass",
-    "bounding_box",
-    "clock",
-    "start_ns",
-    "duration_s",
-    "faults",
-    "findings",
-    "interrupted",
-    "damage",
-    "is_contradicted",
-    "not_identifiable",
-    "motion_advice",
-    "remaining_s",
-    "remarks",
-    "files",
-]
-"""The keys of every recording's record: what others read."""
+LAYOUT: list[str] = tactid.result_schema()["required"]
+"""The keys of every recording's record, in their order: what others read."""
 
 NAMES = ("mass", "com x", "com y", "com z", "Ixx", "Ixy", "Ixz", "Iyy", "Iyz", "Izz")
 KINDS = (slice(0, 1), slice(1, 4), slice(4, 10))

@@ -170,7 +170,7 @@ def test_the_command_prints_what_was_found(
     assert [each["faults"] for each in record["recordings"]] == [[]]
     lag = next(line for line in record["remarks"] if line.startswith("Efforts "))
     assert re.fullmatch(r"Efforts (show no delay:|lag the motion by) [\d.]+ ± [\d.]+ ms\.", lag)
-    shown = np.array([joint["effort_gain"] for joint in record["joints"]])
+    shown = np.array(record["effort_gain"])
     np.testing.assert_array_equal(shown, GAINS)
 
 
@@ -243,9 +243,10 @@ def test_json_has_all_findings(arm: tactid.Calibration) -> None:
     }
     record = json.loads(calibration_text.to_json(CalibrationData(**fields | changes)))
     jsonschema.validate(record, tactid.calibration_schema())
-    kinds = [each["kind"] for each in record["findings"]]
+    found = [*record["contradictions"], *record["shortages"]]
+    kinds = [each["kind"] for each in found]
     assert kinds == ["gravity_tilted", "joint_still", "joint_one_direction", "gain_uncertain"]
-    assert record["findings"][0]["shown"] == data["shown"]
+    assert found[0]["shown"] == data["shown"]
     (written,) = record["recordings"]
     assert written["findings"][0]["joints"] == ["finger"]
     assert written["faults"][0]["count"] == 3

@@ -108,10 +108,10 @@ def test_degrees_are_refused_where_the_fit_would_not_notice(
         tactid.calibrate(arrays, robot=robot, effort_gain=GAINS.tolist(), **SETTINGS)
 
 
-@pytest.mark.parametrize("name", ["gain", "friction", "delay", "cutoff", "tip"])
+@pytest.mark.parametrize("name", ["gain", "friction", "delay", "cutoff_hz", "tip"])
 def test_numbers_of_the_model_cannot_be_replaced(arm: tactid.Calibration, name: str) -> None:
-    value = getattr(arm, name)
-    other = "other" if name == "tip" else 2 * value
+    others = {"tip": "other", "delay": tactid.Delay(1.0, 1.0)}
+    other = others[name] if name in others else 2 * getattr(arm, name)
     with pytest.raises(tactid.ArgumentError, match=f"`{name}` is not that of .*edit the file"):
         dataclasses.replace(arm, **{name: other})
     assert dataclasses.replace(arm, inputs={}) == arm

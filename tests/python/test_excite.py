@@ -18,7 +18,6 @@ from ruamel.yaml import YAML
 import tactid
 from conftest import TactidCommand
 from tactid import motion_files
-from tactid.values import flat
 
 URDF = Path(__file__).parents[2] / "crates" / "sim" / "robots" / "tactid.urdf"
 START = [0.0, -1.2, 1.6, -0.4, 1.5, 0.0]
@@ -34,15 +33,15 @@ def motion() -> tactid.DesignedMotion:
 
 
 def test_motion_rests_at_both_ends_and_is_within_limits(motion: tactid.DesignedMotion) -> None:
-    assert motion.q.shape == motion.qd.shape == motion.qdd.shape == (len(motion.time), 8)
+    assert motion.q.shape == motion.qd.shape == motion.qdd.shape == (len(motion.times_s), 8)
     np.testing.assert_allclose(motion.q[[0, -1], :6], [START, START], atol=1e-9)
     np.testing.assert_allclose(motion.qd[[0, -1]], 0, atol=1e-9)
-    assert motion.time[-1] == motion.duration_s == 2.0
+    assert motion.times_s[-1] == motion.duration_s == 2.0
     assert np.abs(motion.qdd).max() <= 2.0 * (1 + 1e-6)
     assert all(margin.used <= 1 + 1e-6 for margin in motion.margins)
     assert motion.binding_constraints
     # The velocities are the slopes of the positions.
-    slopes = np.gradient(motion.q, motion.time, axis=0)
+    slopes = np.gradient(motion.q, motion.times_s, axis=0)
     np.testing.assert_allclose(slopes[1:-1], motion.qd[1:-1], atol=1e-4)
 
 
@@ -67,17 +66,7 @@ def _effort_limit(joint: int) -> float:
 
 def test_prediction_is_what_a_noisy_identification_achieves(motion: tactid.DesignedMotion) -> None:
     robot = tactid.Manipulator.from_urdf(URDF)
-    expected = motion.expected_payload
-    inertia = expected["inertia"]
-    body = tactid.MassProperties(
-        expected["mass"],
-        list(expected["com"].values()),
-        [
-            [inertia["xx"], inertia["xy"], inertia["xz"]],
-            [inertia["xy"], inertia["yy"], inertia["yz"]],
-            [inertia["xz"], inertia["yz"], inertia["zz"]],
-        ],
-    )
+    body = tactid.MassProperties.from_values(motion.expected_payload)
     tool = robot.kinematics("tool0", motion.q, motion.qd, motion.qdd)
     turn = tool.pose[:, :3, :3]
     moved = (
@@ -89,9 +78,9 @@ def test_prediction_is_what_a_noisy_identification_achieves(motion: tactid.Desig
     random = np.random.default_rng(3)
     errors = []
     for _ in range(30):
-        noise = random.normal(size=(len(motion.time), 6)) * ([0.5] * 3 + [0.05] * 3)
+        noise = random.normal(size=(len(motion.times_s), 6)) * ([0.5] * 3 + [0.05] * 3)
         result = tactid.identify(
-            motion.time,
+            motion.times_s,
             robot=robot,
             q=motion.q,
             qd=motion.qd,
@@ -103,7 +92,7 @@ def test_prediction_is_what_a_noisy_identification_achieves(motion: tactid.Desig
         )
         errors.append(result.estimate.values[0] - body.mass)
     rms = float(np.sqrt(np.mean(np.square(errors))))
-    assert 0.7 < rms / motion.predicted_std_dev["mass"] < 1.3
+    assert 0.7 < rms / motion.predicted_std_devs[0] < 1.3
 
 
 def test_json_is_as_its_schema_says(motion: tactid.DesignedMotion) -> None:
@@ -117,7 +106,7 @@ def test_files_have_the_same_motion(motion: tactid.DesignedMotion, tmp_path: Pat
     text = [line for line in lines if not line.startswith("#")]
     assert text[0].startswith("time_s,q_joint_1,q_joint_2")
     rows = np.loadtxt(text[1:], delimiter=",")
-    np.testing.assert_allclose(rows[:, 0], motion.time, atol=1e-9)
+    np.testing.assert_allclose(rows[:, 0], motion.times_s, atol=1e-9)
     np.testing.assert_allclose(rows[:, 1:7], motion.q[:, :6], atol=1e-9)
     np.testing.assert_allclose(rows[:, 13:19], motion.qdd[:, :6], atol=1e-9)
     franka = np.loadtxt(folder / "franka.csv", delimiter=",")
@@ -137,7 +126,7 @@ def test_files_for_controllers_are_within_limits_whatever_the_rate(
     )
     motion.write(tmp_path, speed=1)
     positions = np.loadtxt(tmp_path / "franka.csv", delimiter=",")
-    places = np.rint(motion.time * 1000).astype(int)
+    places = np.rint(motion.times_s * 1000).astype(int)
     np.testing.assert_allclose(positions[places], motion.q[:, :6], atol=1e-8)
     # Positions have nine decimals: their second differences have an error of 2e-3 rad/s².
     acceleration = np.diff(positions, 2, axis=0) / 1e-6
@@ -172,7 +161,7 @@ def test_a_yaml_reader_reads_the_points_for_moveit(
     motion.write(tmp_path, speed=1)
     text = (tmp_path / "moveit.yaml").read_text()
     found = YAML(typ="safe").load(text)["joint_trajectory"]
-    assert found["joint_names"] == list(motion.moving)
+    assert found["joint_names"] == motion.moving_joints
     last = found["points"][-1]
     assert last["time_from_start"] == {"sec": 2, "nanosec": 0}
     np.testing.assert_allclose(last["positions"], START, atol=1e-8)
@@ -194,8 +183,8 @@ def test_mcap_ros2_support_reads_the_trajectory(
         reader = make_reader(stream, decoder_factories=[DecoderFactory()])
         ((_, channel, _, trajectory),) = reader.iter_decoded_messages()
     assert channel.topic == "/joint_trajectory"
-    assert list(trajectory.joint_names) == list(motion.moving)
-    assert len(trajectory.points) == len(motion.time)
+    assert list(trajectory.joint_names) == motion.moving_joints
+    assert len(trajectory.points) == len(motion.times_s)
     middle = trajectory.points[500]
     assert middle.time_from_start.sec == 1
     np.testing.assert_allclose(middle.velocities, motion.qd[500, :6])
@@ -211,11 +200,11 @@ def test_rosbags_reads_every_number_of_the_trajectory(
         ((connection, _, data),) = reader.messages()
         trajectory = reader.deserialize(data, connection.msgtype)
     assert connection.msgtype == "trajectory_msgs/msg/JointTrajectory"
-    assert trajectory.joint_names == list(motion.moving)
+    assert trajectory.joint_names == motion.moving_joints
     stamps = [point.time_from_start for point in trajectory.points]
     nanoseconds = [stamp.sec * 1_000_000_000 + stamp.nanosec for stamp in stamps]
-    assert nanoseconds == np.round(motion.time * 1e9).astype(int).tolist()
-    columns = [motion.joints.index(name) for name in motion.moving]
+    assert nanoseconds == np.round(motion.times_s * 1e9).astype(int).tolist()
+    columns = [motion.joints.index(name) for name in motion.moving_joints]
     for name, values in (
         ("positions", motion.q),
         ("velocities", motion.qd),
@@ -329,7 +318,7 @@ def test_simulated_motion_is_identified_as_precisely_as_predicted(
         assert done.returncode == 0, done.stderr
     result = tactid.identify(tmp_path / "run.mcap", cutoff_hz=10.0, delay_s=0.0)
     achieved = np.array(result.estimate.std_devs)
-    predicted = np.array(flat(dict(motion.predicted_std_dev)))
+    predicted = motion.predicted_std_devs
     np.testing.assert_allclose(achieved, predicted, rtol=0.25)
     # The base of the simulation is bounded, too.
     quaternion = tactid.read(tmp_path / "run.mcap", "/base/odom")["pose"][:, 3:]
@@ -377,13 +366,13 @@ def test_the_robot_does_not_touch_itself_or_a_keep_out_box() -> None:
     }
     free = tactid.design_excitation(robot, **keywords, collisions=False)
     assert free.collision_findings is None
-    assert all(margin.distance is None for margin in free.margins)
+    assert all(margin.distance_m is None for margin in free.margins)
     assert "The links of the robot are not tested for collisions" in str(free)
     height = robot.kinematics("tool0", free.q[0]).pose[2, 3]
     floor = [[-3.0, -3.0, height - 3.0], [3.0, 3.0, height - 0.25]]
     kept = tactid.design_excitation(robot, **keywords, keep_out={"floor": floor})
     assert kept.collision_findings
-    distances = {each.limit: each.distance for each in kept.margins if each.distance is not None}
+    distances = {each.limit: each.distance_m for each in kept.margins if each.distance_m}
     assert distances["the distance between the payload and the keep-out box floor"] >= 0.01 - 1e-7
     # The corner of the payload's box that is the lowest keeps the distance, too.
     pose = robot.kinematics("tool0", kept.q).pose

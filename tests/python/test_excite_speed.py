@@ -39,7 +39,7 @@ def test_every_file_runs_at_a_fraction_of_the_speed(
     """Times are longer, velocities smaller by the fraction, and accelerations by its square."""
     motion.write(tmp_path, **keywords)
     rows = _table(tmp_path / "trajectory.csv")
-    np.testing.assert_allclose(rows[:, 0], motion.time / speed, atol=1e-9)
+    np.testing.assert_allclose(rows[:, 0], motion.times_s / speed, atol=1e-9)
     np.testing.assert_allclose(rows[:, 1:7], motion.q[:, :6], atol=1e-9)
     np.testing.assert_allclose(rows[:, 7:13], motion.qd[:, :6] * speed, atol=1e-9)
     np.testing.assert_allclose(rows[:, 13:19], motion.qdd[:, :6] * speed**2, atol=1e-9)
@@ -62,7 +62,7 @@ def test_every_file_runs_at_a_fraction_of_the_speed(
         records = {record.name: record.metadata for record in reader.iter_metadata()}
     stamps = [each.time_from_start for each in trajectory.points]
     times = [stamp.sec + stamp.nanosec * 1e-9 for stamp in stamps]
-    np.testing.assert_allclose(times, motion.time / speed, atol=1e-9)
+    np.testing.assert_allclose(times, motion.times_s / speed, atol=1e-9)
     assert records["tactid.motion"]["speed"] == f"{speed:g}"
     said = f"The files run at {100 * speed:g} % of the designed speed, in {2 / speed:g} s"
     assert said in records["tactid.motion"]["head"]

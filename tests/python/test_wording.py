@@ -617,7 +617,7 @@ def numbers_without_a_unit(path: str, part: Any, described: str = "") -> list[st
     return found
 
 
-SUFFIXES = ("_s", "_ns", "_hz", "_m", "_rad", "_kg", "_n", "_m_s2")
+SUFFIXES = ("_s", "_ns", "_hz", "_m", "_rad", "_deg", "_kg", "_n", "_m_s2")
 
 
 def test_every_number_of_the_schema_has_a_unit_in_its_key_or_description() -> None:

@@ -2,6 +2,9 @@
 
 use std::fmt;
 
+use schemars::JsonSchema;
+use serde::{Serialize, Serializer};
+
 /// Largest distance that is computed, m. Pairs that are further apart count as so far apart, and most of them cost a
 /// comparison of boxes or the first steps of a search only. A least distance is shorter, so that these pairs are far from it.
 pub(crate) const REACH_M: f64 = 0.08;
@@ -56,12 +59,19 @@ impl fmt::Display for Limit {
     }
 }
 
+/// Serialises a limit in words.
+fn in_words<S: Serializer>(limit: &Limit, serializer: S) -> Result<S::Ok, S::Error> {
+    serializer.collect_str(limit)
+}
+
 /// How much of one limit a motion uses.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
 pub struct Margin {
-    /// Limit of which a fraction is used.
+    /// Limit of which a fraction is used, such as `the velocity of joint joint_3`.
+    #[serde(serialize_with = "in_words")]
+    #[schemars(with = "String")]
     pub limit: Limit,
-    /// Largest fraction of the limit that is used at any time: 1 at the limit. Of a position, the fraction of the way
+    /// Largest fraction of the limit that is used at any time, without a unit: 1 at the limit. Of a position, the fraction of the way
     /// from the middle of the range to its end. Of a grip, infinite where the payload pulls off the pad. Of a distance, the least
     /// one that is allowed over the distance, and infinite for bodies that touch; a distance counts as 0.08 m at most.
     pub used: f64,

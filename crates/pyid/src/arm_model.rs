@@ -4,15 +4,18 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use pyo3::prelude::*;
-use pyo3::types::PyType;
-use tactid_calibrate::{CalibrationReport, JointCalibration};
+use pyo3::types::{PyDict, PyType};
+use schemars::JsonSchema;
+use serde::Serialize;
+use tactid_calibrate::{JointCalibration, LinkCalibration};
 use tactid_dynamics::InertialParameters;
+use tactid_identify::Delay;
+use tactid_identify::serial::Table;
 use tactid_recordings::ArmCalibration;
 
-use crate::arrays::{Array, array};
 use crate::calibration_findings::{contradiction_data, shortage_data};
 use crate::errors::IntoPyErr;
-use crate::finding_data::FindingData;
+use crate::record::{AddedCalibrationFindings, fields};
 
 /// The model of an arm that `tactid.Calibration` contains.
 #[pyclass(module = "tactid._native", frozen)]
@@ -64,115 +67,140 @@ impl ArmModel {
     }
 
     /// Returns the fields of `tactid.Calibration` by their names.
-    fn data(&self, py: Python<'_>) -> PyResult<CalibrationData> {
-        CalibrationData::new(py, &self.0)
+    fn data<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+        let data = fields(py, &Calibration::new(&self.0))?;
+        let shortages = self.0.report.shortages.iter();
+        let shortages = shortages.map(|each| shortage_data(py, each));
+        data.set_item("shortages", shortages.collect::<PyResult<Vec<_>>>()?)?;
+        let contradictions = self.0.report.contradictions.iter();
+        let contradictions = contradictions.map(|each| contradiction_data(py, each));
+        data.set_item(
+            "contradictions",
+            contradictions.collect::<PyResult<Vec<_>>>()?,
+        )?;
+        Ok(data)
     }
 }
 
-/// `tactid.calibration_data.CalibrationData`, but for the model and its logs.
-#[derive(IntoPyObject)]
-pub(crate) struct CalibrationData {
+/// The calibrated model of the joint efforts of an arm, of n joints and B links.
+#[derive(Serialize, JsonSchema)]
+pub(crate) struct Calibration {
+    /// The end-effector frame.
     tip: String,
+    /// Names of the n joints between base and tip, in the robot's order.
     joints: Vec<String>,
+    /// Unit of the effort of each joint: `N m` or `N`.
     units: Vec<&'static str>,
+    /// Names of the B links that these joints move.
     links: Vec<String>,
-    gravity: Array,
-    cutoff: f64,
-    delay: f64,
-    delay_std_dev: f64,
-    effort_gain: Array,
-    gain: Array,
-    gain_std_dev: Array,
-    offset: Array,
-    viscous: Array,
-    friction: Array,
-    friction_velocities: Array,
-    load_friction: Array,
-    payload_friction: Array,
-    rotor_inertia: Array,
-    max_velocity: Array,
-    residual_before: Array,
-    residual_after: Array,
-    residual_held_out: Array,
-    described: Array,
-    calibrated: Array,
-    std_devs: Array,
-    payloads: Array,
+    /// Gravitational acceleration in world axes, m/s².
+    gravity_m_s2: [f64; 3],
+    /// Cutoff of the window means, Hz.
+    cutoff_hz: f64,
+    /// Time by which efforts lag the motion; negative where they lead.
+    delay: Delay,
+    /// Effort for one unit of the recorded value as it was given, N m or N, (n,).
+    effort_gain: Vec<f64>,
+    /// Factor from these efforts to torques, without a unit, (n,): 1 where efforts count as torques.
+    gain: Vec<f64>,
+    /// Standard deviation of the gain, without a unit, (n,); 0 where it was not to be found.
+    gain_std_dev: Vec<f64>,
+    /// Offset of the effort, N m or N, (n,).
+    offset: Vec<f64>,
+    /// Coulomb friction far from standstill at the rms torque of the joint, N m or N, (n,).
+    coulomb: Vec<f64>,
+    /// Viscous friction, N m s/rad or N s/m, (n,).
+    viscous: Vec<f64>,
+    /// Friction that saturates at each of `friction_velocities`, N m or N, (n, T).
+    friction: Table,
+    /// Velocities v of the friction terms tanh(velocity / v), rad/s or m/s, (T,).
+    friction_velocities: Vec<f64>,
+    /// Friction as a fraction of the joint's torque, without a unit, (n,).
+    load_friction: Vec<f64>,
+    /// What a payload's torque adds to the load friction, as a fraction of this torque, without a unit, (n,).
+    payload_friction: Vec<f64>,
+    /// Inertia of the rotor as the joint moves it, kg m² or kg, (n,).
+    rotor_inertia: Vec<f64>,
+    /// Largest velocity in the positive and in the negative direction, rad/s or m/s, (n, 2).
+    max_velocity: Vec<[f64; 2]>,
+    /// Rms of measured less modelled efforts with the URDF alone, N m or N, (n,).
+    residual_before: Vec<f64>,
+    /// Rms of measured less modelled efforts with the calibration, N m or N, (n,).
+    residual_after: Vec<f64>,
+    /// Rms of measured less modelled efforts on windows that a second fit did not see, N m or N, (n,); unknown where these
+    /// are too few.
+    residual_held_out: Vec<f64>,
+    /// Ten inertial parameters of each link as the URDF has them, (B, 10): mass, kg, first moments, kg m, and inertia about
+    /// the origin of the link's frame, kg m², with all links fixed to it.
+    described: Vec<[f64; 10]>,
+    /// The calibrated parameters of each link, kg, kg m and kg m², (B, 10). Motion determines combinations of several links
+    /// only; the others stay as described.
+    calibrated: Vec<[f64; 10]>,
+    /// Standard deviations of the calibrated parameters, kg, kg m and kg m², (B, 10).
+    std_devs: Vec<[f64; 10]>,
+    /// Ten parameters of the payload of each loaded recording, in the tip's frame, kg, kg m and kg m², (L, 10).
+    payloads: Vec<[f64; 10]>,
+    /// Number of windows of all recordings that were used.
     windows: usize,
-    window: f64,
-    shortages: Vec<FindingData>,
-    contradictions: Vec<FindingData>,
+    /// Length of a window, s.
+    window_s: f64,
+    /// What the motion does not determine.
+    #[schemars(extend("x-class" = "Sequence[Finding]"))]
+    shortages: AddedCalibrationFindings,
+    /// Assumptions that the recordings contradict: a gain that is improbable by what was known of it, and the one that they
+    /// contradict most, such as the direction of gravity.
+    #[schemars(extend("x-class" = "Sequence[Finding]"))]
+    contradictions: AddedCalibrationFindings,
 }
 
-impl CalibrationData {
-    fn new(py: Python<'_>, arm: &ArmCalibration) -> PyResult<Self> {
+impl Calibration {
+    fn new(arm: &ArmCalibration) -> Self {
         let (model, report) = (&arm.model, &arm.report);
-        let joints = &report.joints;
-        let count = joints.len();
-        let each =
-            |of: fn(&JointCalibration) -> f64| array(py, joints.iter().map(of).collect(), &[count]);
-        let widths = &model.friction_widths;
-        let frictions = joints.iter().flat_map(|joint| joint.friction.clone());
-        let velocities = joints.iter().flat_map(|joint| joint.max_velocity);
-        let gains = arm.effort_gain.clone();
-        let shortages = report.shortages.iter();
-        let contradictions = report.contradictions.iter();
-        Ok(Self {
+        let (joints, links) = (&report.joints, &report.links);
+        let each = |of: fn(&JointCalibration) -> f64| joints.iter().map(of).collect::<Vec<f64>>();
+        let bodies = |of: fn(&LinkCalibration) -> &InertialParameters| {
+            links.iter().map(|link| numbers(of(link))).collect()
+        };
+        let friction = joints.iter().flat_map(|joint| joint.friction.clone());
+        Self {
             tip: model.tool.clone(),
             joints: model.joints.clone(),
             units: joints.iter().map(|joint| joint.unit).collect(),
             links: model.links.clone(),
-            gravity: array(py, model.gravity.as_slice().to_vec(), &[3])?,
-            cutoff: model.cutoff_hz,
-            delay: report.delay.delay_s,
-            delay_std_dev: report.delay.std_dev_s,
-            effort_gain: array(py, gains, &[count])?,
-            gain: each(|joint| joint.gain)?,
-            gain_std_dev: each(|joint| joint.gain_std_dev)?,
-            offset: each(|joint| joint.offset)?,
-            viscous: each(|joint| joint.viscous)?,
-            friction: array(py, frictions.collect(), &[count, widths.len()])?,
-            friction_velocities: array(py, widths.clone(), &[widths.len()])?,
-            load_friction: each(|joint| joint.load_friction)?,
-            payload_friction: each(|joint| joint.payload_friction)?,
-            rotor_inertia: each(|joint| joint.rotor_inertia)?,
-            max_velocity: array(py, velocities.collect(), &[count, 2])?,
-            residual_before: each(|joint| joint.residual_before)?,
-            residual_after: each(|joint| joint.residual_after)?,
-            residual_held_out: each(|joint| joint.residual_held_out)?,
-            described: of_links(py, report, |report, k| report.links[k].described)?,
-            calibrated: of_links(py, report, |report, k| report.links[k].calibrated)?,
-            std_devs: std_devs(py, report)?,
-            payloads: bodies(py, &report.payloads)?,
+            gravity_m_s2: model.gravity.into(),
+            cutoff_hz: model.cutoff_hz,
+            delay: report.delay,
+            effort_gain: arm.effort_gain.clone(),
+            gain: each(|joint| joint.gain),
+            gain_std_dev: each(|joint| joint.gain_std_dev),
+            offset: each(|joint| joint.offset),
+            coulomb: each(|joint| joint.friction.iter().sum()),
+            viscous: each(|joint| joint.viscous),
+            friction: Table {
+                columns: model.friction_widths.len(),
+                values: friction.collect(),
+            },
+            friction_velocities: model.friction_widths.clone(),
+            load_friction: each(|joint| joint.load_friction),
+            payload_friction: each(|joint| joint.payload_friction),
+            rotor_inertia: each(|joint| joint.rotor_inertia),
+            max_velocity: joints.iter().map(|joint| joint.max_velocity).collect(),
+            residual_before: each(|joint| joint.residual_before),
+            residual_after: each(|joint| joint.residual_after),
+            residual_held_out: each(|joint| joint.residual_held_out),
+            described: bodies(|link| &link.described),
+            calibrated: bodies(|link| &link.calibrated),
+            std_devs: links.iter().map(|link| link.std_devs).collect(),
+            payloads: report.payloads.iter().map(numbers).collect(),
             windows: report.windows,
-            window: report.window_s,
-            shortages: shortages
-                .map(|s| shortage_data(py, s))
-                .collect::<PyResult<_>>()?,
-            contradictions: contradictions
-                .map(|each| contradiction_data(py, each))
-                .collect::<PyResult<_>>()?,
-        })
+            window_s: report.window_s,
+            shortages: AddedCalibrationFindings,
+            contradictions: AddedCalibrationFindings,
+        }
     }
 }
 
-fn of_links(
-    py: Python<'_>,
-    report: &CalibrationReport,
-    body: fn(&CalibrationReport, usize) -> InertialParameters,
-) -> PyResult<Array> {
-    let all: Vec<_> = (0..report.links.len()).map(|k| body(report, k)).collect();
-    bodies(py, &all)
-}
-
-fn bodies(py: Python<'_>, bodies: &[InertialParameters]) -> PyResult<Array> {
-    let numbers = bodies
-        .iter()
-        .flat_map(|body| body.as_vector().iter().copied());
-    array(py, numbers.collect(), &[bodies.len(), 10])
-}
-
-fn std_devs(py: Python<'_>, report: &CalibrationReport) -> PyResult<Array> {
-    let numbers = report.links.iter().flat_map(|link| link.std_devs);
-    array(py, numbers.collect(), &[report.links.len(), 10])
+/// Returns the ten parameters of a body.
+fn numbers(body: &InertialParameters) -> [f64; 10] {
+    (*body.as_vector()).into()
 }

@@ -6,76 +6,113 @@ use std::sync::Arc;
 use nalgebra::{Matrix3, Vector3};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
+use schemars::JsonSchema;
+use serde::Serialize;
 use tactid_calibrate::{EffortComparison, KnownPayload};
 use tactid_dynamics::Manipulator;
+use tactid_identify::serial::Table;
 use tactid_recordings::{
     CalibrationRecording, CalibrationSource, CalibrationSources, RecordingRole,
 };
 
 use crate::arguments::read_robot;
 use crate::arm_model::ArmModel;
-use crate::arrays::{Array, array};
 use crate::errors::{ArgumentError, IntoPyErr, detached, in_recording};
 use crate::faults::FaultData;
-use crate::finding_data::FindingData;
 use crate::findings::finding_data;
 use crate::identify::{dof_of, urdf_errors};
 use crate::interruption::InterruptionCheck;
 use crate::joint_arrays::JointArrays;
 use crate::options;
+use crate::record::{AddedFaults, AddedFindings, fields};
 
-/// `tactid.calibration_data.CalibrationRecording`.
-#[derive(IntoPyObject)]
-struct RecordingData {
-    path: PathBuf,
-    role: &'static str,
-    duration: f64,
-    time: Array,
-    velocity: Array,
-    measured: Array,
-    described: Array,
-    calibrated: Array,
-    friction: Array,
-    faults: Vec<FaultData>,
-    findings: Vec<FindingData>,
+/// A recording of a calibration: measured and modelled efforts of W windows and n joints.
+#[derive(Serialize, JsonSchema)]
+#[serde(rename = "CalibrationRecording")]
+pub(crate) struct RecordingData {
+    /// Path of the log; of arrays, their place among the arguments, such as `unloaded[0]`.
+    #[schemars(extend("x-class" = "Path"))]
+    path: String,
+    /// What the recording is to the calibration: without a payload, with a known one, or not used.
+    role: Role,
+    /// Time from the first sample to the last, s.
+    duration_s: f64,
+    /// Time of the middle of each window on the recording's clock, s, (W,).
+    #[schemars(extend("kept" = "memory"))]
+    times_s: Vec<f64>,
+    /// Joint velocities, rad/s or m/s, (W, n).
+    #[schemars(extend("kept" = "memory"))]
+    velocity: Table,
+    /// Measured efforts without their delay, N m or N, (W, n).
+    #[schemars(extend("kept" = "memory"))]
+    measured: Table,
+    /// Efforts of the URDF alone, with the payload and without friction, N m or N, (W, n).
+    #[schemars(extend("kept" = "memory"))]
+    described: Table,
+    /// Efforts of the calibrated model with the payload, N m or N, (W, n).
+    #[schemars(extend("kept" = "memory"))]
+    calibrated: Table,
+    /// What `calibrated` contains beside the torques of the links and the payload, N m or N, (W, n).
+    #[schemars(extend("kept" = "memory"))]
+    friction: Table,
+    /// What was wrong with messages or samples, and how often.
+    faults: AddedFaults,
+    /// What was noticed about the recording.
+    findings: AddedFindings,
+    /// Where the log could not be read further, and why, an entry each.
     damage: Vec<String>,
 }
 
-impl RecordingData {
-    fn new(py: Python<'_>, recording: CalibrationRecording) -> PyResult<Self> {
-        let EffortComparison {
-            joints,
-            times_s,
-            velocities,
-            measured,
-            described,
-            calibrated,
-            friction,
-        } = recording.comparison;
-        let shape = [times_s.len(), joints.len()];
-        let by_joint = |values: Vec<f64>| array(py, values, &shape);
-        let findings = recording.findings.iter();
-        Ok(Self {
-            path: recording.path,
-            role: match recording.role {
-                RecordingRole::Unloaded => "unloaded",
-                RecordingRole::Loaded => "loaded",
-                RecordingRole::HeldOut => "hold_out",
-            },
-            duration: recording.duration_s,
-            time: array(py, times_s, &shape[..1])?,
-            velocity: by_joint(velocities)?,
-            measured: by_joint(measured)?,
-            described: by_joint(described)?,
-            calibrated: by_joint(calibrated)?,
-            friction: by_joint(friction)?,
-            faults: recording.faults.iter().map(FaultData::from).collect(),
-            findings: findings
-                .map(|each| finding_data(py, each, false))
-                .collect::<PyResult<_>>()?,
-            damage: recording.damage,
-        })
-    }
+/// What a recording is to a calibration.
+#[derive(Serialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+enum Role {
+    Unloaded,
+    Loaded,
+    HoldOut,
+}
+
+/// Returns the fields of `tactid.CalibrationRecording`.
+fn recording_data(py: Python<'_>, recording: CalibrationRecording) -> PyResult<Py<PyDict>> {
+    let EffortComparison {
+        joints,
+        times_s,
+        velocities,
+        measured,
+        described,
+        calibrated,
+        friction,
+    } = recording.comparison;
+    let table = |values| Table {
+        columns: joints.len(),
+        values,
+    };
+    let data = RecordingData {
+        path: recording.path.to_string_lossy().into_owned(),
+        role: match recording.role {
+            RecordingRole::Unloaded => Role::Unloaded,
+            RecordingRole::Loaded => Role::Loaded,
+            RecordingRole::HeldOut => Role::HoldOut,
+        },
+        duration_s: recording.duration_s,
+        times_s,
+        velocity: table(velocities),
+        measured: table(measured),
+        described: table(described),
+        calibrated: table(calibrated),
+        friction: table(friction),
+        faults: AddedFaults,
+        findings: AddedFindings,
+        damage: recording.damage,
+    };
+    let data = fields(py, &data)?;
+    let faults: Vec<FaultData> = recording.faults.iter().map(FaultData::from).collect();
+    data.set_item("path", recording.path)?;
+    data.set_item("faults", faults)?;
+    let findings = recording.findings.iter();
+    let findings = findings.map(|each| finding_data(py, each, false));
+    data.set_item("findings", findings.collect::<PyResult<Vec<_>>>()?)?;
+    Ok(data.unbind())
 }
 
 /// What `tactid.calibrate` makes its result from.
@@ -83,7 +120,7 @@ impl RecordingData {
 pub(crate) struct RunData {
     model: Py<ArmModel>,
     gain_prior: f64,
-    recordings: Vec<RecordingData>,
+    recordings: Vec<Py<PyDict>>,
 }
 
 /// A recording with its payload: log or arrays, mass, its standard deviation, centre of mass, inertia about it.
@@ -146,7 +183,7 @@ pub(crate) fn calibrate_arm(
     let recordings = run
         .recordings
         .into_iter()
-        .map(|each| RecordingData::new(py, each));
+        .map(|each| recording_data(py, each));
     Ok(RunData {
         gain_prior: run.gain_std_dev,
         recordings: recordings.collect::<PyResult<_>>()?,

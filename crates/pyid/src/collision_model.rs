@@ -1,15 +1,20 @@
 //! Collision shapes of a robot and boxes around it, from what Python gives.
 
 use pyo3::prelude::*;
+use schemars::JsonSchema;
+use serde::Serialize;
 use tactid_excitation::{CollisionFinding, CollisionModel, KeepOutBox, OrientedBox, Problem};
 
 use crate::dynamics::Manipulator;
 use crate::errors::IntoPyErr;
 
-/// `tactid.motion_data.CollisionFinding`.
-#[derive(IntoPyObject)]
+/// What the test for collisions leaves out or relaxes.
+#[derive(Serialize, JsonSchema)]
+#[serde(rename = "CollisionFinding")]
 pub(crate) struct FindingData {
+    /// What is left out or relaxed, and the reason.
     text: String,
+    /// Names of the bodies of each pair that this is true of; empty for a shape that is left out.
     pairs: Vec<[String; 2]>,
 }
 

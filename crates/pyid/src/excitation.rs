@@ -13,17 +13,19 @@ use tactid_excitation::{
     Progress, Sensing, ShortestSettings, design_observed, margins, predict, shortest,
     targets_within,
 };
-use tactid_identify::{EquationSettings, Method};
+use tactid_identify::{EquationSettings, Method, values_of_body};
 use tactid_logs::messages::{Duration, JointTrajectory, JointTrajectoryPoint};
 use tactid_logs::{Durability, LogError, LogWriter};
 
 use crate::arguments::read_robot;
-use crate::arrays::{Array, Series, array, common_length};
-use crate::collision_model::{FindingData, Places, collision_model, finding};
+use crate::arrays::{Series, common_length};
+use crate::collision_model::{Places, collision_model};
 use crate::errors::{ArgumentError, IntoPyErr, detached, option_error};
 use crate::inertia::MassProperties;
 use crate::interruption::InterruptionCheck;
+use crate::motion::{DesignedMotion, GivenMotion, MotionHistory};
 use crate::options;
+use crate::record::fields;
 use crate::text::Text;
 
 /// Number of beginnings of a motion for which intervals are predicted.
@@ -73,43 +75,8 @@ pub(crate) struct Given {
     volume: bool,
     seed: u64,
     rate: f64,
-}
-
-/// `tactid.excitation.LimitMargin`.
-#[derive(IntoPyObject)]
-struct MarginData {
-    limit: String,
-    used: f64,
-    time: f64,
-    distance: Option<f64>,
-    binds: bool,
-}
-
-/// What the beginning of a motion up to each time determines, and where the base has been.
-struct Beginnings {
-    times: Vec<f64>,
-    std_devs: Vec<f64>,
-    base_attitude: Vec<f64>,
-}
-
-/// What `tactid.design_excitation` makes its result from.
-#[derive(IntoPyObject)]
-pub(crate) struct DesignData {
-    moving: Vec<usize>,
-    time: Array,
-    q: Array,
-    qd: Array,
-    qdd: Array,
-    std_devs: [f64; 10],
-    ratios: [f64; 10],
-    base_attitude: f64,
-    base_position: f64,
-    margins: Vec<MarginData>,
-    collision_findings: Option<Vec<FindingData>>,
-    duration: f64,
-    history_time: Array,
-    history_std_devs: Array,
-    history_base_attitude: Array,
+    assumed_noise: Vec<String>,
+    surroundings: Vec<String>,
 }
 
 /// Returns a posture within the limits of all joints, zero or the middle of a range that excludes it; the indices of the joints that
@@ -148,7 +115,7 @@ pub(crate) fn design_excitation(
     given: Given,
     options: &Bound<'_, PyDict>,
     progress: Option<Py<PyAny>>,
-) -> PyResult<DesignData> {
+) -> PyResult<Py<PyDict>> {
     let robot = read_robot(robot)?;
     let problem = problem(&robot, &given, options)?;
     let settings = DesignSettings {
@@ -163,7 +130,17 @@ pub(crate) fn design_excitation(
     })?;
     let result = result.map_err(|error: tactid_excitation::ExcitationError| error.into_py_err());
     let (design, beginnings) = interruption.finish(py, result)?;
-    data(py, &problem, &design, beginnings, given.rate)
+    let expected = given.payloads.first().ok_or_else(no_payload)?.get().0;
+    let given = GivenMotion {
+        expected_payload: values_of_body(&expected),
+        within: given.within,
+        seed: given.seed,
+        assumed_noise: given.assumed_noise,
+        surroundings: given.surroundings,
+        rate_hz: given.rate,
+    };
+    let motion = DesignedMotion::new(&problem, design, beginnings, given)?;
+    Ok(fields(py, &motion)?.unbind())
 }
 
 /// Returns the problem that the keywords describe.
@@ -193,8 +170,7 @@ fn problem(
         base_noise: given.base_noise,
     };
     let mut payloads = given.payloads.iter().map(|body| body.get().0.into());
-    let missing = || ArgumentError::new_err("`payload` is missing");
-    let expected: InertialParameters = payloads.next().ok_or_else(missing)?;
+    let expected: InertialParameters = payloads.next().ok_or_else(no_payload)?;
     let targets = targets(&expected, given.within)?;
     let tip = request.tip.as_deref().unwrap_or("tool0");
     let read_mesh = given.read_mesh.as_ref();
@@ -223,6 +199,10 @@ fn problem(
         problem.criterion = Criterion::Volume;
     }
     Ok(problem)
+}
+
+fn no_payload() -> PyErr {
+    ArgumentError::new_err("`payload` is missing")
 }
 
 /// Returns the targets of an expected payload, which must be a body with an inertia.
@@ -311,13 +291,9 @@ fn beginnings(
     problem: &Problem,
     design: &Design,
     interruption: &mut InterruptionCheck,
-) -> Result<Beginnings, tactid_excitation::ExcitationError> {
+) -> Result<MotionHistory, tactid_excitation::ExcitationError> {
     let duration_s = design.trajectory.duration_s();
-    let mut found = Beginnings {
-        times: Vec::new(),
-        std_devs: Vec::new(),
-        base_attitude: Vec::new(),
-    };
+    let mut found = MotionHistory::default();
     for k in 1..=BEGINNINGS {
         let beginning = Beginning {
             motion: &design.trajectory,
@@ -329,66 +305,12 @@ fn beginnings(
         // A short beginning does not determine all values.
         let std_devs = predict(problem, &beginning).map_or([f64::NAN; 10], |found| found.std_devs);
         let (_, excursion) = margins(problem, &beginning)?;
-        found.times.push(beginning.duration_s);
-        found.std_devs.extend(std_devs);
-        found.base_attitude.push(excursion.attitude_rad);
+        found.times_s.push(beginning.duration_s);
+        found.std_devs.push(std_devs);
+        let attitude_deg = excursion.attitude_rad.to_degrees();
+        found.base_attitude_deg.push(attitude_deg);
     }
     Ok(found)
-}
-
-fn data(
-    py: Python<'_>,
-    problem: &Problem,
-    design: &Design,
-    beginnings: Beginnings,
-    rate_hz: f64,
-) -> PyResult<DesignData> {
-    let duration_s = design.trajectory.duration_s();
-    let mut times = Vec::new();
-    let mut of_joints = [Vec::new(), Vec::new(), Vec::new()];
-    // The last sample is the end of the motion, at rest.
-    for k in 0..=(duration_s * rate_hz).ceil() as usize {
-        let time_s = (k as f64 / rate_hz).min(duration_s);
-        let states = design.trajectory.at(time_s);
-        times.push(time_s);
-        for (all, one) in
-            of_joints
-                .iter_mut()
-                .zip([states.position, states.velocity, states.acceleration])
-        {
-            all.extend(one);
-        }
-    }
-    let (samples, dof) = (times.len(), problem.robot.dof());
-    let [q, qd, qdd] = of_joints;
-    let margin = |margin: &tactid_excitation::Margin| MarginData {
-        limit: margin.limit.to_string(),
-        used: margin.used,
-        time: margin.time_s,
-        distance: margin.distance_m,
-        binds: margin.binds,
-    };
-    let moving = problem.moving_joints().map_err(IntoPyErr::into_py_err)?;
-    Ok(DesignData {
-        moving,
-        time: array(py, times, &[samples])?,
-        q: array(py, q, &[samples, dof])?,
-        qd: array(py, qd, &[samples, dof])?,
-        qdd: array(py, qdd, &[samples, dof])?,
-        std_devs: design.prediction.std_devs,
-        ratios: design.prediction.ratios,
-        base_attitude: design.excursion.attitude_rad,
-        base_position: design.excursion.position_m,
-        margins: design.margins.iter().map(margin).collect(),
-        collision_findings: problem
-            .collisions
-            .is_some()
-            .then(|| design.findings.iter().map(finding).collect()),
-        duration: duration_s,
-        history_time: array(py, beginnings.times, &[BEGINNINGS])?,
-        history_std_devs: array(py, beginnings.std_devs, &[BEGINNINGS, 10])?,
-        history_base_attitude: array(py, beginnings.base_attitude, &[BEGINNINGS])?,
-    })
 }
 
 /// Writes a motion as a log with one `trajectory_msgs/msg/JointTrajectory`: see :meth:`tactid.DesignedMotion.write`.
@@ -405,6 +327,7 @@ fn data(
 ///     ArgumentError: A shape does not fit.
 #[pyfunction]
 #[pyo3(signature = (path, *, joints, time, q, qd, qdd, metadata))]
+#[expect(clippy::too_many_arguments, reason = "keywords in Python")]
 pub(crate) fn write_trajectory(
     py: Python<'_>,
     path: PathBuf,

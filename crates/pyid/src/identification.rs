@@ -1,24 +1,13 @@
-//! Results as Python's `tactid.records` has them, and their JSON schemas.
+//! Results as Python's `tactid.records` has them.
 
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
-use schemars::generate::SchemaSettings;
-use tactid_recordings::{Combination, Forecast, Identification};
+use tactid_recordings::{Forecast, Identification};
 
 use crate::errors::ArgumentError;
 use crate::faults::FaultData;
 use crate::findings::finding_data;
 use crate::record::fields;
-
-/// Returns the JSON schemas of results by the names of their structures, as one JSON document.
-#[pyfunction]
-pub(crate) fn record_schemas() -> String {
-    let settings = SchemaSettings::draft2020_12().for_serialize();
-    let mut generator = settings.into_generator();
-    generator.subschema_for::<Identification>();
-    generator.subschema_for::<Combination>();
-    serde_json::Value::from(generator.take_definitions(false)).to_string()
-}
 
 /// Returns the fields of `tactid.Identification`.
 pub(crate) fn identification(py: Python<'_>, found: &Identification) -> PyResult<Py<PyDict>> {

@@ -25,6 +25,7 @@ mod inertia;
 mod interruption;
 mod joint_arrays;
 mod logs;
+mod motion;
 mod online;
 mod options;
 mod poses;
@@ -33,6 +34,7 @@ mod record;
 mod regressor;
 mod rows;
 mod samples;
+mod schemas;
 mod shapes;
 mod simulate;
 mod states;
@@ -59,7 +61,7 @@ mod _native {
     #[pymodule_export]
     use crate::excitation::{default_posture, design_excitation, write_trajectory};
     #[pymodule_export]
-    use crate::identification::{record_schemas, remaining};
+    use crate::identification::remaining;
     #[pymodule_export]
     use crate::identify::{identify_arrays, identify_log, write_estimates};
     #[pymodule_export]
@@ -76,6 +78,8 @@ mod _native {
     use crate::regressor::wrench_regressor;
     #[pymodule_export]
     use crate::samples::Samples;
+    #[pymodule_export]
+    use crate::schemas::record_schemas;
     #[pymodule_export]
     use crate::simulate::{Experiment, read_motion, simulate};
 

@@ -1,6 +1,7 @@
 //! Serialisable structures as Python objects: each becomes an instance of the class of its name in `tactid.records`, and
 //! numbers in rows of equal length become one array.
 
+use std::borrow::Cow;
 use std::fmt::Display;
 
 use numpy::PyArray1;
@@ -8,8 +9,9 @@ use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyList, PyString};
 use pyo3::{IntoPyObjectExt, intern};
+use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde::Serialize;
-use serde::ser::{Error as _, Impossible, SerializeSeq, SerializeStruct, Serializer};
+use serde::ser::{Error as _, Impossible, SerializeMap, SerializeSeq, SerializeStruct, Serializer};
 use serde::ser::{SerializeTuple, SerializeTupleStruct};
 
 use crate::arrays::output;
@@ -109,7 +111,7 @@ impl<'py> Serializer for ToPython<'py> {
     type SerializeTuple = Sequence<'py>;
     type SerializeTupleStruct = Sequence<'py>;
     type SerializeTupleVariant = Impossible<Value<'py>, Error>;
-    type SerializeMap = Impossible<Value<'py>, Error>;
+    type SerializeMap = Structure<'py>;
     type SerializeStruct = Structure<'py>;
     type SerializeStructVariant = Impossible<Value<'py>, Error>;
 
@@ -212,8 +214,9 @@ impl<'py> Serializer for ToPython<'py> {
         Err(no_class(name, variant))
     }
 
-    fn serialize_map(self, _: Option<usize>) -> Result<Self::SerializeMap, Error> {
-        Err(Error::custom("a map has no class"))
+    /// A map is a structure with another one's fields among its own, which loses its name.
+    fn serialize_map(self, length: Option<usize>) -> Result<Structure<'py>, Error> {
+        self.serialize_struct("", length.unwrap_or(0))
     }
 
     fn serialize_struct(self, name: &'static str, _: usize) -> Result<Structure<'py>, Error> {
@@ -222,6 +225,7 @@ impl<'py> Serializer for ToPython<'py> {
             serializer,
             name,
             fields,
+            key: None,
         })
     }
 
@@ -357,6 +361,30 @@ struct Structure<'py> {
     serializer: ToPython<'py>,
     name: &'static str,
     fields: Bound<'py, PyDict>,
+    key: Option<Bound<'py, PyAny>>,
+}
+
+impl<'py> SerializeMap for Structure<'py> {
+    type Ok = Value<'py>;
+    type Error = Error;
+
+    fn serialize_key<T: Serialize + ?Sized>(&mut self, key: &T) -> Result<(), Error> {
+        self.key = Some(
+            key.serialize(self.serializer)?
+                .into_object(self.serializer.0)?,
+        );
+        Ok(())
+    }
+
+    fn serialize_value<T: Serialize + ?Sized>(&mut self, value: &T) -> Result<(), Error> {
+        let value = value.serialize(self.serializer)?;
+        let value = value.into_object(self.serializer.0)?;
+        Ok(self.fields.set_item(self.key.take(), value)?)
+    }
+
+    fn end(self) -> Result<Value<'py>, Error> {
+        Ok(Value::Structure(self.name, self.fields))
+    }
 }
 
 impl<'py> SerializeStruct for Structure<'py> {
@@ -380,3 +408,40 @@ impl<'py> SerializeStruct for Structure<'py> {
         Ok(Value::Structure(self.name, self.fields))
     }
 }
+
+/// Fields that are added to those of a structure where it is converted.
+macro_rules! added {
+    ($($name:ident: $title:literal),*) => {
+        $(
+            #[doc = concat!("A list of ", $title, ", which is added where a structure is converted.")]
+            pub(crate) struct $name;
+
+            impl Serialize for $name {
+                fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+                    serializer.collect_seq(std::iter::empty::<()>())
+                }
+            }
+
+            impl JsonSchema for $name {
+                fn inline_schema() -> bool {
+                    true
+                }
+
+                fn schema_name() -> Cow<'static, str> {
+                    stringify!($name).into()
+                }
+
+                fn json_schema(_: &mut SchemaGenerator) -> Schema {
+                    let entry = concat!("#/$defs/", $title);
+                    json_schema!({"type": "array", "items": {"$ref": entry}})
+                }
+            }
+        )*
+    };
+}
+
+added!(
+    AddedFindings: "Finding",
+    AddedCalibrationFindings: "CalibrationFinding",
+    AddedFaults: "DataFault"
+);

@@ -12,6 +12,7 @@ use crate::errors::{IntoPyErr, detached};
 use crate::experiment_fields::replaced;
 use crate::inertia::MassProperties;
 use crate::interruption::InterruptionCheck;
+use crate::record::fields;
 use crate::text::Text;
 
 /// Experiment to simulate: robot, payload, grasp, excitation, noise and bounds.
@@ -157,69 +158,6 @@ impl Experiment {
     }
 }
 
-/// Fields of ``tactid.RunReport``, with the units that its documentation names.
-#[derive(IntoPyObject)]
-pub(crate) struct RunReport {
-    linear_momentum_drift: Option<f64>,
-    angular_momentum_drift: Option<f64>,
-    grasp_drift: f64,
-    grasp_rotation: f64,
-    newton_residual: f64,
-    euler_residual: f64,
-    grip_force: f64,
-    steps: u64,
-    simulated_time: f64,
-    wall_time: f64,
-    steps_per_second: f64,
-    base_rotation: Option<f64>,
-    base_translation: Option<f64>,
-    active: Option<ActiveReport>,
-}
-
-/// Fields of ``tactid.ActiveReport``.
-#[derive(IntoPyObject)]
-pub(crate) struct ActiveReport {
-    plans: u64,
-    reached: Option<f64>,
-    widest: String,
-    interval_ratio: Option<f64>,
-    out_of_reach: bool,
-    binding: Option<String>,
-    contradictions: Vec<ActiveContradiction>,
-    untested_shapes: Vec<String>,
-}
-
-/// Fields of ``tactid.ActiveContradiction``.
-#[derive(IntoPyObject)]
-pub(crate) struct ActiveContradiction {
-    field: String,
-    bound: f64,
-    estimate: f64,
-    std_dev: f64,
-}
-
-impl From<tactid_sim::ActiveReport> for ActiveReport {
-    fn from(report: tactid_sim::ActiveReport) -> Self {
-        let contradictions = report.contradictions.into_iter();
-        let contradictions = contradictions.map(|found| ActiveContradiction {
-            field: found.field,
-            bound: found.bound,
-            estimate: found.estimate,
-            std_dev: found.std_dev,
-        });
-        Self {
-            plans: report.plans,
-            reached: report.reached_s,
-            widest: report.widest,
-            interval_ratio: report.interval_ratio,
-            out_of_reach: report.out_of_reach,
-            binding: report.binding,
-            contradictions: contradictions.collect(),
-            untested_shapes: report.untested_shapes,
-        }
-    }
-}
-
 /// Reads the motion of joints in a file: see :meth:`Experiment.following`.
 ///
 /// Args:
@@ -265,7 +203,7 @@ pub(crate) fn simulate(
     experiment: &Experiment,
     out: PathBuf,
     progress: Option<Py<PyAny>>,
-) -> PyResult<RunReport> {
+) -> PyResult<Py<PyDict>> {
     let mut interruption = InterruptionCheck::new(progress);
     let result = detached(py, || {
         tactid_sim::run(&experiment.0, &out, |progress| {
@@ -273,21 +211,5 @@ pub(crate) fn simulate(
         })
     })?;
     let report = interruption.finish(py, result.map_err(IntoPyErr::into_py_err))?;
-    let checks = report.checks;
-    Ok(RunReport {
-        linear_momentum_drift: checks.linear_momentum_drift,
-        angular_momentum_drift: checks.angular_momentum_drift,
-        grasp_drift: checks.grasp_drift_m,
-        grasp_rotation: checks.grasp_drift_rad,
-        newton_residual: checks.newton_residual,
-        euler_residual: checks.euler_residual,
-        grip_force: report.grip_force_n,
-        steps: report.steps,
-        simulated_time: report.simulated_time_s,
-        wall_time: report.wall_time_s,
-        steps_per_second: report.steps_per_second,
-        base_rotation: report.base.map(|base| base.attitude_deg.to_radians()),
-        base_translation: report.base.map(|base| base.position_m),
-        active: report.active.map(ActiveReport::from),
-    })
+    Ok(fields(py, &report)?.unbind())
 }

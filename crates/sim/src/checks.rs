@@ -1,6 +1,7 @@
 //! Monitoring of a run: conservation of momentum, the grasp, and the Newton and Euler equations of the payload.
 
 use nalgebra::{Isometry3, Matrix3, Vector3};
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use tactid_dynamics::{BaseKind, MassProperties};
 
@@ -12,26 +13,28 @@ use crate::scene::{BodyState, State};
 use crate::{Experiment, SimError};
 
 /// Largest violations of conservation laws and of the grasp in a run.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Checks {
-    /// Change of the system's linear momentum, as a fraction of the largest linear momentum of any single body; `None` for
-    /// a fixed base, which exchanges momentum with the ground.
+    /// Change of the system's linear momentum, as a fraction of the largest linear momentum of any single body, without a
+    /// unit; `None` for a fixed base, which exchanges momentum with the ground.
     pub linear_momentum_drift: Option<f64>,
     /// Change of the system's angular momentum about the world's origin, as a fraction of the largest angular momentum of
-    /// any single body; `None` for a fixed base.
+    /// any single body, without a unit; `None` for a fixed base.
     pub angular_momentum_drift: Option<f64>,
     /// Displacement of the payload in the tool frame, m.
     pub grasp_drift_m: f64,
     /// Rotation of the payload in the tool frame, rad.
     pub grasp_drift_rad: f64,
-    /// Residual of Newton's equation of the payload under the contact forces and gravity, as a fraction of the largest contact force.
+    /// Residual of Newton's equation of the payload under the contact forces and gravity, as a fraction of the largest contact
+    /// force, without a unit.
     pub newton_residual: f64,
-    /// Residual of Euler's equation of the payload about its centre of mass, as a fraction of the largest contact moment.
+    /// Residual of Euler's equation of the payload about its centre of mass, as a fraction of the largest contact
+    /// moment, without a unit.
     pub euler_residual: f64,
 }
 
 /// Largest motion of a free-floating base from where the excitation started.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct BaseExcursion {
     /// Angle by which the base link is turned, degrees.
     pub attitude_deg: f64,

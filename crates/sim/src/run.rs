@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 use std::thread;
 use std::time::Instant;
 
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::log::{Recorder, RecorderThread};
@@ -23,8 +24,8 @@ pub struct Progress {
     pub total_steps: u64,
 }
 
-/// Summary of a run.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+/// Report of a simulation run. Each check is its largest value during the run.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct RunReport {
     /// Largest violations of conservation laws and of the grasp.
     #[serde(flatten)]
@@ -47,7 +48,7 @@ pub struct RunReport {
     /// only.
     #[serde(default)]
     pub wall_time_s: f64,
-    /// Steps per second of wall-clock time.
+    /// Simulated steps per second of wall-clock time, 1/s.
     #[serde(default)]
     pub steps_per_second: f64,
 }

@@ -64,7 +64,7 @@ from tactid.calibration import Calibration
 from tactid.calibration_data import CalibrationRecording
 from tactid.combined import Combination, combine
 from tactid.comparison import Attempt, compare
-from tactid.designed_motion import CollisionFinding, DesignedMotion, LimitMargin
+from tactid.designed_motion import DesignedMotion
 from tactid.errors import (
     ArgumentError,
     CalibrationError,
@@ -85,27 +85,33 @@ from tactid.online import Identifier, PaperFilter
 from tactid.options import Options
 from tactid.payload import PayloadEstimate
 from tactid.records import (
+    ActiveContradiction,
+    ActiveReport,
     Agreement,
     ArmChange,
+    BaseExcursion,
     BoundingBox,
     CalibratedFit,
     Channel,
+    CollisionFinding,
     Delay,
     FitReport,
     Forecast,
     History,
     KnownMass,
     LinearEstimate,
+    Margin,
+    MotionHistory,
     PaperSettings,
     PrincipalMoments,
     RunDistance,
+    RunReport,
     SharedErrors,
     SingularValues,
     ValueDifference,
     WrenchOffset,
 )
 from tactid.result import Identification
-from tactid.run_report import ActiveContradiction, ActiveReport, RunReport
 from tactid.schemas import (
     calibration_schema,
     combination_schema,
@@ -124,6 +130,7 @@ __all__ = [
     "ArgumentError",
     "ArmChange",
     "Attempt",
+    "BaseExcursion",
     "BoundingBox",
     "CalibratedFit",
     "Calibration",
@@ -150,14 +157,15 @@ __all__ = [
     "Identifier",
     "InternalError",
     "KnownMass",
-    "LimitMargin",
     "LinearEstimate",
     "Lms",
     "LogError",
     "LogInfo",
     "Manipulator",
+    "Margin",
     "MassProperties",
     "ModelError",
+    "MotionHistory",
     "Nlms",
     "Options",
     "PaperFilter",

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import os
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from pathlib import Path
 from typing import Any
 
-from tactid import _native, calibration_text
+from tactid import _native, calibration_text, records
 from tactid.calibration_data import CalibrationData, CalibrationRecording
 from tactid.equality import are_equal
 from tactid.errors import ArgumentError
@@ -30,8 +30,10 @@ class Calibration(CalibrationData):
 
     def __post_init__(self) -> None:
         """Checks that the numbers are those of the model, which identifications use."""
-        of_model = _fields_of(self.model)
-        others = (name for name in of_model if not are_equal(getattr(self, name), of_model[name]))
+        super().__post_init__()
+        of_model = CalibrationData(**_fields_of(self.model), model=self.model)
+        own = (each.name for each in fields(records.Calibration))
+        others = (n for n in own if not are_equal(getattr(self, n), getattr(of_model, n)))
         for name in others:
             raise ArgumentError(
                 f"`{name}` is not that of the calibration's `model`, which identifications use:"

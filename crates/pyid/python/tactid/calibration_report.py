@@ -98,7 +98,7 @@ def _over_velocity(axes: Axes, recordings: Sequence[CalibrationRecording], joint
 def _over_time(axes: Axes, recordings: Sequence[CalibrationRecording], joint: int) -> None:
     start = 0.0
     for number, recording in enumerate(recordings):
-        time = start + recording.time - recording.time[0]
+        time = start + recording.times_s - recording.times_s[0]
         series: tuple[tuple[str, Array, str, float], ...] = (
             ("measured", recording.measured, MEASURED, 2.2),
             ("URDF alone", recording.described, TRUE, 0.8),
@@ -132,7 +132,7 @@ def _with_gaps(time: Array, values: Array) -> tuple[Array, NDArray[np.float64]]:
 
 def _sources(arm: CalibrationData) -> str:
     recordings = [
-        f"{recording.path.name} ({TITLES[recording.role]}, {recording.duration:.0f} s)"
+        f"{recording.path.name} ({TITLES[recording.role]}, {recording.duration_s:.0f} s)"
         for recording in arm.recordings
     ]
     return f"From {', '.join(recordings)}." if recordings else "Read from its file."

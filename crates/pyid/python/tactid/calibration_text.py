@@ -1,10 +1,9 @@
 """A calibration as people read it, and as JSON has it.
 
-The file ``calibration.schema.json`` in this package describes every key of the JSON.
+``tactid.calibration_schema()`` describes every key of the JSON.
 """
 
 import io
-import json
 import math
 from typing import Any
 
@@ -16,10 +15,12 @@ from rich.table import Table
 from tactid import findings_json
 from tactid.calibration_data import CalibrationData, CalibrationRecording
 from tactid.naming import Style, listed
+from tactid.result_json import plain
+from tactid.result_json import to_json as as_text
 from tactid.table import whole_width
-from tactid.values import Z95, all_finite, digits_of, finite
+from tactid.values import Z95, digits_of
 
-SCHEMA = "tactid.calibration/2"
+SCHEMA = "tactid.calibration/3"
 """Name and version of the JSON layout: a change that breaks a reader increments the version."""
 
 
@@ -119,12 +120,12 @@ def gains(arm: CalibrationData) -> str:
 
 
 def _delay(arm: CalibrationData) -> str:
-    half_width = Z95 * 1e3 * arm.delay_std_dev
+    half_width = Z95 * 1e3 * arm.delay.std_dev_s
     digits = digits_of(half_width)
-    size = f"{abs(1e3 * arm.delay):.{digits}f} ± {half_width:.{digits}f} ms"
-    if abs(1e3 * arm.delay) < half_width:
+    size = f"{abs(1e3 * arm.delay.delay_s):.{digits}f} ± {half_width:.{digits}f} ms"
+    if abs(1e3 * arm.delay.delay_s) < half_width:
         return f"Efforts show no delay: {size}."
-    return f"Efforts {'lag' if arm.delay >= 0.0 else 'lead'} the motion by {size}."
+    return f"Efforts {'lag' if arm.delay.delay_s >= 0.0 else 'lead'} the motion by {size}."
 
 
 def text(arm: CalibrationData) -> str:
@@ -140,59 +141,47 @@ def text(arm: CalibrationData) -> str:
 
 def to_json(arm: CalibrationData, style: Style = "keyword") -> str:
     """Returns a calibration as JSON that people can read, too; it never contains NaN."""
-    return json.dumps(record(arm, style), indent=2, ensure_ascii=False, allow_nan=False) + "\n"
+    return as_text(record(arm, style))
+
+
+VIEWS: dict[str, dict[str, Any]] = {
+    "gain_prior": {
+        "type": "number",
+        "description": "Standard deviation of the gains before the calibration, a fraction, without"
+        " a unit; null where the calibration was read from a file.",
+    },
+    "recordings": {
+        "type": "array",
+        "description": "The recordings: unloaded, loaded, held out; none where the calibration was"
+        " read from a file.",
+        "items": {"$ref": "#/$defs/CalibrationRecording"},
+    },
+    "remarks": {
+        "type": "array",
+        "description": "What a reader must know besides the numbers, in sentences.",
+        "items": {"type": "string"},
+    },
+}
+"""What the document has besides the fields of the calibration, as JSON schemas."""
 
 
 def record(arm: CalibrationData, style: Style = "keyword") -> dict[str, Any]:
     """Returns a calibration as JSON has it."""
-    by_joint = {
-        "effort_gain": arm.effort_gain,
-        "gain": arm.gain,
-        "gain_std_dev": arm.gain_std_dev,
-        "offset": arm.offset,
-        "coulomb": arm.coulomb,
-        "viscous": arm.viscous,
-        "load_friction": arm.load_friction,
-        "payload_friction": arm.payload_friction,
-        "rotor_inertia": arm.rotor_inertia,
-        "residual_before": arm.residual_before,
-        "residual_after": arm.residual_after,
-        "residual_held_out": arm.residual_held_out,
-    }
-    joints = [
-        {"name": name, "unit": arm.units[j]}
-        | {key: finite(float(values[j])) for key, values in by_joint.items()}
-        for j, name in enumerate(arm.joints)
-    ]
     return {
         "schema": SCHEMA,
-        "tip": arm.tip,
-        "gravity_m_s2": all_finite(arm.gravity),
-        "cutoff_hz": finite(arm.cutoff),
-        "windows": arm.windows,
-        "window_s": finite(arm.window),
+        **plain(arm),
+        "shortages": findings_json.findings(arm.shortages, style),
+        "contradictions": findings_json.findings(arm.contradictions, style),
         "gain_prior": arm.gain_prior,
-        "delay_s": finite(arm.delay),
-        "delay_std_dev_s": finite(arm.delay_std_dev),
-        "joints": joints,
-        "payloads": arm.payloads.tolist(),
-        "recordings": [_recording_record(recording, style) for recording in arm.recordings],
-        "findings": findings_json.findings([*arm.contradictions, *arm.shortages], style),
+        "recordings": [
+            plain(each)
+            | {
+                "faults": findings_json.faults(each.faults),
+                "findings": findings_json.findings(each.findings, style),
+            }
+            for each in arm.recordings
+        ],
         "remarks": lines(arm, style),
-    }
-
-
-def _recording_record(recording: CalibrationRecording, style: Style) -> dict[str, Any]:
-    return {
-        "path": str(recording.path),
-        "role": recording.role,
-        "duration_s": finite(recording.duration),
-        "windows": len(recording.time),
-        "residual_before": [finite(value) for value in recording.residual_before.tolist()],
-        "residual_after": [finite(value) for value in recording.residual_after.tolist()],
-        "findings": findings_json.findings(recording.findings, style),
-        "faults": findings_json.faults(recording.faults),
-        "damage": list(recording.damage),
     }
 
 
@@ -219,9 +208,9 @@ def _of_recording(recording: CalibrationRecording, style: Style) -> list[str]:
 
 
 def _data(arm: CalibrationData) -> str:
-    gravity = " ".join(f"{entry:g}" for entry in arm.gravity)
+    gravity = " ".join(f"{entry:g}" for entry in arm.gravity_m_s2)
     return (
-        f"{arm.windows} windows of {arm.window:.3g} s; cutoff {arm.cutoff:.3g} Hz; gravity"
+        f"{arm.windows} windows of {arm.window_s:.3g} s; cutoff {arm.cutoff_hz:.3g} Hz; gravity"
         f" {gravity} m/s²."
     )
 

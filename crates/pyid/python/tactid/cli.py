@@ -210,8 +210,9 @@ def run_simulation(
     with reporting_partial_log(out), progress("simulating") as done:
         report = simulate(chosen, out, progress=done)
     notes.print(
-        f"Wrote {out}: {report.simulated_time:g} s in {report.wall_time:.1f} s,"
-        f" grasp drift {report.grasp_drift * 1e6:.1f} µm, momentum drift {momentum_drift(report)}."
+        f"Wrote {out}: {report.simulated_time_s:g} s in {report.wall_time_s:.1f} s,"
+        f" grasp drift {report.grasp_drift_m * 1e6:.1f} µm,"
+        f" momentum drift {momentum_drift(report)}."
     )
     if print_outcome(report, chosen):
         raise typer.Exit(1)

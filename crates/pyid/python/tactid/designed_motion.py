@@ -3,21 +3,16 @@
 from __future__ import annotations
 
 import os
-from dataclasses import dataclass
 from pathlib import Path
 
-from tactid import motion_files, motion_json, motion_text
+from tactid import motion_files, motion_json, motion_text, records
 from tactid.field_docs import with_fields
-from tactid.motion_data import CollisionFinding, LimitMargin, MotionData
 from tactid.motion_speed import SPEED, optional_speed
 from tactid.output_files import checked_output
 
-__all__ = ["CollisionFinding", "DesignedMotion", "LimitMargin"]
-
 
 @with_fields
-@dataclass(frozen=True, eq=False, repr=False)
-class DesignedMotion(MotionData):
+class DesignedMotion(records.DesignedMotion):
     """A motion of all joints of a robot, as :func:`tactid.design_excitation` returns it.
 
     ``print`` shows the intervals that it will give and the limits that it uses. The arrays are in

@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 from tactid import _native
 from tactid._native import Manipulator, MassProperties
 from tactid.declaration import with_options
-from tactid.designed_motion import CollisionFinding, DesignedMotion, LimitMargin
+from tactid.designed_motion import DesignedMotion
 from tactid.errors import ArgumentError
 from tactid.excitation_arguments import (
     Grip,
@@ -30,7 +30,6 @@ from tactid.excitation_arguments import (
 )
 from tactid.meshes import Meshes
 from tactid.options import OPTIONS, Options, collect
-from tactid.values import nested, values_of
 
 Criterion = Literal["largest-interval", "volume"]
 """What a design minimises: the largest interval relative to its target, or the volume of the
@@ -182,47 +181,9 @@ def design_excitation(
         "rate": rate,
     }
     check_numbers(**{name: given[name] for name in NUMBERS})
+    given |= {"assumed_noise": assumed, "surroundings": surroundings(given["places"])}
     found = _native.design_excitation(robot, given, collected.replace(tip=tip).plain(), progress)
-    return _result(robot, tip, given["payloads"][0], given, found, collected.method, assumed)
-
-
-def _result(
-    robot: Manipulator,
-    tip: str,
-    expected: MassProperties,
-    given: Mapping[str, Any],
-    found: Mapping[str, Any],
-    method: str | None,
-    assumed: tuple[str, ...],
-) -> DesignedMotion:
-    floats = robot.base == "floating"
-    margins = tuple(LimitMargin(**margin) for margin in found["margins"])
-    findings = found["collision_findings"]
-    names = robot.joint_names
-    return DesignedMotion(
-        tip=tip,
-        joints=tuple(names),
-        moving=tuple(names[joint] for joint in found["moving"]),
-        **{name: found[name] for name in ("time", "q", "qd", "qdd")},
-        expected_payload=nested(values_of(expected)),
-        predicted_std_dev=nested(found["std_devs"]),
-        within=given["within"],
-        interval_ratio=nested(found["ratios"]),
-        base_attitude_deg=float(np.degrees(found["base_attitude"])) if floats else None,
-        base_position_m=found["base_position"] if floats else None,
-        margins=margins,
-        binding_constraints=tuple(margin.limit for margin in margins if margin.binds),
-        collision_findings=None if findings is None else tuple(map(_finding, findings)),
-        payload_tested=given["places"]["payload_box"] is not None,
-        surroundings=surroundings(given["places"]),
-        duration_s=found["duration"],
-        seed=given["seed"],
-        method=method or "tactile",
-        assumed_noise=assumed,
-        history_time=found["history_time"],
-        history_std_devs=found["history_std_devs"],
-        history_base_attitude_deg=np.degrees(found["history_base_attitude"]),
-    )
+    return DesignedMotion(**found)
 
 
 def _payloads(
@@ -257,11 +218,7 @@ def _payloads(
     return [payload or even, *points]
 
 
-def _finding(found: Mapping[str, Any]) -> CollisionFinding:
-    return CollisionFinding(found["text"], tuple(map(tuple, found["pairs"])))
-
-
-def _with_noise(options: Options) -> tuple[Options, tuple[str, ...]]:
+def _with_noise(options: Options) -> tuple[Options, list[str]]:
     """Returns options with a default for the noise that is not known, and the names of those."""
     method = options.method or "tactile"
     assumed = []
@@ -270,4 +227,4 @@ def _with_noise(options: Options) -> tuple[Options, tuple[str, ...]]:
     if method in {"effort", "combined"} and options.effort_noise is None:
         options = options.replace(effort_noise=EFFORT_NOISE)
         assumed.append("effort_noise")
-    return options, tuple(assumed)
+    return options, assumed

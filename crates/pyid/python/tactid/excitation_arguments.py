@@ -11,7 +11,6 @@ from numpy.typing import ArrayLike, NDArray
 from tactid import _native
 from tactid._native import Manipulator, MassProperties
 from tactid.errors import ArgumentError
-from tactid.motion_data import WORKSPACE
 
 MOST = {"rate": 1e5, "acceleration": 1e5, "limit_scale": 1.0, "least_distance": 0.06}
 """Largest values of keywords: a larger rate, Hz, or acceleration is a mistake, a factor above 1
@@ -26,6 +25,9 @@ ROUNDING = 1e-9
 Start: TypeAlias = ArrayLike | Mapping[str, float] | None
 """Positions of joints, in their order or by their names."""
 _Floats: TypeAlias = NDArray[np.float64]
+
+WORKSPACE = "the workspace"
+"""Name of the box that the tip and the payload's box stay in."""
 
 
 @dataclass(frozen=True)
@@ -113,10 +115,10 @@ def places(
     }
 
 
-def surroundings(places: Mapping[str, Any]) -> tuple[str, ...]:
+def surroundings(places: Mapping[str, Any]) -> list[str]:
     """Returns the names of the boxes around the robot that :func:`places` returns."""
     workspace = [] if places["workspace"] is None else [WORKSPACE]
-    return (*workspace, *(f"the keep-out box {name}" for name, _ in places["keep_out"]))
+    return [*workspace, *(f"the keep-out box {name}" for name, _ in places["keep_out"])]
 
 
 LARGEST_COORDINATE = 1e6

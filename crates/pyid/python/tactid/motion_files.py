@@ -11,8 +11,8 @@ import numpy as np
 
 from tactid import _native, motion_json, motion_text
 from tactid.files import atomic_path, new_folder, write_atomically
-from tactid.motion_data import MotionData
 from tactid.motion_speed import at_speed, speed_of
+from tactid.records import DesignedMotion
 from tactid.terminal import printable
 from tactid.values import Array
 
@@ -34,7 +34,7 @@ HEAD_WIDTH = 96
 class _Executable:
     """A motion at the speed of its files, and what each file says at its head."""
 
-    motion: MotionData
+    motion: DesignedMotion
     speed: float
     head: list[str]
 
@@ -50,7 +50,7 @@ class _Executable:
 Writer = Callable[[_Executable, Path], None]
 
 
-def write(motion: MotionData, folder: Path, speed: float) -> None:
+def write(motion: DesignedMotion, folder: Path, speed: float) -> None:
     """Writes all files of a motion into a folder, which is made where it does not exist."""
     speed_of(speed)
     with new_folder(folder, "`folder`"):
@@ -58,7 +58,9 @@ def write(motion: MotionData, folder: Path, speed: float) -> None:
             write_file(path)
 
 
-def writers(motion: MotionData, folder: Path, speed: float) -> dict[Path, Callable[[Path], None]]:
+def writers(
+    motion: DesignedMotion, folder: Path, speed: float
+) -> dict[Path, Callable[[Path], None]]:
     """Returns what writes each file of a motion, by its path."""
     executable = _Executable(at_speed(motion, speed), speed, _head(motion, speed))
     result = partial(_write_result, motion, speed)
@@ -68,13 +70,13 @@ def writers(motion: MotionData, folder: Path, speed: float) -> dict[Path, Callab
     }
 
 
-def _head(motion: MotionData, speed: float) -> list[str]:
+def _head(motion: DesignedMotion, speed: float) -> list[str]:
     """Returns what the files say of a motion at their head, a line each."""
     lines = [
         f"Motion for the payload at {motion.tip}, written by tactid {_native.VERSION}.",
         motion_text.speed_line(motion, speed),
         *motion_text.collision_lines(motion),
-        f"Joints, in this order: {', '.join(motion.moving)}.",
+        f"Joints, in this order: {', '.join(motion.moving_joints)}.",
     ]
     # A name of the URDF may contain a line end, and what follows it would be no comment.
     return [" ".join(printable(line).split()) for line in lines]
@@ -87,16 +89,16 @@ def _write_mcap(executable: _Executable, path: Path) -> None:
     metadata = {"speed": f"{executable.speed:g}", "head": "\n".join(executable.head)}
     with atomic_path(path) as temporary:
         _native.write_trajectory(
-            temporary, joints=motion.moving, time=motion.time, **states, metadata=metadata
+            temporary, joints=motion.moving_joints, time=motion.times_s, **states, metadata=metadata
         )
 
 
 def _write_csv(executable: _Executable, path: Path) -> None:
     motion = executable.motion
-    names = [f"{kind}_{name}" for kind in ("q", "qd", "qdd") for name in motion.moving]
+    names = [f"{kind}_{name}" for kind in ("q", "qd", "qdd") for name in motion.moving_joints]
     places = _moving(motion)
     states = [values[:, places] for values in (motion.q, motion.qd, motion.qdd)]
-    rows = np.column_stack([motion.time, *states])
+    rows = np.column_stack([motion.times_s, *states])
     lines = [*executable.comments(), ",".join(["time_s", *names])]
     lines += [",".join(map(_exact, row)) for row in rows.tolist()]
     write_atomically(path, "\n".join(lines) + "\n")
@@ -141,7 +143,7 @@ def _write_moveit(executable: _Executable, path: Path) -> None:
         *executable.comments(),
         "joint_trajectory:",
         "  header: {stamp: {sec: 0, nanosec: 0}, frame_id: ''}",
-        f"  joint_names: [{', '.join(map(_quoted, motion.moving))}]",
+        f"  joint_names: [{', '.join(map(_quoted, motion.moving_joints))}]",
         "  points:",
     ]
     times = _times(motion, MOVEIT_PERIOD_S)
@@ -161,7 +163,7 @@ def _write_moveit(executable: _Executable, path: Path) -> None:
     write_atomically(path, "\n".join(lines) + "\n")
 
 
-def _write_result(motion: MotionData, speed: float, path: Path) -> None:
+def _write_result(motion: DesignedMotion, speed: float, path: Path) -> None:
     write_atomically(path, motion_json.to_json(motion, speed))
 
 
@@ -181,25 +183,25 @@ NAMES = (*WRITERS, RESULT)
 """Names of all files of a motion."""
 
 
-def _moving(motion: MotionData) -> list[int]:
-    return [motion.joints.index(name) for name in motion.moving]
+def _moving(motion: DesignedMotion) -> list[int]:
+    return [motion.joints.index(name) for name in motion.moving_joints]
 
 
-def _times(motion: MotionData, period_s: float) -> Array:
+def _times(motion: DesignedMotion, period_s: float) -> Array:
     """Returns times that increase from the start, once a period, to the end."""
     # The rounding of a quotient must not make a period of no length before the end.
     count = int(np.ceil(motion.duration_s / period_s - 1e-9))
     return np.append(np.arange(count) * period_s, motion.duration_s)
 
 
-def _at(motion: MotionData, period_s: float) -> Array:
+def _at(motion: DesignedMotion, period_s: float) -> Array:
     """Returns the positions of the joints that move, once a period; the last rest at the end."""
     count = int(np.ceil(motion.duration_s / period_s)) + 1
     times = np.minimum(np.arange(count) * period_s, motion.duration_s)
     return _states(motion, times)[0]
 
 
-def _states(motion: MotionData, times: Array) -> list[Array]:
+def _states(motion: DesignedMotion, times: Array) -> list[Array]:
     """Returns positions, velocities and accelerations of the joints that move, at times.
 
     Between two samples of the motion they are those of the polynomial of degree five that has the
@@ -208,9 +210,11 @@ def _states(motion: MotionData, times: Array) -> list[Array]:
     beyond the limits.
     """
     places = _moving(motion)
-    before = np.clip(np.searchsorted(motion.time, times, side="right") - 1, 0, len(motion.time) - 2)
-    step = np.diff(motion.time)[before, None]
-    fraction = (times[:, None] - motion.time[before, None]) / step
+    before = np.clip(
+        np.searchsorted(motion.times_s, times, side="right") - 1, 0, len(motion.times_s) - 2
+    )
+    step = np.diff(motion.times_s)[before, None]
+    fraction = (times[:, None] - motion.times_s[before, None]) / step
     (p0, p1), (v0, v1), (a0, a1) = (
         (step**order * values[before][:, places], step**order * values[before + 1][:, places])
         for order, values in enumerate((motion.q, motion.qd, motion.qdd))

@@ -9,9 +9,9 @@ from matplotlib.figure import Figure
 from tactid import drawing, motion_text, page
 from tactid.drawing import ESTIMATE, TRUE
 from tactid.files import write_atomically
-from tactid.motion_data import MotionData
 from tactid.naming import Style
-from tactid.values import NAMES, flat
+from tactid.records import DesignedMotion
+from tactid.values import NAMES
 
 MOTION_CAPTION = (
     "Position, velocity and acceleration of the joints that move; in m in place of rad for a"
@@ -28,13 +28,13 @@ BASE_CAPTION = (
 
 
 def write_report(
-    motion: MotionData, path: Path, style: Style = "keyword", speed: float | None = None
+    motion: DesignedMotion, path: Path, style: Style = "keyword", speed: float | None = None
 ) -> None:
     """Writes the report of a designed motion, whose files run at a fraction of its speed."""
     write_atomically(path, render(motion, style, speed))
 
 
-def render(motion: MotionData, style: Style = "keyword", speed: float | None = None) -> str:
+def render(motion: DesignedMotion, style: Style = "keyword", speed: float | None = None) -> str:
     """Returns the report as HTML, figures included."""
     lines = motion_text.lines(motion, style, speed)
     items = "".join(f"<li>{html.escape(line)}</li>" for line in lines)
@@ -67,10 +67,10 @@ def _table(heads: tuple[str, ...], rows: list[list[str]]) -> str:
     return f'<div class="wide"><table><thead><tr>{head}</tr></thead>\n{body}</table></div>'
 
 
-def _motion(motion: MotionData) -> Figure:
+def _motion(motion: DesignedMotion) -> Figure:
     figure = Figure(figsize=(9.0, 6.0))
     axes = figure.subplots(3, 1, sharex=True)
-    places = [motion.joints.index(name) for name in motion.moving]
+    places = [motion.joints.index(name) for name in motion.moving_joints]
     quantities = (
         ("position / rad", motion.q),
         ("velocity / (rad/s)", motion.qd),
@@ -78,7 +78,9 @@ def _motion(motion: MotionData) -> Figure:
     )
     for one, (name, values) in zip(axes, quantities, strict=True):
         for place in places:
-            one.plot(motion.time, values[:, place], label=motion.joints[place].replace("$", r"\$"))
+            one.plot(
+                motion.times_s, values[:, place], label=motion.joints[place].replace("$", r"\$")
+            )
         one.set_ylabel(name)
     axes[-1].set_xlabel("time / s")
     handles, labels = axes[0].get_legend_handles_labels()
@@ -86,14 +88,14 @@ def _motion(motion: MotionData) -> Figure:
     return figure
 
 
-def _intervals(motion: MotionData) -> Figure:
+def _intervals(motion: DesignedMotion) -> Figure:
     figure = Figure(figsize=(9.0, 3.2))
     axes = figure.subplots()
-    std_devs, ratios = flat(dict(motion.predicted_std_dev)), flat(dict(motion.interval_ratio))
+    std_devs, ratios = motion.predicted_std_devs.tolist(), motion.interval_ratios.tolist()
     for k, name in enumerate(NAMES):
         # The ratio of an interval to its target is the same fraction of the target at each time.
-        of_target = ratios[k] * motion.history_std_devs[:, k] / std_devs[k]
-        axes.plot(motion.history_time, 100 * motion.within * of_target, label=name)
+        of_target = ratios[k] * motion.history.std_devs[:, k] / std_devs[k]
+        axes.plot(motion.history.times_s, 100 * motion.within * of_target, label=name)
     axes.axhline(100 * motion.within, color=TRUE, linewidth=0.8)
     axes.set_yscale("log")
     axes.set_xlabel("time / s")
@@ -102,10 +104,10 @@ def _intervals(motion: MotionData) -> Figure:
     return figure
 
 
-def _base(motion: MotionData) -> Figure:
+def _base(motion: DesignedMotion) -> Figure:
     figure = Figure(figsize=(9.0, 2.2))
     axes = figure.subplots()
-    axes.plot(motion.history_time, motion.history_base_attitude_deg, color=ESTIMATE)
+    axes.plot(motion.history.times_s, motion.history.base_attitude_deg, color=ESTIMATE)
     axes.set_ylim(bottom=0)
     axes.set_xlabel("time / s")
     axes.set_ylabel("largest so far / degrees")

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 from tactid.errors import ArgumentError
 from tactid.excitation_arguments import check_numbers
-from tactid.motion_data import MotionData
+from tactid.records import DesignedMotion
 
 SPEED = 0.5
 """Fraction of the designed speed at which files run unless another one is given: a robot that makes
@@ -31,11 +31,11 @@ def optional_speed(speed: float | None) -> float | None:
     return None if speed is None else speed_of(speed)
 
 
-def at_speed(motion: MotionData, speed: float) -> MotionData:
+def at_speed(motion: DesignedMotion, speed: float) -> DesignedMotion:
     """Returns a motion along the same path at a fraction of its speed."""
     return replace(
         motion,
-        time=motion.time / speed,
+        times_s=motion.times_s / speed,
         qd=motion.qd * speed,
         qdd=motion.qdd * speed**2,
         duration_s=motion.duration_s / speed,

@@ -6,9 +6,10 @@ from rich import box
 from rich.table import Table
 
 from tactid import table
-from tactid.motion_data import WORKSPACE, CollisionFinding, LimitMargin, MotionData
+from tactid.excitation_arguments import WORKSPACE
 from tactid.naming import Style, abridged, listed, option_name
-from tactid.values import NAMES, UNITS, Z95, digits_of, flat
+from tactid.records import CollisionFinding, DesignedMotion, Margin
+from tactid.values import NAMES, UNITS, Z95, digits_of
 
 MOST_SHOWN = 6
 """Largest number of limits in the table of those that are used most."""
@@ -18,7 +19,7 @@ LONGEST_S = 3600.0
 """Longest motion that is designed, s."""
 
 
-def heading(motion: MotionData) -> str:
+def heading(motion: DesignedMotion) -> str:
     """Says what the numbers of the table are."""
     return (
         f"Motion of {motion.duration_s:.4g} s for the payload at {motion.tip} ({motion.method}):"
@@ -26,7 +27,7 @@ def heading(motion: MotionData) -> str:
     )
 
 
-def rich_table(motion: MotionData) -> Table:
+def rich_table(motion: DesignedMotion) -> Table:
     """Returns the table of predicted intervals: a row for each value."""
     shown = Table(box=box.SIMPLE_HEAD, pad_edge=False)
     shown.add_column("value")
@@ -38,10 +39,10 @@ def rich_table(motion: MotionData) -> Table:
     return shown
 
 
-def rows(motion: MotionData) -> list[list[str]]:
+def rows(motion: DesignedMotion) -> list[list[str]]:
     """Returns the cells of the table: a list for each of the ten values."""
-    expected, ratios = flat(dict(motion.expected_payload)), flat(dict(motion.interval_ratio))
-    std_devs = flat(dict(motion.predicted_std_dev))
+    expected, ratios = motion.expected_payload.tolist(), motion.interval_ratios.tolist()
+    std_devs = motion.predicted_std_devs.tolist()
     cells = []
     for k, (name, unit) in enumerate(zip(NAMES, UNITS, strict=True)):
         half_width = Z95 * std_devs[k]
@@ -51,7 +52,7 @@ def rows(motion: MotionData) -> list[list[str]]:
     return cells
 
 
-def limits_table(motion: MotionData) -> Table:
+def limits_table(motion: DesignedMotion) -> Table:
     """Returns the table of the limits of which most is used."""
     shown = Table(box=box.SIMPLE_HEAD, pad_edge=False)
     shown.add_column("limit")
@@ -63,21 +64,23 @@ def limits_table(motion: MotionData) -> Table:
     return shown
 
 
-def most_used(motion: MotionData) -> list[LimitMargin]:
+def most_used(motion: DesignedMotion) -> list[Margin]:
     """Returns the margins, those of which most is used first."""
     return sorted(motion.margins, key=lambda margin: -margin.used)
 
 
-def margin_cells(margin: LimitMargin) -> list[str]:
+def margin_cells(margin: Margin) -> list[str]:
     """Returns the cells of one limit."""
     used = f"{100 * margin.used:.1f} %"
     limit = margin.limit
-    if margin.distance is not None:
-        limit += f" ({1e3 * margin.distance:.0f} mm)"
-    return [limit, used, f"{margin.time:.2f} s", "binds" if margin.binds else ""]
+    if margin.distance_m is not None:
+        limit += f" ({1e3 * margin.distance_m:.0f} mm)"
+    return [limit, used, f"{margin.time_s:.2f} s", "binds" if margin.binds else ""]
 
 
-def lines(motion: MotionData, style: Style = "keyword", speed: float | None = None) -> list[str]:
+def lines(
+    motion: DesignedMotion, style: Style = "keyword", speed: float | None = None
+) -> list[str]:
     """Returns what a reader must know besides the table, a line each.
 
     Args:
@@ -86,7 +89,7 @@ def lines(motion: MotionData, style: Style = "keyword", speed: float | None = No
         speed: Fraction of the designed speed at which the files of the motion run; None where no
             files are described.
     """
-    ratios = flat(dict(motion.interval_ratio))
+    ratios = motion.interval_ratios.tolist()
     largest = max(ratios)
     name = NAMES[ratios.index(largest)]
     target = f"{100 * motion.within:g} % of the largest of its kind"
@@ -108,7 +111,7 @@ def lines(motion: MotionData, style: Style = "keyword", speed: float | None = No
         more = f" and {len(binding) - MOST_SHOWN} more" if len(binding) > MOST_SHOWN else ""
         said.append(f"What binds: {', '.join(binding[:MOST_SHOWN])}{more}.")
     limited = {margin.limit for margin in motion.margins}
-    free = [name for name in motion.moving if f"the effort of joint {name}" not in limited]
+    free = [name for name in motion.moving_joints if f"the effort of joint {name}" not in limited]
     if free:
         said.append(
             f"The URDF has no effort limit for {abridged(free)}: their torques are not limited."
@@ -142,7 +145,7 @@ def _rounded_up(seconds: float) -> str:
     return f"{math.ceil(seconds / unit) * unit:g}"
 
 
-def speed_line(motion: MotionData, speed: float) -> str:
+def speed_line(motion: DesignedMotion, speed: float) -> str:
     """Says at which speed the files of a motion run, and what that does to its intervals."""
     duration = f"{motion.duration_s / speed:.4g} s"
     if speed == 1:
@@ -155,7 +158,7 @@ def speed_line(motion: MotionData, speed: float) -> str:
     )
 
 
-def collision_lines(motion: MotionData, style: Style | None = None) -> list[str]:
+def collision_lines(motion: DesignedMotion, style: Style | None = None) -> list[str]:
     """Says what was tested for collisions and what was not, a line each.
 
     Args:
@@ -195,7 +198,7 @@ def collision_line(finding: CollisionFinding) -> str:
     return finding.text[0].upper() + finding.text[1:] + pairs + "."
 
 
-def text(motion: MotionData) -> str:
+def text(motion: DesignedMotion) -> str:
     """Returns heading, tables and remarks as plain text."""
     parts = [table.as_text(rich_table(motion)), table.as_text(limits_table(motion))]
     return "\n".join([heading(motion), *parts, *lines(motion)])

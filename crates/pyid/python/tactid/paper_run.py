@@ -12,11 +12,11 @@ from tactid.errors import LogError
 from tactid.files import write_atomically
 from tactid.offline import identify
 from tactid.options import Estimator, Method
+from tactid.records import RunReport
 from tactid.remarks import remarks
 from tactid.result import Identification
-from tactid.run_report import RunReport
 from tactid.simulation import simulate
-from tactid.truth import Truth, momentum_drift, read_checks, read_truth
+from tactid.truth import Truth, momentum_drift, read_truth
 from tactid.values import nested
 
 TITLES: dict[tuple[Method, Estimator], str] = {
@@ -134,16 +134,8 @@ class Outcome:
     def record(self) -> dict[str, Any]:
         """Returns the content of ``result.json``."""
         first, column = self.results[0], self.columns[0]
-        run = {
-            "wall_time_s": self.run.wall_time,
-            "steps": self.run.steps,
-            "steps_per_second": self.run.steps_per_second,
-            "grip_force_n": self.run.grip_force,
-        }
         others = {column.title: nested(column.values) for column in self.columns[1:]}
-        record = result_json.record(
-            first, style="command-line", checks=read_checks(self.info) | run
-        )
+        record = result_json.record(first, style="command-line", checks=result_json.plain(self.run))
         return record | {
             "truth": nested(self.truth.actual),
             "error_percent": nested(column.errors or []),
@@ -167,13 +159,14 @@ class Outcome:
         run, excitation = self.run, self.results[0].singular_values
         facts = {
             "end-effector frame": self.experiment.tip,
-            "simulated time": f"{run.simulated_time:g} s in {run.steps} steps",
-            "wall time": f"{run.wall_time:.1f} s, {run.steps_per_second:.0f} steps a second",
+            "simulated time": f"{run.simulated_time_s:g} s in {run.steps} steps",
+            "wall time": f"{run.wall_time_s:.1f} s, {run.steps_per_second:.0f} steps a second",
             "momentum drift": momentum_drift(run),
-            "grasp drift": f"{run.grasp_drift * 1e6:.2f} µm, {run.grasp_rotation * 1e6:.2f} µrad",
+            "grasp drift": f"{run.grasp_drift_m * 1e6:.2f} µm,"
+            f" {run.grasp_drift_rad * 1e6:.2f} µrad",
             "contact readout": f"force {run.newton_residual:.1e}, moment {run.euler_residual:.1e}"
             " off the payload's Newton-Euler equations",
-            "grip force": f"{run.grip_force:.0f} N a finger",
+            "grip force": f"{run.grip_force_n:.0f} N a finger",
         }
         if excitation is not None:
             facts["singular values, mass"] = _numbers(excitation.mass) + " m/s²"

@@ -8,7 +8,7 @@ which ``docs/tools/record_stub.py`` writes, has the fields for type checkers and
 import json
 import re
 from collections.abc import Mapping
-from dataclasses import field, fields, make_dataclass
+from dataclasses import Field, field, fields, make_dataclass
 from typing import Any
 
 import numpy as np
@@ -35,12 +35,15 @@ class Record(ComparedByValue):
     def __post_init__(self) -> None:
         """Makes arrays of lists, and gives an array without entries its number of dimensions."""
         for each in fields(self):  # type: ignore[arg-type]
-            value, shape = getattr(self, each.name), each.metadata.get("dimensions", 0)
-            if shape and value is not None and not isinstance(value, np.ndarray):
-                dtype = each.metadata["dtype"]
-                array = np.asarray(value, dtype=dtype)
-                array = array if array.size else np.empty((0,) * shape, dtype=dtype)
-                object.__setattr__(self, each.name, array)
+            object.__setattr__(self, each.name, _converted(each, getattr(self, each.name)))
+
+
+def _converted(of: "Field[Any]", value: Any) -> Any:
+    dimensions, dtype = of.metadata.get("dimensions", 0), of.metadata.get("dtype")
+    if not dimensions or value is None or isinstance(value, np.ndarray):
+        return value
+    array = np.asarray(value, dtype=dtype)
+    return array if array.size else np.empty((0,) * dimensions, dtype=dtype)
 
 
 def schema_of(record: type[Record] | Record) -> dict[str, Any]:

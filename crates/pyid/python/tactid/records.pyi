@@ -1,6 +1,7 @@
 # Written by docs/tools/record_stub.py: do not edit.
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any, Literal, TypeAlias
 
 import numpy as np
@@ -27,6 +28,25 @@ Clock: TypeAlias = Literal["stamps", "log times", "given"]
 EstimatorName: TypeAlias = Literal["least-squares", "nlms"]
 Method: TypeAlias = Literal["tactile", "effort", "joint-sensing", "combined"]
 Observability: TypeAlias = Literal["identifiable", "uncertain", "unobservable"]
+Role: TypeAlias = Literal["unloaded", "loaded", "hold_out"]
+
+@dataclass(frozen=True, eq=False)
+class ActiveContradiction(Record):
+    field: str
+    bound: float
+    estimate: float
+    std_dev: float
+
+@dataclass(frozen=True, eq=False)
+class ActiveReport(Record):
+    plans: int
+    widest: str
+    out_of_reach: bool
+    contradictions: Sequence[ActiveContradiction]
+    reached_s: float | None = ...
+    interval_ratio: float | None = ...
+    binding: str | None = ...
+    untested_shapes: Sequence[str] = ...
 
 @dataclass(frozen=True, eq=False)
 class Agreement(Record):
@@ -45,6 +65,11 @@ class ArmChange(Record):
     log_evidence: float
 
 @dataclass(frozen=True, eq=False)
+class BaseExcursion(Record):
+    attitude_deg: float
+    position_m: float
+
+@dataclass(frozen=True, eq=False)
 class BoundingBox(Record):
     min: NDArray[np.float64]
     max: NDArray[np.float64]
@@ -59,9 +84,62 @@ class CalibratedFit(Record):
     gain_change: ArmChange | None = ...
 
 @dataclass(frozen=True, eq=False)
+class Calibration(Record):
+    tip: str
+    joints: Sequence[str]
+    units: Sequence[str]
+    links: Sequence[str]
+    gravity_m_s2: NDArray[np.float64]
+    cutoff_hz: float
+    delay: Delay
+    effort_gain: NDArray[np.float64]
+    gain: NDArray[np.float64]
+    gain_std_dev: NDArray[np.float64]
+    offset: NDArray[np.float64]
+    coulomb: NDArray[np.float64]
+    viscous: NDArray[np.float64]
+    friction: NDArray[np.float64]
+    friction_velocities: NDArray[np.float64]
+    load_friction: NDArray[np.float64]
+    payload_friction: NDArray[np.float64]
+    rotor_inertia: NDArray[np.float64]
+    max_velocity: NDArray[np.float64]
+    residual_before: NDArray[np.float64]
+    residual_after: NDArray[np.float64]
+    residual_held_out: NDArray[np.float64]
+    described: NDArray[np.float64]
+    calibrated: NDArray[np.float64]
+    std_devs: NDArray[np.float64]
+    payloads: NDArray[np.float64]
+    windows: int
+    window_s: float
+    shortages: Sequence[Finding]
+    contradictions: Sequence[Finding]
+
+@dataclass(frozen=True, eq=False)
+class CalibrationRecording(Record):
+    path: Path
+    role: Role
+    duration_s: float
+    times_s: NDArray[np.float64]
+    velocity: NDArray[np.float64]
+    measured: NDArray[np.float64]
+    described: NDArray[np.float64]
+    calibrated: NDArray[np.float64]
+    friction: NDArray[np.float64]
+    faults: Sequence[DataFault]
+    findings: Sequence[Finding]
+    damage: Sequence[str]
+
+@dataclass(frozen=True, eq=False)
 class Channel(Record):
     name: str
     unit: str
+
+@dataclass(frozen=True, eq=False)
+class CollisionFinding(Record):
+    text: str
+    pairs: Sequence[Sequence[str]]
 
 @dataclass(frozen=True, eq=False)
 class Combination(Record):
@@ -74,6 +152,30 @@ class Combination(Record):
 class Delay(Record):
     delay_s: float
     std_dev_s: float
+
+@dataclass(frozen=True, eq=False)
+class DesignedMotion(Record):
+    tip: str
+    method: Method
+    joints: Sequence[str]
+    moving_joints: Sequence[str]
+    duration_s: float
+    seed: int
+    times_s: NDArray[np.float64]
+    q: NDArray[np.float64]
+    qd: NDArray[np.float64]
+    qdd: NDArray[np.float64]
+    expected_payload: NDArray[np.float64]
+    predicted_std_devs: NDArray[np.float64]
+    within: float
+    interval_ratios: NDArray[np.float64]
+    assumed_noise: Sequence[str]
+    margins: Sequence[Margin]
+    binding_constraints: Sequence[str]
+    history: MotionHistory
+    base_attitude_deg: float | None = ...
+    base_position_m: float | None = ...
+    collision_findings: Sequence[CollisionFinding] | None = ...
 
 @dataclass(frozen=True, eq=False)
 class FitReport(Record):
@@ -149,6 +251,20 @@ class LinearEstimate(Record):
     degrees_of_freedom: float
 
 @dataclass(frozen=True, eq=False)
+class Margin(Record):
+    limit: str
+    used: float
+    time_s: float
+    binds: bool
+    distance_m: float | None = ...
+
+@dataclass(frozen=True, eq=False)
+class MotionHistory(Record):
+    times_s: NDArray[np.float64]
+    std_devs: NDArray[np.float64]
+    base_attitude_deg: NDArray[np.float64]
+
+@dataclass(frozen=True, eq=False)
 class PaperSettings(Record):
     alpha: float
     beta: float
@@ -182,6 +298,23 @@ class RunDistance(Record):
     degrees_of_freedom: float
     p_value: float
     others_agree: bool
+
+@dataclass(frozen=True, eq=False)
+class RunReport(Record):
+    grasp_drift_m: float
+    grasp_drift_rad: float
+    newton_residual: float
+    euler_residual: float
+    grip_force_n: float
+    steps: int
+    simulated_time_s: float
+    interrupted: bool
+    linear_momentum_drift: float | None = ...
+    angular_momentum_drift: float | None = ...
+    base: BaseExcursion | None = ...
+    active: ActiveReport | None = ...
+    wall_time_s: float = ...
+    steps_per_second: float = ...
 
 @dataclass(frozen=True, eq=False)
 class SharedErrors(Record):

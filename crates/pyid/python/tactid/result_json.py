@@ -201,6 +201,8 @@ def _plain(value: Any, is_of_ten: bool = False, series: bool = False) -> Any:
     if isinstance(value, np.ndarray | list | tuple):
         shown = _numbers(value) if isinstance(value, np.ndarray) else [*map(_plain, value)]
         return nested(shown) if is_of_ten else shown
+    if isinstance(value, Path):
+        return str(value)
     return finite(value) if isinstance(value, float) else value
 
 

@@ -8,7 +8,7 @@ from collections.abc import Mapping
 from importlib import resources
 from typing import Any
 
-from tactid import combination_json, result_json
+from tactid import calibration_text, combination_json, motion_json, result_json
 from tactid.records import SCHEMAS
 
 Schema = dict[str, Any]
@@ -16,29 +16,10 @@ Schema = dict[str, Any]
 NOTES = {"default", "format", "kept", "x-class"}
 """Keywords of the schemas of structures that are not about documents."""
 
-SIMULATION = {
-    "momentum_drift": "Change of the linear and of the angular momentum of the whole, relative to"
-    " the largest of a single body, without a unit.",
-    "grasp_drift_m": "Largest shift of the payload in the grasp, m.",
-    "grasp_drift_rad": "Largest rotation of the payload in the grasp, rad.",
-    "newton_residual": "Norm of the contact force less the payload's mass times its acceleration,"
-    " as a fraction of the largest force, without a unit.",
-    "euler_residual": "Norm of the contact moment less that of Euler's equation for the payload, as"
-    " a fraction of the largest moment, without a unit.",
-    "wall_time_s": "Wall-clock time of the simulation, s.",
-    "steps": "Number of simulated steps.",
-    "steps_per_second": "Simulated steps per second of wall-clock time, 1/s.",
-    "grip_force_n": "Force with which each finger grips, N.",
-}
-"""Checks of the simulation behind a simulated log."""
-
 OF_SIMULATION: Schema = {
     "simulation": {
-        "description": "Checks of the simulation behind a simulated log.",
-        "properties": {
-            name: {"description": text, "type": ["number", "object"]}
-            for name, text in SIMULATION.items()
-        },
+        **SCHEMAS["RunReport"],
+        "description": "Report of the simulation behind a simulated log.",
         "required": [],
     },
     "truth": {
@@ -66,9 +47,9 @@ def calibration_schema() -> dict[str, Any]:
     :meth:`Calibration.to_json` returns such a document.
 
     >>> tactid.calibration_schema()["properties"]["schema"]["const"]
-    'tactid.calibration/2'
+    'tactid.calibration/3'
     """
-    return _schema("calibration")
+    return _document(calibration_text.SCHEMA, "Calibration", calibration_text.VIEWS)
 
 
 def combination_schema() -> dict[str, Any]:
@@ -93,9 +74,9 @@ def motion_schema() -> dict[str, Any]:
     :meth:`DesignedMotion.to_json` returns such a document.
 
     >>> tactid.motion_schema()["properties"]["schema"]["const"]
-    'tactid.motion/1'
+    'tactid.motion/2'
     """
-    return _schema("motion")
+    return _document(motion_json.SCHEMA, "DesignedMotion", motion_json.VIEWS)
 
 
 def result_schema() -> dict[str, Any]:

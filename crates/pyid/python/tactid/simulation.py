@@ -10,7 +10,8 @@ from tactid._native import Experiment
 from tactid.console import notes
 from tactid.naming import abridged
 from tactid.output_files import check_outputs
-from tactid.run_report import RunReport, active_text, base_text, run_report
+from tactid.records import RunReport
+from tactid.run_report import active_text, base_text
 
 
 def simulate(
@@ -44,7 +45,7 @@ def simulate(
         LogError: The log cannot be written.
     """
     check_outputs({"`out`": Path(out)}, files_of(experiment))
-    return run_report(_native.simulate(experiment, out, progress=progress))
+    return RunReport(**_native.simulate(experiment, out, progress=progress))
 
 
 def print_outcome(report: RunReport, experiment: Experiment) -> bool:

@@ -6,7 +6,7 @@ from typing import Any
 
 from tactid._native import LogInfo
 from tactid.bodies import principal_moments
-from tactid.run_report import RunReport
+from tactid.records import RunReport, schema_of
 from tactid.values import KINDS, Values, flat
 
 
@@ -75,14 +75,7 @@ def read_checks(info: LogInfo) -> dict[str, Any]:
     record = _record(info, "tactid.report")
     if record is None:
         return {}
-    checks = {
-        "momentum_drift": {
-            "linear": record.get("linear_momentum_drift"),
-            "angular": record.get("angular_momentum_drift"),
-        }
-    }
-    names = ("grasp_drift_m", "grasp_drift_rad", "newton_residual", "euler_residual")
-    return checks | {name: record.get(name) for name in names}
+    return {name: record.get(name) for name in schema_of(RunReport)["properties"] if name in record}
 
 
 def momentum_drift(report: RunReport) -> str:

@@ -1,6 +1,7 @@
 //! Active identification: the robot identifies its payload while it moves, and plans each next motion from what it knows.
 
 use nalgebra::{Isometry3, SMatrix};
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use tactid_dynamics::{BaseKind, InertialParameters, Urdf};
 use tactid_excitation::{
@@ -25,7 +26,7 @@ const ASSUMED_FORCE_N: f64 = 0.5;
 const ASSUMED_MOMENT_NM: f64 = 0.05;
 
 /// What active identification has reached.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct ActiveReport {
     /// Number of motions that were planned.
     pub plans: u64,
@@ -34,7 +35,7 @@ pub struct ActiveReport {
     pub reached_s: Option<f64>,
     /// Value whose 95 % interval is the largest relative to its target.
     pub widest: String,
-    /// Ratio of the half width of that interval to its target; `None` where the value is not known at all.
+    /// Ratio of the half width of that interval to its target, without a unit; `None` where the value is not known at all.
     pub interval_ratio: Option<f64>,
     /// Whether planning ended early, because several plans in a row did not make the widest interval smaller.
     pub out_of_reach: bool,
@@ -48,7 +49,7 @@ pub struct ActiveReport {
 }
 
 /// A bound of the payload that the estimate contradicts, so that the motions may have exceeded their limits.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct ActiveContradiction {
     /// The bound's place in the table `excitation.active` of the experiment, such as `mass_kg[1]`.
     pub field: String,
