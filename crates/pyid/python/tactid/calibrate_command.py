@@ -2,11 +2,11 @@
 
 from functools import partial
 from pathlib import Path
-from typing import Annotated, Any, TypeAlias
+from typing import Annotated, Any
 
 import typer
 
-from tactid import calibration_text, option_flags, option_text
+from tactid import calibration_text, option_flags
 from tactid.calibrating import calibrate
 from tactid.calibration import Calibration
 from tactid.console import (
@@ -18,80 +18,53 @@ from tactid.console import (
     printing_after,
     progress,
 )
+from tactid.declaration import declare
 from tactid.errors import ArgumentError
-from tactid.options import option_names
+from tactid.options import options_for
 from tactid.output_files import check_outputs
 from tactid.terminal import printable
 
-RECORDINGS, RESULTS = "Recordings", "Results"
-
-
-def _recordings(text: str, *flags: str, metavar: str | None = None) -> Any:
-    return typer.Option(
-        *flags, help=text, metavar=metavar, rich_help_panel=RECORDINGS, show_default=False
-    )
+OWN = declare(
+    calibrate,
+    "calibration",
+    {
+        "Recordings": {
+            "unloaded": "paths",
+            "loaded": "paths",
+            "payload_mass_kg": "masses",
+            "payload_mass_std_dev_kg": "number",
+            "payload_com": "points",
+            "payload_inertia": "inertias",
+            "hold_out": "paths",
+            "gain_std_dev": "gains percentage",
+        }
+    },
+    {
+        "unloaded": "A recording without a payload that moves all joints in both directions.",
+        "loaded": "A recording with a payload of known mass, which finds the gains.",
+        "payload_mass_kg": "Mass that the payload adds to the unloaded arm: a number for each"
+        " loaded recording. Unit: kg.",
+        "payload_com": "Centre of mass in the tip's frame, once for each loaded recording. Default:"
+        " not known. Unit: m.",
+        "payload_inertia": "Inertia about the centre of mass along the tip's axes, once for each"
+        " loaded recording; needs ``payload_com``. Default: not known. Unit: kg m².",
+        "hold_out": "A recording without a payload that is only compared with the model.",
+        "gain_std_dev": "Standard deviation of the gains before the calibration, in percent with"
+        " the sign: 0% where efforts are torques. Default: 20% with loaded recordings; without any,"
+        " 5% with ``effort_gain``, else 0%.",
+    },
+)
+"""The options beyond those of an identification: keywords of :func:`tactid.calibrate`."""
 
 
 def _result(text: str, *flags: str, metavar: str | None = None) -> Any:
     return typer.Option(
-        *flags, help=text, metavar=metavar, rich_help_panel=RESULTS, show_default=False
+        *flags, help=text, metavar=metavar, rich_help_panel="Results", show_default=False
     )
-
-
-_Masses: TypeAlias = Annotated[
-    list[str] | None,
-    _recordings(
-        "Mass that the payload adds to the unloaded arm: a number for each loaded recording. Unit:"
-        " kg.",
-        metavar="M,M,...",
-    ),
-]
-_Centers: TypeAlias = Annotated[
-    list[str] | None,
-    _recordings(
-        "Centre of mass in the tip's frame, once for each loaded recording. Default: not known."
-        " Unit: m.",
-        metavar="X,Y,Z",
-    ),
-]
-_Inertias: TypeAlias = Annotated[
-    list[str] | None,
-    _recordings(
-        "Inertia about the centre of mass along the tip's axes, once for each loaded recording;"
-        " needs --payload-com. Default: not known. Unit: kg m².",
-        metavar="XX,XY,XZ,YY,YZ,ZZ",
-    ),
-]
 
 
 def calibrate_arm(
     out: Annotated[Path, _result("The TOML file to write, for tactid identify --calibration.")],
-    unloaded: Annotated[
-        list[Path] | None,
-        _recordings("A recording without a payload that moves all joints in both directions."),
-    ] = None,
-    loaded: Annotated[
-        list[Path] | None,
-        _recordings("A recording with a payload of known mass, which finds the gains."),
-    ] = None,
-    payload_mass_kg: _Masses = None,
-    payload_mass_std_dev_kg: Annotated[
-        float | None, _recordings("Standard deviation of these masses. Default: 0. Unit: kg.")
-    ] = None,
-    payload_com: _Centers = None,
-    payload_inertia: _Inertias = None,
-    hold_out: Annotated[
-        list[Path] | None,
-        _recordings("A recording without a payload that is only compared with the model."),
-    ] = None,
-    gain_std_dev: Annotated[
-        str | None,
-        _recordings(
-            "Standard deviation of the gains before the calibration, in percent with the sign: 0%"
-            " where efforts are torques."
-            " Default: 20% with loaded recordings; without any, 5% with --effort-gain, else 0%."
-        ),
-    ] = None,
     report: Annotated[Path | None, _result("An HTML file to write, with plots.")] = None,
     as_json: Annotated[bool, _result("Prints JSON.", "--json", metavar=FLAG)] = False,
     **options: Any,
@@ -100,24 +73,14 @@ def calibrate_arm(
 
     The numbers of one option are separated by commas or by spaces: --gravity 0 0 -9.81.
     """
-    _check_files(out, report, options["urdf"], unloaded or [], loaded or [], hold_out or [])
-    masses = [
-        mass
-        for text in payload_mass_kg or ()
-        for mass in option_text.numbers("--payload-mass-kg", text)
-    ]
-    centers = [option_text.vector("--payload-com", text) for text in payload_com or ()]
-    inertias = [option_text.inertia("--payload-inertia", text) for text in payload_inertia or ()]
+    keywords = option_flags.values(options, OWN.values())
+    unloaded = keywords.pop("unloaded", [])
+    hold_out, loaded = (keywords.get(name, []) for name in ("hold_out", "loaded"))
+    _check_files(out, report, options["urdf"], unloaded, loaded, hold_out)
     with interruptible("no calibration"), progress("calibrating") as done:
         arm = calibrate(
-            unloaded or [],
-            loaded=loaded or [],
-            payload_mass_kg=masses or None,
-            payload_mass_std_dev_kg=payload_mass_std_dev_kg,
-            payload_com=centers or None,
-            payload_inertia=inertias or None,
-            hold_out=hold_out or [],
-            gain_std_dev=option_text.std_dev_of_gains("--gain-std-dev", gain_std_dev),
+            unloaded,
+            **keywords,
             options=option_flags.read(options),
             progress=done,
         )
@@ -163,6 +126,9 @@ def _print(arm: Calibration, *, as_json: bool) -> None:
 
 option_flags.show(
     calibrate_arm,
-    option_flags.parameters(option_names("calibration")),
+    [
+        *option_flags.parameters(OWN.values()),
+        *option_flags.parameters(options_for("calibration")),
+    ],
     last=("out", "report", "as_json"),
 )

@@ -12,7 +12,7 @@ from tactid.comparison import CHOSEN, Attempt, compare
 from tactid.console import interruptible, notes, print_whole, progress
 from tactid.files import write_atomically
 from tactid.identify_command import truth_in_frame
-from tactid.options import option_names
+from tactid.options import options_for
 from tactid.output_files import check_outputs
 from tactid.table import percent
 from tactid.truth import Truth
@@ -104,6 +104,6 @@ def comparison_record(attempts: list[Attempt], truth: Truth | None) -> dict[str,
 
 option_flags.show(
     compare_recording,
-    option_flags.parameters(name for name in option_names("log") if name not in CHOSEN),
+    option_flags.parameters(each for each in options_for("log") if each.name not in CHOSEN),
     last=("result_file",),
 )

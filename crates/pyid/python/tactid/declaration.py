@@ -5,6 +5,7 @@ Rust declares the options: each is a field of ``tactid_recordings::Request``, an
 """
 
 import inspect
+import re
 import textwrap
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
@@ -33,13 +34,13 @@ class Declaration:
     """Heading under which it is listed, and panel of the command's help."""
     uses: list[Use]
     """Where the option applies."""
-    unit: str
+    unit: str = ""
     """Unit of the value."""
-    default: str
+    default: str = ""
     """What holds where the option is absent, in words."""
-    placeholder: str
+    placeholder: str = ""
     """Placeholder of the value in the command's help, where that of its kind says less."""
-    python: str
+    python: str = ""
     """What only Python has, in complete sentences."""
 
     @property
@@ -65,6 +66,48 @@ class Declaration:
 
 Declarations = Mapping[str, Declaration]
 """Options by their names, in the order in which they are documented."""
+
+
+_ARGUMENT = re.compile(r"^ {4}(\w+): (.*(?:\n {8}.*)*)", re.MULTILINE)
+"""An argument in a docstring, with what it is."""
+
+
+def declare(
+    function: Callable[..., Any],
+    use: Use,
+    groups: Mapping[str, Mapping[str, str | dict[str, list[str]]]],
+    texts: Mapping[str, str],
+) -> dict[str, Declaration]:
+    """Declares keywords of a function, which its docstring documents, as options of a command.
+
+    Args:
+        function: The function.
+        use: What it does.
+        groups: The kind of each keyword, in groups with a heading.
+        texts: What an option is on the command line, where it is less or more than in Python.
+    """
+    documented = {
+        name: " ".join(text.split())
+        for name, text in _ARGUMENT.findall(inspect.getdoc(function) or "")
+    }
+    parameters = inspect.signature(function).parameters
+    declared = {}
+    for group, kinds in groups.items():
+        for name, kind in kinds.items():
+            text = texts.get(name, documented.get(name, ""))
+            text = re.sub(r"``(\w+)``", lambda found: command_line_flag(found[1]), text)
+            default = "" if "Default: " in text else _default(name, parameters[name].default)
+            declared[name] = Declaration(name, text, kind, group, [use], default=default)
+    return declared
+
+
+def _default(name: str, value: object) -> str:
+    """Returns the default of a keyword in words; empty where it is no single value."""
+    if isinstance(value, bool):
+        return command_line_flag(name if value else f"no_{name}")
+    if isinstance(value, int | float):
+        return f"{value:g}"
+    return value if isinstance(value, str) else ""
 
 
 def describe(options: Declarations, use: Use | None = None) -> str:

@@ -14,7 +14,7 @@ from tactid.errors import ArgumentError
 from tactid.excitation import design_excitation
 from tactid.files import new_folder
 from tactid.motion_speed import LEAST_SPEED, SPEED
-from tactid.options import option_names
+from tactid.options import options_for
 from tactid.output_files import check_outputs
 from tactid.terminal import printable
 
@@ -77,7 +77,7 @@ def _speed(text: str) -> float:
 def _design(
     urdf: Path, base: Literal["fixed", "floating"] | None, arguments: dict[str, Any]
 ) -> DesignedMotion:
-    keywords = excite_options.read(arguments)
+    keywords = option_flags.values(arguments, excite_options.OPTIONS.values())
     floats = "base_attitude" in keywords or "base_position" in keywords
     robot = Manipulator.from_urdf(urdf, base or ("floating" if floats else "fixed"))
     for finding in robot.findings:
@@ -107,5 +107,9 @@ def _write_report(motion: DesignedMotion, speed: float, path: Path) -> None:
 
 
 option_flags.show(
-    excite, [*excite_options.parameters(), *option_flags.parameters(option_names("design"))]
+    excite,
+    [
+        *option_flags.parameters(excite_options.OPTIONS.values(), excite_options.FLAGS),
+        *option_flags.parameters(options_for("design")),
+    ],
 )

@@ -40,7 +40,7 @@ from tactid.controllers import MAKERS
 from tactid.errors import ArgumentError, IdentificationError
 from tactid.formats import given
 from tactid.offline import identify
-from tactid.options import OPTIONS, option_names
+from tactid.options import OPTIONS, options_for
 from tactid.outlook import needs_another_motion
 from tactid.output_files import check_outputs
 from tactid.payload import PayloadEstimate
@@ -156,7 +156,7 @@ def identify_recording(
 
 option_flags.show(
     identify_recording,
-    option_flags.parameters(option_names("log")),
+    option_flags.parameters(options_for("log")),
     last=(
         "form",
         "as_json",

@@ -1,8 +1,9 @@
 """Options as flags of a command: their parameters for typer, and from text to values."""
 
 import inspect
-from collections.abc import Callable, Collection, Iterable
+from collections.abc import Callable, Collection, Iterable, Mapping
 from pathlib import Path
+from types import MappingProxyType
 from typing import Annotated, Any, Literal, NamedTuple
 
 import typer
@@ -40,6 +41,17 @@ _FORMS = {
     "box": _Form(str, "X,Y,Z,X,Y,Z", option_text.box),
     "body": _Form(str, "M,X,Y,Z,XX,XY,XZ,YY,YZ,ZZ", option_text.body),
     "frame": _Form(str, "LINK,X,Y,Z,QX,QY,QZ,QW", option_text.frame),
+    "switch": _Form(bool),
+    "paths": _Form(list[Path]),
+    "wrench": _Form(str, "FX,FY,FZ,MX,MY,MZ", option_text.six),
+    "grip": _Form(str, "X,Y,Z,NX,NY,NZ,DISTANCE,FORCE,FRICTION,RADIUS", option_text.grip),
+    "boxes": _Form(list[str], "NAME=BOX", option_text.named_boxes),
+    "degrees": _Form(float, None, option_text.radians),
+    "percentage": _Form(str, None, option_text.fraction),
+    "gains percentage": _Form(str, None, option_text.std_dev_of_gains),
+    "masses": _Form(list[str], "M,M,...", option_text.all_numbers),
+    "points": _Form(list[str], "X,Y,Z", option_text.vectors),
+    "inertias": _Form(list[str], "XX,XY,XZ,YY,YZ,ZZ", option_text.inertias),
 }
 """How options are written, by the names of the kinds in Rust."""
 
@@ -50,13 +62,20 @@ def _form(option: Declaration) -> _Form:
     return _FORMS[option.kind]
 
 
-def parameters(names: Iterable[str]) -> list[inspect.Parameter]:
-    """Returns a parameter for each of some options."""
+def parameters(
+    options: Iterable[Declaration], flags: Mapping[str, tuple[str, ...]] = MappingProxyType({})
+) -> list[inspect.Parameter]:
+    """Returns a parameter for each of some options.
+
+    Args:
+        options: The options.
+        flags: Flags that are not those of the options' names.
+    """
     found = []
-    for option in map(OPTIONS.__getitem__, names):
+    for option in options:
         form = _form(option)
         declaration = typer.Option(
-            option.flag,
+            *flags.get(option.name, (option.flag,)),
             help=option.help,
             metavar=option.placeholder or form.placeholder,
             rich_help_panel=option.group,
@@ -72,15 +91,20 @@ def parameters(names: Iterable[str]) -> list[inspect.Parameter]:
     return found
 
 
-def read(arguments: dict[str, Any]) -> Options:
-    """Returns the options among the arguments of a command; what is absent stays None."""
-    values = {}
-    for option in OPTIONS.values():
+def values(arguments: Mapping[str, Any], options: Iterable[Declaration]) -> dict[str, Any]:
+    """Returns the values of the options that a command line gives, by their names."""
+    found = {}
+    for option in options:
         value = arguments.get(option.name)
         if value is not None and value != []:
             parse = _form(option).parse
-            values[option.name] = value if parse is None else parse(option.flag, value)
-    return Options(**values)
+            found[option.name] = value if parse is None else parse(option.flag, value)
+    return found
+
+
+def read(arguments: Mapping[str, Any]) -> Options:
+    """Returns the options of an identification that a command line gives."""
+    return Options(**values(arguments, OPTIONS.values()))
 
 
 def show(

@@ -5,6 +5,7 @@ from numpy.typing import NDArray
 
 from tactid._native import MassProperties
 from tactid.errors import ArgumentError
+from tactid.excitation_arguments import Grip
 
 
 def numbers(flag: str, text: str, count: int | None = None) -> list[float]:
@@ -27,6 +28,37 @@ def vector(flag: str, text: str) -> list[float]:
 def wrenches(flag: str, texts: list[str]) -> list[list[float]]:
     """Reads six numbers from each text."""
     return [numbers(flag, text, 6) for text in texts]
+
+
+def six(flag: str, text: str) -> list[float]:
+    """Reads six numbers."""
+    return numbers(flag, text, 6)
+
+
+def all_numbers(flag: str, texts: list[str]) -> list[float]:
+    """Reads the numbers of all texts."""
+    return [number for text in texts for number in numbers(flag, text)]
+
+
+def vectors(flag: str, texts: list[str]) -> list[list[float]]:
+    """Reads three numbers from each text."""
+    return [vector(flag, text) for text in texts]
+
+
+def inertias(flag: str, texts: list[str]) -> list[list[list[float]]]:
+    """Reads an inertia from each text."""
+    return [inertia(flag, text) for text in texts]
+
+
+def radians(_: str, degrees: float) -> float:
+    """Returns an angle in degrees as one in rad."""
+    return float(np.radians(degrees))
+
+
+def grip(flag: str, text: str) -> Grip:
+    """Reads the ten numbers of a grip."""
+    found = numbers(flag, text, 10)
+    return Grip(found[:3], found[3:6], *found[6:])
 
 
 def box(flag: str, text: str) -> NDArray[np.float64]:
@@ -117,10 +149,8 @@ def gain_std_devs(flag: str, text: str) -> list[float]:
     return each
 
 
-def std_dev_of_gains(flag: str, text: str | None) -> float | None:
-    """Reads one percentage with its sign as a fraction of one; 0 needs no sign, None stays."""
-    if text is None:
-        return None
+def std_dev_of_gains(flag: str, text: str) -> float:
+    """Reads one percentage with its sign as a fraction of one; 0 needs no sign."""
     if text.strip() == "0":
         return 0.0
     each = gain_std_devs(flag, text)

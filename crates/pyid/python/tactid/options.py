@@ -79,6 +79,11 @@ class Options:
         return {name: _plain(value) for name, value in self.given.items()}
 
 
+def options_for(use: Use) -> list[Declaration]:
+    """Returns the options that apply to one use, in order."""
+    return [option for option in OPTIONS.values() if use in option.uses]
+
+
 def option_names(use: Use | None = None) -> list[str]:
     """Returns the names of all options, or of those that apply to one use, in order."""
     return [option.name for option in OPTIONS.values() if use is None or use in option.uses]
