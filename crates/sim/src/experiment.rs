@@ -208,11 +208,19 @@ impl BaseProperties {
     /// Returns the mass properties as one value, in the frame of the URDF's root link.
     #[must_use]
     pub fn mass_properties(&self) -> MassProperties {
-        MassProperties {
-            mass_kg: self.mass_kg,
-            center_of_mass: Vector3::from(self.center_of_mass_m),
-            inertia: symmetric_matrix(self.inertia_kg_m2),
-        }
+        mass_properties(self.mass_kg, self.center_of_mass_m, self.inertia_kg_m2)
+    }
+}
+
+fn mass_properties(
+    mass_kg: f64,
+    center_of_mass: [f64; 3],
+    inertia_kg_m2: [f64; 6],
+) -> MassProperties {
+    MassProperties {
+        mass_kg,
+        center_of_mass: Vector3::from(center_of_mass),
+        inertia: symmetric_matrix(inertia_kg_m2),
     }
 }
 
@@ -245,11 +253,7 @@ impl Payload {
     /// Returns the mass properties as one value, expressed in the tool frame.
     #[must_use]
     pub fn mass_properties(&self) -> MassProperties {
-        MassProperties {
-            mass_kg: self.mass_kg,
-            center_of_mass: Vector3::from(self.center_of_mass_m),
-            inertia: symmetric_matrix(self.inertia_kg_m2),
-        }
+        mass_properties(self.mass_kg, self.center_of_mass_m, self.inertia_kg_m2)
     }
 }
 

@@ -114,9 +114,9 @@ impl LogReader {
     /// what [`set_memory_limit`] names.
     ///
     /// # Errors
-    /// Returns [`LogError::Io`], [`LogError::NotALog`], [`LogError::Locked`] or [`LogError::Oversized`] if there is no
-    /// readable log at this path, and [`LogError::Memory`] if the index, or a chunk of a file without index, needs more
-    /// memory. A damaged MCAP log is not an error; see [`damage`](Self::damage).
+    /// Returns [`LogError::Io`], [`LogError::NotALog`], [`LogError::Locked`] or
+    /// [`LogError::Oversized`] if there is no readable log at this path, and [`LogError::Memory`] if
+    /// the index, or a chunk of a file without index, needs more memory. A damaged MCAP log is not an error; see [`damage`](Self::damage).
     pub fn open_within(path: impl AsRef<Path>, memory_bytes: u64) -> Result<Self, LogError> {
         Self::open_files(path.as_ref(), memory_bytes, &mut || {
             ControlFlow::Continue(())

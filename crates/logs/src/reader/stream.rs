@@ -45,7 +45,8 @@ impl RawMessage {
     /// Decodes the message.
     ///
     /// # Errors
-    /// Returns [`LogError::WrongType`] if the topic has another type or encoding, and [`LogError::Decode`] if the bytes are not exactly one message.
+    /// Returns [`LogError::WrongType`] if the topic has another type or encoding, and
+    /// [`LogError::Decode`] if the bytes are not exactly one message.
     pub fn decode<M: Message>(&self) -> Result<M, LogError> {
         self.check::<M>()?;
         cdr::decode(self.data()).map_err(|source| self.undecodable(source))

@@ -166,8 +166,8 @@ mod tests {
         }
     }
 
-    /// Each record with a text is refused where the text claims more bytes than there are. The others
-    /// have numbers alone, or are not parsed.
+    /// Each record with a text is refused where the text claims more bytes than there are. The
+    /// others have numbers alone, or are not parsed.
     #[test]
     fn no_record_claims_more_than_its_body() {
         let body = [0xff; 300];
