@@ -81,7 +81,7 @@ def calibrate_arm(
         arm = calibrate(
             unloaded,
             **keywords,
-            options=option_flags.read(options),
+            options=option_flags.read(options, "calibration"),
             progress=done,
         )
     reports = {} if report is None else {report: partial(_write_report, arm)}

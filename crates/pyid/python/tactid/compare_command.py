@@ -38,7 +38,7 @@ def compare_recording(
         },
     )
     with interruptible("no result"), progress("comparing") as done:
-        attempts = compare(log, options=option_flags.read(options), progress=done)
+        attempts = compare(log, options=option_flags.read(options, "log"), progress=done)
     frame = next(each.result.estimate.frame for each in attempts if each.result is not None)
     truth = truth_in_frame(log, frame)
     print_whole(comparison_table(attempts, truth))

@@ -85,7 +85,7 @@ def _design(
     with interruptible("no motion was written"), progress("designing") as done:
         return design_excitation(
             robot,
-            options=option_flags.read(arguments),
+            options=option_flags.read(arguments, "design"),
             progress=done,
             **keywords,
         )

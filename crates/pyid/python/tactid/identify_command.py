@@ -145,7 +145,7 @@ def identify_recording(
             f"--estimates writes the estimate over time of one recording, but {len(logs)} are given"
         )
     with interruptible("no result"), progress("identifying") as done:
-        result = identify(tuple(logs), options=option_flags.read(options), progress=done)
+        result = identify(tuple(logs), options=option_flags.read(options, "log"), progress=done)
     with printing_before(_writers(logs[0], result, output)):
         refusal = _print(logs[0], result, output)
     if refusal is not None:

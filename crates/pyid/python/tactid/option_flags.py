@@ -10,8 +10,8 @@ import typer
 
 from tactid import option_text
 from tactid.console import FLAG
-from tactid.declaration import Declaration
-from tactid.options import OPTIONS, Options
+from tactid.declaration import Declaration, Use
+from tactid.options import Options, options_for
 
 
 class _Form(NamedTuple):
@@ -102,9 +102,9 @@ def values(arguments: Mapping[str, Any], options: Iterable[Declaration]) -> dict
     return found
 
 
-def read(arguments: Mapping[str, Any]) -> Options:
-    """Returns the options of an identification that a command line gives."""
-    return Options(**values(arguments, OPTIONS.values()))
+def read(arguments: Mapping[str, Any], use: Use) -> Options:
+    """Returns the options of one use that a command line gives."""
+    return Options(**values(arguments, options_for(use)))
 
 
 def show(
