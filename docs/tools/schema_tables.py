@@ -14,8 +14,8 @@ def tables(schema: Schema) -> str:
     sections = [table(top.items())]
     for name, part in [*top.items(), *definitions.items()]:
         head = f"### `{name}`\n\n{part.get('description', '')}\n\n"
-        if name == "Finding":
-            sections.append(head + finding_table(schema))
+        if name.endswith("Finding"):
+            sections.append(head + finding_table(schema, name))
         elif "oneOf" in part:
             meanings = ((each["const"], each) for each in part["oneOf"])
             sections.append(head + table(meanings))
@@ -33,17 +33,17 @@ def combination_tables(schema: Schema) -> str:
     return "\n\n".join(sections)
 
 
-def finding_table(schema: Schema) -> str:
+def finding_table(schema: Schema, name: str = "Finding") -> str:
     """Returns a table of the kinds of findings, with the keys of their data."""
     lines = ["| kind | what it means | data |", "|---|---|---|"]
-    for part in schema["$defs"]["Finding"]["oneOf"]:
+    for part in schema["$defs"][name]["oneOf"]:
         keys = {**part["properties"]}
         kinds = keys.pop("kind")
         names = [kinds["const"]] if "const" in kinds else kinds["enum"]
         keys.pop("text")
         data = [f"`{key}`: {below['description']}" for key, below in keys.items()]
-        name = ", ".join(f"`{name}`" for name in names)
-        lines.append(f"| {name} | {part['description']} | {'<br>'.join(data) or 'none'} |")
+        shown = ", ".join(f"`{each}`" for each in names)
+        lines.append(f"| {shown} | {part['description']} | {'<br>'.join(data) or 'none'} |")
     return "\n".join(lines)
 
 

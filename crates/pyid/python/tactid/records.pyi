@@ -172,6 +172,8 @@ class DesignedMotion(Record):
     assumed_noise: Sequence[str]
     margins: Sequence[Margin]
     binding_constraints: Sequence[str]
+    payload_tested: bool
+    surroundings: Sequence[str]
     history: MotionHistory
     base_attitude_deg: float | None = ...
     base_position_m: float | None = ...
