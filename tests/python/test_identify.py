@@ -203,7 +203,7 @@ def test_what_cannot_be_identified_is_refused(robot: tactid.Manipulator, urdf: s
         tactid.Identifier(fixed, method="joint-sensing")
     with pytest.raises(tactid.ArgumentError, match="`alpha` is 3"):
         tactid.PaperFilter(robot, ["tool0"], alpha=3.0)
-    with pytest.raises(tactid.ArgumentError, match='"least-squares" or "nlms"'):
+    with pytest.raises(tactid.ArgumentError, match="'least-squares' or 'nlms'"):
         tactid.identify("none.mcap", estimator="magic")
     for name, value in {"estimator": "nlms", "average_s": 1.0, "urdf": "<robot/>"}.items():
         with pytest.raises(tactid.ArgumentError, match=f"`{name}` does not apply to Identifier"):

@@ -56,12 +56,12 @@ pub struct PayloadEstimate {
     pub observability: [Observability; 10],
     /// Limits of the 95 % interval of each of [`VALUE_NAMES`], in its unit: 1.96 standard deviations to each side, but no
     /// further than a body can reach that fits into the bounding box, if one is given. A limit is infinite where nothing
-    /// bounds the value. `None` for the paper's filter.
+    /// bounds the value. Unknown for the paper's filter.
     #[serde(serialize_with = "serial::limits_or_nan")]
     #[schemars(with = "TenValues<[f64; 2]>", extend("default" = []))]
     pub intervals: Option<[[f64; 2]; 10]>,
     /// Standard deviation of each of [`VALUE_NAMES`], in its unit, infinite where the value is unobservable, or divided by
-    /// a mass that is not known to a quarter; `None` for the paper's filter, which estimates none.
+    /// a mass that is not known to a quarter; unknown for the paper's filter, which estimates none.
     #[serde(serialize_with = "serial::or_nan")]
     #[schemars(with = "TenValues<f64>")]
     pub std_devs: Option<[f64; 10]>,
@@ -155,7 +155,7 @@ pub struct WrenchOffset {
     #[schemars(with = "[f64; 6]")]
     pub wrench: Wrench,
     /// Standard deviations of force, N, and moment, N m, infinite where the motion does not distinguish the offset from
-    /// the payload; `None` online, where they are not estimated.
+    /// the payload; unknown online, where they are not estimated.
     #[serde(serialize_with = "serial::or_nan")]
     #[schemars(with = "[f64; 6]")]
     pub std_devs: Option<[f64; 6]>,

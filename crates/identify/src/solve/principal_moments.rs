@@ -16,7 +16,7 @@ pub struct PrincipalMoments {
     /// The moments, ascending, kg m².
     pub values: [f64; 3],
     /// Standard deviations of the moments, kg m², in the same order. All are infinite where the motion does not
-    /// determine the whole inertia, because then not even the order of the moments is known. `None` for the
+    /// determine the whole inertia, because then not even the order of the moments is known. Unknown for the
     /// paper's filter.
     ///
     /// A moment that is well separated from the others has the standard deviation of `vᵀ dI v`, its derivative,
@@ -29,7 +29,7 @@ pub struct PrincipalMoments {
     #[schemars(with = "[f64; 3]")]
     pub std_devs: Option<[f64; 3]>,
     /// Lower and upper limit of the 95 % interval of each moment, kg m²: 1.96 standard deviations to each side, but not below
-    /// zero. `None` for the paper's filter.
+    /// zero. Unknown for the paper's filter.
     #[serde(serialize_with = "serial::limits_or_nan")]
     #[schemars(with = "[[f64; 2]; 3]")]
     pub intervals: Option<[[f64; 2]; 3]>,
