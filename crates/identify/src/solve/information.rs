@@ -46,6 +46,7 @@ impl Information {
             difference.row_mut(k).fill(0.0);
             difference.column_mut(k).fill(0.0);
         }
+        let noise_sizes = noises.map(|square| square.max(0.0).sqrt());
         let mut rest = difference;
         let mut inverse = Vector::zeros();
         let mut directions = Matrix::identity();
@@ -58,7 +59,13 @@ impl Information {
                 is_open[j] = false;
                 let column = rest.column(j).into_owned();
                 let direction = directions.column(j).into_owned();
-                let of_noise = least * (noise * direction).dot(&direction);
+                // An upper limit of the noise in the direction, which is far below the pivot where the motion excites it.
+                let limit = direction.abs().dot(&noise_sizes).powi(2);
+                let of_noise = if column[j] > least * limit {
+                    0.0
+                } else {
+                    least * (noise * direction).dot(&direction)
+                };
                 if !is_observable_pivot(column[j], of_noise, rows[(j, j)], plausible) {
                     continue;
                 }
@@ -263,9 +270,10 @@ mod tests {
         ] {
             let down = Vector3::from(down);
             let moments = down.cross_matrix().tr_mul(&down.cross_matrix());
-            let mut rows = Matrix::identity() * 1e-6;
-            rows.fixed_view_mut::<3, 3>(1, 1).copy_from(&moments);
             let noise = Matrix::identity() * 1e-6;
+            let mut rows = noise;
+            let mut of_first_moments = rows.fixed_view_mut::<3, 3>(1, 1);
+            of_first_moments += moments;
             let root = rows.cholesky().unwrap().l().transpose();
             let information = Information::new(&root, &noise, WINDOWS, f64::INFINITY);
             let found = information.unobservable().find(|(k, _)| (1..4).contains(k));
