@@ -36,14 +36,18 @@ def combination_tables(schema: Schema) -> str:
 def finding_table(schema: Schema, name: str = "Finding") -> str:
     """Returns a table of the kinds of findings, with the keys of their data."""
     lines = ["| kind | what it means | data |", "|---|---|---|"]
+    cases: dict[str, list[Schema]] = {}
     for part in schema["$defs"][name]["oneOf"]:
-        keys = {**part["properties"]}
-        kinds = keys.pop("kind")
-        names = [kinds["const"]] if "const" in kinds else kinds["enum"]
-        keys.pop("text")
-        data = [f"`{key}`: {below['description']}" for key, below in keys.items()]
-        shown = ", ".join(f"`{each}`" for each in names)
-        lines.append(f"| {shown} | {part['description']} | {'<br>'.join(data) or 'none'} |")
+        cases.setdefault(part["properties"]["kind"]["const"], []).append(part)
+    for kind_name, parts in cases.items():
+        keys = {key: below for part in parts for key, below in part["properties"].items()}
+        data = [
+            f"`{key}`: {below['description']}"
+            for key, below in keys.items()
+            if key not in ("kind", "text")
+        ]
+        meaning = " Or: ".join(part["description"] for part in parts)
+        lines.append(f"| `{kind_name}` | {meaning} | {'<br>'.join(data) or 'none'} |")
     return "\n".join(lines)
 
 

@@ -65,7 +65,7 @@ PROSE = {
 """Phrases of the private vocabulary that prose once had, and what to say instead."""
 
 
-NO_CODE = r'"""(?:.|\n)*?"""|//[^\n]*|#(?![\[!])[^\n]*|"(?:\\.|[^"\\\n])*"'
+NO_CODE = r'"""(?:.|\n)*?"""|//[^\n]*|#(?![\[!])[^\n]*|"(?:\\(?:.|\n)|[^"\\\n])*"'
 """Docstrings, comments and strings."""
 
 

@@ -11,7 +11,6 @@ import tactid
 from calibrated_arms import GAINS, KNOWN, OTHER, calibrated, simulated, write
 from recorded_arm import ur5e
 from tactid import calibration_text, cli
-from tactid.calibration_wording import efforts_noisier
 from tactid.combination_text import combined_remarks
 from tactid.remarks import remarks
 
@@ -230,8 +229,8 @@ def test_a_calibration_of_another_tip_is_named(folder: Path, tmp_path: Path) -> 
 
 
 def test_efforts_that_are_noisier_are_one_sentence() -> None:
-    joints = [{"joint": name, "noise_ratio": ratio} for name, ratio in (("a", 3.26), ("b", 9873.2))]
-    sentence = efforts_noisier(joints)
+    data = {"joints": ["a", "b"], "noise_ratios": [3.26, 9873.2]}
+    sentence = str(tactid.Finding("effort_noisier", data))
     assert sentence.startswith("The efforts of a and b are 3.3 and more than 1000 times as noisy")
 
 

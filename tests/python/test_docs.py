@@ -8,9 +8,12 @@ import pytest
 
 import pages
 import tactid
-from tactid.calibration_wording import SHORTAGES
-from tactid.faults import FAULT_KINDS
-from tactid.wording import CONTRADICTION_KINDS, FINDING_KINDS
+from tactid.finding_schemas import (
+    calibration_finding_schema,
+    fault_kinds,
+    finding_schema,
+    kinds_of,
+)
 
 REFERENCE = pages.ROOT / "docs" / "reference"
 RUN = [page for page in pages.PAGES if any(block.runs for block in pages.blocks(page))]
@@ -51,7 +54,8 @@ def test_every_public_name_is_in_the_reference() -> None:
 def test_every_finding_and_every_fault_is_explained() -> None:
     rows = re.findall(r"^\| (`.*?`) \|", (REFERENCE / "findings.md").read_text(), re.MULTILINE)
     explained = {name for row in rows for name in re.findall(r"`(\w+)`", row)}
-    assert explained == {*FINDING_KINDS, *FAULT_KINDS, *SHORTAGES, *CONTRADICTION_KINDS}
+    of_calibration = kinds_of(calibration_finding_schema())
+    assert explained == {*kinds_of(finding_schema()), *of_calibration, *fault_kinds()}
 
 
 def test_the_data_of_every_finding_are_in_the_reference() -> None:

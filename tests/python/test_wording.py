@@ -3,7 +3,6 @@
 import inspect
 import re
 from dataclasses import replace
-from pathlib import Path
 from typing import Any
 
 import pytest
@@ -11,14 +10,17 @@ import pytest
 import doubles
 from expectations import assert_fits_schema
 from tactid import DataFault, Finding, Identifier, remarks, result_json, result_schema
-from tactid.faults import FAULT_KINDS
-from tactid.findings import CONTRADICTIONS, DOUBTS
+from tactid.errors import ArgumentError
+from tactid.finding_schemas import (
+    fault_kinds,
+    finding_schema,
+    kinds_of,
+)
 from tactid.naming import command_line_flag
 from tactid.options import option_names
 from tactid.remarks import motion_advice
-from tactid.wording import CONTRADICTION_KINDS, FINDING_KINDS, SHORTAGE_KINDS
 
-NATIVE = Path(__file__).parents[2] / "crates/pyid/src"
+FINDING_KINDS = kinds_of(finding_schema())
 
 FINDINGS = [
     Finding(
@@ -99,7 +101,7 @@ FINDINGS = [
     Finding("frame_assumed", {"topic": "/wrench", "frame": "tool0"}),
     Finding("wrenches_summed", {"topics": ["/left", "/right"]}),
     Finding("joints_renamed", {"names": [("fer_1", "panda_1"), ("fer_2", "panda_2")]}),
-    Finding("effort_noisier", {"joint": "elbow", "noise_ratio": 3.26}),
+    Finding("effort_noisier", {"joints": ["elbow"], "noise_ratios": [3.26]}),
     Finding(
         "friction_changed",
         {"change": 0.118, "joint": "elbow", "joint_change": 0.21, "has_unloaded": False},
@@ -425,24 +427,12 @@ ONLINE_KINDS = (
 """The findings of ``Identifier``, besides those of the URDF."""
 
 
-def test_every_kind_of_the_native_part_has_its_words() -> None:
-    files = ("findings.rs", "calibration_findings.rs")
-    findings = "".join((NATIVE / name).read_text() for name in files)
-    assert set(re.findall(r'^ *\(?"([a-z_]+)", *(?:data!|$)', findings, re.M)) | set(
-        re.findall(r'\("([a-z_]+)", (?:data|fields)', findings)
-    ) == {*FINDING_KINDS, *SHORTAGE_KINDS, *CONTRADICTION_KINDS}
-    faults = (NATIVE / "faults.rs").read_text()
-    kinds = re.findall(r'FaultKind::\w+(?:\(joint\))? => \("([a-z_]+)"', faults)
-    assert set(kinds) == set(FAULT_KINDS)
-
-
 BACKTICKED = re.compile(r"`(\w+)`")
 
 
 def test_every_finding_is_pinned_to_its_sentences() -> None:
     assert [each.kind for each in FINDINGS] == list(SENTENCES)
     assert set(SENTENCES) == set(FINDING_KINDS)
-    assert set(CONTRADICTIONS + DOUBTS) < set(FINDING_KINDS)
     for each in FINDINGS:
         assert str(each) == each.worded("keyword") == SENTENCES[each.kind]
 
@@ -455,6 +445,51 @@ def test_a_finding_names_options_as_a_user_of_the_command_writes_them(kind: str)
         return command_line_flag(name[1]) if name[1] in option_names("log") else name[0]
 
     assert found.worded("command-line") == BACKTICKED.sub(flag, SENTENCES[kind])
+
+
+CONTRADICTIONS = (
+    "positions_beyond_limits",
+    "velocities_contradicted",
+    "twist_contradicted",
+    "gravity_contradicted",
+    "calibration_contradicted",
+    "joint_zero_moved",
+    "negative_mass",
+    "known_bodies_too_heavy",
+    "mass_contradicted",
+)
+"""The findings here that show a result to be wrong, wrong measurements before what they cause."""
+
+DOUBTS = (
+    "efforts_beyond_limits",
+    "recording_calibrated",
+    "nothing_held",
+    "known_mass_not_kept",
+    "offset_suspected",
+    "constant_channels",
+    "load_unexplained",
+    "inconsistent",
+)
+"""The findings here for which no precision is promised."""
+
+
+def test_the_gravest_findings_come_first() -> None:
+    by_severity = {
+        severity: [each.kind for each in FINDINGS if each.severity == severity]
+        for severity in ("contradicts", "doubts")
+    }
+    assert set(by_severity["contradicts"]) == set(CONTRADICTIONS)
+    assert set(by_severity["doubts"]) == set(DOUBTS)
+    ranks = {each.kind: each.rank for each in FINDINGS}
+    order = [ranks[kind] for kind in (*CONTRADICTIONS, *DOUBTS)]
+    assert order == sorted(order)
+
+
+def test_a_finding_that_nobody_can_have_noticed_is_refused() -> None:
+    with pytest.raises(ArgumentError, match="no finding of the kind negative_mas "):
+        str(Finding("negative_mas", {}))
+    with pytest.raises(ArgumentError, match="no finding of the kind outliers with these data"):
+        str(Finding("outliers", {"outliers": 1}))
 
 
 def test_online_a_finding_names_no_option_that_the_identifier_does_not_have() -> None:
@@ -504,7 +539,7 @@ FAULTS = {
 
 
 def test_a_fault_says_what_how_often_and_when_first() -> None:
-    assert set(FAULTS) == set(FAULT_KINDS)
+    assert set(FAULTS) == set(fault_kinds())
     for kind, sentence in FAULTS.items():
         assert str(DataFault("/topic", kind, 3, joint="elbow")) == f"/topic: {sentence}."
     one = DataFault("/topic", "no_velocity", 1, 3.5)

@@ -6,6 +6,8 @@
 //! threshold is Fisher's distribution with the degrees of freedom of the noise.
 
 use nalgebra::{DMatrix, DVector, Vector2, Vector3};
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
 
 use super::arm::TILTS;
 use super::fit::{Fitted, problem};
@@ -37,36 +39,50 @@ const MIN_CENTER_M: f64 = 0.005;
 const MIN_INFORMATION_FRACTION: f64 = 1e-9;
 
 /// An assumption of a calibration that its recordings contradict, with what they show instead.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Contradiction {
     /// The assumption.
+    #[serde(flatten)]
     pub assumption: Assumption,
     /// Size of its error by one linear step, rough where it is large: the angle between the given and the true gravity, rad;
     /// the true position less the measured one, rad; the true gain over the given one, less 1; or the distance of the true
     /// centre of mass from the given one, m. That of [`Assumption::GainPrior`] is what the whole calibration found.
     pub size: f64,
-    /// Standard deviation of the size, widened as in [`CalibratedEstimate`](super::CalibratedEstimate).
+    /// Standard deviation of the size, in the unit of the size, widened as in [`CalibratedEstimate`](super::CalibratedEstimate).
     pub std_dev: f64,
     /// The joint whose zero or gain is wrong; for gravity and a centre of mass, the joint whose efforts show it most.
     pub joint: String,
     /// What the recordings show in place of an assumption that is a vector, as it would be given, and as rough as the size:
     /// gravity in the axes of the base, m/s^2, or the centre of mass in the tool frame, m. `None` for a number of one joint.
-    pub shown: Option<Vector3<f64>>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub shown: Option<[f64; 3]>,
 }
 
 /// What a calibration takes for true.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(tag = "assumption")]
 pub enum Assumption {
     /// The direction of gravity in the axes of the base.
+    #[serde(rename = "gravity_tilted")]
     Gravity,
     /// The zero of the position of [`Contradiction::joint`].
+    #[serde(rename = "joint_zero_off")]
     JointZero,
     /// The gain of [`Contradiction::joint`], where gains are taken for exact.
+    #[serde(rename = "gain_contradicted")]
     Gains,
-    /// The centre of mass of a known payload: its place among the loaded recordings.
-    PayloadCenter(usize),
-    /// The gain of [`Contradiction::joint`] as it was known before the calibration, with this standard deviation, a fraction.
-    GainPrior(f64),
+    /// The centre of mass of a known payload.
+    #[serde(rename = "payload_com_contradicted")]
+    PayloadCenter {
+        /// Number of its recording among the loaded ones, from zero.
+        payload: usize,
+    },
+    /// The gain of [`Contradiction::joint`] as it was known before the calibration.
+    #[serde(rename = "gain_improbable")]
+    GainPrior {
+        /// Its standard deviation, as a fraction of the gain, without a unit.
+        prior_std_dev: f64,
+    },
 }
 
 /// The columns of the unknowns that replace an assumption.
@@ -161,7 +177,7 @@ fn tests(recordings: &[(&EffortRecording, Option<KnownPayload>)], fitted: &Fitte
         .enumerate()
         .filter(|(_, held)| held.center_of_mass.is_some());
     tests.extend(known.map(|(payload, _)| Test {
-        assumption: Assumption::PayloadCenter(payload),
+        assumption: Assumption::PayloadCenter { payload },
         columns: first + joints + 3 * payload..first + joints + 3 * (payload + 1),
         joint: None,
         least: MIN_CENTER_M,
@@ -304,7 +320,7 @@ impl Test {
                 size: if count == 1 { found[0] } else { size },
                 std_dev: WIDENING * variance.sqrt(),
                 joint: recordings[0].0.arm.joints[joint].clone(),
-                shown: self.shown(&found, recordings),
+                shown: self.shown(&found, recordings).map(Into::into),
             },
         })
     }
@@ -320,12 +336,12 @@ impl Test {
                 let tilt = Vector2::new(found[0], found[1]);
                 Some(recordings[0].0.arm.tilted_gravity(tilt))
             }
-            Assumption::PayloadCenter(payload) => {
+            Assumption::PayloadCenter { payload } => {
                 let mut held = recordings.iter().filter_map(|(_, held)| *held);
                 let given = held.nth(payload)?.center_of_mass?;
                 Some(given + Vector3::new(found[0], found[1], found[2]))
             }
-            Assumption::JointZero | Assumption::Gains | Assumption::GainPrior(_) => None,
+            Assumption::JointZero | Assumption::Gains | Assumption::GainPrior { .. } => None,
         }
     }
 }

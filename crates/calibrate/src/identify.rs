@@ -355,11 +355,12 @@ impl Solution<'_> {
         findings.extend(unexplained.into_iter().map(|(joint, misfit, load_rms)| {
             Finding::LoadUnexplained(UnexplainedLoad {
                 joint: Some(self.loaded[0].arm.joints[joint].clone()),
-                unit: fit.channels[joint].unit,
+                unit: fit.channels[joint].unit.into(),
                 residual_rms: fit.residual_rms[joint],
                 load_rms,
                 noise_rms: fit.residual_rms[joint] / misfit.sqrt(),
                 method,
+                has_unloaded: false,
             })
         }));
         findings

@@ -61,6 +61,7 @@ mod simplex;
 mod solver;
 mod student;
 mod unloaded;
+mod words;
 
 pub use calibrate::{calibrate, calibrate_interruptibly};
 pub use compare::EffortComparison;

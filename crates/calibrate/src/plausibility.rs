@@ -57,7 +57,9 @@ pub(crate) fn improbable_gain(joints: &[JointCalibration], std_dev: f64) -> Opti
     let farthest = found.max_by(|a, b| distance(a).total_cmp(&distance(b)))?;
     let is_improbable = distance(farthest) > (IMPROBABLE * std_dev).max(LEAST);
     (std_dev > 0.0 && is_improbable).then(|| Contradiction {
-        assumption: Assumption::GainPrior(std_dev),
+        assumption: Assumption::GainPrior {
+            prior_std_dev: std_dev,
+        },
         size: farthest.gain - 1.0,
         std_dev: farthest.gain_std_dev,
         joint: farthest.name.clone(),

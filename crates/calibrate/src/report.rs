@@ -1,6 +1,8 @@
 //! What a calibration reports beside its data.
 
 use nalgebra::{DMatrix, SVector};
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
 use tactid_dynamics::InertialParameters;
 
 use super::arm::Arm;
@@ -133,9 +135,11 @@ impl CalibrationReport {
 }
 
 /// What the motion of the calibrating recordings does not determine.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(tag = "kind")]
 pub enum MotionShortage {
     /// A joint does not move: its friction and, with that, its share of the payload stay uncertain.
+    #[serde(rename = "joint_still")]
     Still {
         /// Name of the joint.
         joint: String,
@@ -143,6 +147,7 @@ pub enum MotionShortage {
         max_velocity: f64,
     },
     /// A joint moves in one direction only: its offset and its Coulomb friction cannot be distinguished.
+    #[serde(rename = "joint_one_direction")]
     OneDirection {
         /// Name of the joint.
         joint: String,
@@ -151,6 +156,7 @@ pub enum MotionShortage {
     },
     /// The gain of a joint was to be found, but the recordings leave it more uncertain than half of what was known
     /// before.
+    #[serde(rename = "gain_uncertain")]
     Gain {
         /// Name of the joint.
         joint: String,

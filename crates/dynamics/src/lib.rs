@@ -54,6 +54,7 @@ mod manipulator;
 mod masses;
 mod momentum;
 mod names;
+mod notice;
 mod placement;
 mod real;
 mod recursion;
@@ -66,6 +67,7 @@ mod text_file;
 mod urdf;
 mod vector;
 mod virtual_work;
+pub mod words;
 mod workspace;
 
 pub use dh::{DhLink, DhRobot};
@@ -80,6 +82,7 @@ pub use momentum::{
     BaseAcceleration, FreeRobot, Momentum, base_acceleration, free_base_motion, momentum,
 };
 pub use names::{list_similar, shortened};
+pub use notice::{Notice, Reader, Severity, Subject};
 pub use rows::{
     Rows, inertia_regressor, inertia_rows, mass_rows, mean_wrench_regressor, omega_matrix,
     tactile_mass_rows, wrench_regressor,

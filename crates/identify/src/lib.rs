@@ -99,7 +99,7 @@ pub use equations::{
     Sample, states_of_poses,
 };
 pub use error::{IdentifyError, digits, three_digits};
-pub use finding::{Disagreement, Finding, UnexplainedLoad, ValueDifference};
+pub use finding::{Disagreement, Finding, UnexplainedLoad, distance_of_runs, probability};
 pub use fit::{Delay, GainErrors};
 pub use linear_estimate::{LinearEstimate, SharedErrors};
 pub use method::Method;

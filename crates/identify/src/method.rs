@@ -2,7 +2,7 @@ use std::borrow::Cow;
 use std::fmt;
 
 use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
-use serde::{Serialize, Serializer};
+use serde::{Deserialize, Deserializer, Serialize, Serializer, de};
 
 /// The measurements that the payload is identified from.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -28,6 +28,14 @@ pub enum Method {
 }
 
 impl Method {
+    /// One method of each name.
+    const ALL: [Self; 4] = [
+        Self::Tactile,
+        Self::Effort,
+        Self::JointSensing,
+        Self::Combined { effort: true },
+    ];
+
     /// Returns the name: `tactile`, `joint-sensing`, `effort` or `combined`.
     #[must_use]
     pub fn name(self) -> &'static str {
@@ -64,19 +72,21 @@ impl Serialize for Method {
     }
 }
 
+impl<'de> Deserialize<'de> for Method {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        let name = String::deserialize(deserializer)?;
+        let mut all = Self::ALL.into_iter();
+        all.find(|method| method.name() == name)
+            .ok_or_else(|| de::Error::custom(format!("`{name}` is no method")))
+    }
+}
+
 impl JsonSchema for Method {
     fn schema_name() -> Cow<'static, str> {
         "Method".into()
     }
 
     fn json_schema(_: &mut SchemaGenerator) -> Schema {
-        let effort = false;
-        let all = [
-            Self::Tactile,
-            Self::Effort,
-            Self::JointSensing,
-            Self::Combined { effort },
-        ];
-        json_schema!({"type": "string", "enum": all})
+        json_schema!({"type": "string", "enum": Self::ALL})
     }
 }

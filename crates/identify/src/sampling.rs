@@ -1,7 +1,10 @@
 //! How samples were taken.
 
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
 /// Counts and times of the samples that an equation stream received.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Sampling {
     /// Number of samples that were accepted.
     pub samples: u64,
@@ -15,6 +18,6 @@ pub struct Sampling {
     pub period_s: f64,
     /// Length of a window, s.
     pub window_s: f64,
-    /// Fewest samples in a window.
+    /// Number of samples that a window needs at least.
     pub min_samples: u32,
 }

@@ -9,9 +9,7 @@ mod arm;
 use arm::{Instant, Run, TOOL, arm, body};
 use nalgebra::Vector3;
 use tactid_dynamics::BaseKind;
-use tactid_identify::checks::{
-    TwistAxes, TwistContradiction, VelocityCause, VelocityContradiction,
-};
+use tactid_identify::checks::{TwistAxes, VelocityCause, VelocityContradiction};
 use tactid_identify::{EquationSettings, Finding, Identifier, Sampling};
 
 fn instants(rate_hz: f64, duration_s: f64) -> Vec<Instant> {
@@ -63,15 +61,15 @@ fn a_twist_that_does_not_fit_the_pose_is_reported() {
         instant.base.angular_velocity = Vector3::zeros();
     };
     let of_body = findings_after(200.0, in_body);
-    let Finding::TwistContradicted(TwistContradiction { better_axes, .. }) = of_body[0] else {
+    let Finding::TwistContradicted { contradiction, .. } = &of_body[0] else {
         panic!("{of_body:?}");
     };
-    assert_eq!(better_axes, Some(TwistAxes::Body));
+    assert_eq!(contradiction.better_axes, Some(TwistAxes::Body));
     let of_rest = findings_after(200.0, at_rest);
-    let Finding::TwistContradicted(TwistContradiction { better_axes, .. }) = of_rest[0] else {
+    let Finding::TwistContradicted { contradiction, .. } = &of_rest[0] else {
         panic!("{of_rest:?}");
     };
-    assert_eq!(better_axes, None);
+    assert_eq!(contradiction.better_axes, None);
 }
 
 /// Joint velocities in degrees per second, and those of two joints that are exchanged, are reported with the cause.
@@ -90,13 +88,12 @@ fn joint_velocities_that_do_not_fit_are_reported() {
         .into_iter()
         .enumerate()
     {
-        let Finding::VelocitiesContradicted(VelocityContradiction { joints, cause, .. }) =
-            &exchanged[k]
-        else {
+        let Finding::VelocitiesContradicted(found) = &exchanged[k] else {
             panic!("{exchanged:?}");
         };
-        assert_eq!(joints, &[joint]);
-        assert_eq!(*cause, Some(VelocityCause::OtherJoint(other.to_owned())));
+        assert_eq!(found.joints, [joint]);
+        assert_eq!(found.cause, Some(VelocityCause::OtherJoint));
+        assert_eq!(found.other.as_deref(), Some(other));
     }
 }
 
@@ -105,8 +102,9 @@ fn joint_velocities_that_do_not_fit_are_reported() {
 fn a_constant_channel_is_reported() {
     let findings = findings_after(200.0, |instant| instant.wrench.moment.y = 0.0);
     let constant = Finding::ConstantChannels {
+        source: "wrench".to_owned(),
         frame: TOOL.to_owned(),
-        channels: vec!["moment y"],
+        channels: vec!["moment y".into()],
         is_zero: true,
     };
     assert!(findings.contains(&constant), "{findings:?}");

@@ -13,8 +13,8 @@ use tactid_identify::Delay;
 use tactid_identify::serial::Table;
 use tactid_recordings::ArmCalibration;
 
-use crate::calibration_findings::{contradiction_data, shortage_data};
 use crate::errors::IntoPyErr;
+use crate::findings::finding_data;
 use crate::record::{AddedCalibrationFindings, fields};
 
 /// The model of an arm that `tactid.Calibration` contains.
@@ -70,10 +70,10 @@ impl ArmModel {
     fn data<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
         let data = fields(py, &Calibration::new(&self.0))?;
         let shortages = self.0.report.shortages.iter();
-        let shortages = shortages.map(|each| shortage_data(py, each));
+        let shortages = shortages.map(|each| finding_data(py, each));
         data.set_item("shortages", shortages.collect::<PyResult<Vec<_>>>()?)?;
         let contradictions = self.0.report.contradictions.iter();
-        let contradictions = contradictions.map(|each| contradiction_data(py, each));
+        let contradictions = contradictions.map(|each| finding_data(py, each));
         data.set_item(
             "contradictions",
             contradictions.collect::<PyResult<Vec<_>>>()?,

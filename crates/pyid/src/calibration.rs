@@ -18,7 +18,7 @@ use tactid_recordings::{
 use crate::arguments::read_robot;
 use crate::arm_model::ArmModel;
 use crate::errors::{ArgumentError, IntoPyErr, detached, in_recording};
-use crate::faults::FaultData;
+use crate::faults::fault_data;
 use crate::findings::finding_data;
 use crate::identify::{dof_of, urdf_errors};
 use crate::interruption::InterruptionCheck;
@@ -106,11 +106,10 @@ fn recording_data(py: Python<'_>, recording: CalibrationRecording) -> PyResult<P
         damage: recording.damage,
     };
     let data = fields(py, &data)?;
-    let faults: Vec<FaultData> = recording.faults.iter().map(FaultData::from).collect();
     data.set_item("path", recording.path)?;
-    data.set_item("faults", faults)?;
+    data.set_item("faults", fault_data(py, &recording.faults)?)?;
     let findings = recording.findings.iter();
-    let findings = findings.map(|each| finding_data(py, each, false));
+    let findings = findings.map(|each| finding_data(py, each));
     data.set_item("findings", findings.collect::<PyResult<Vec<_>>>()?)?;
     Ok(data.unbind())
 }

@@ -4,10 +4,10 @@ use std::path::PathBuf;
 
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
-use tactid_identify::{LinearEstimate, PriorKnowledge};
+use tactid_identify::{Finding, LinearEstimate, PriorKnowledge};
 
 use crate::errors::{ArgumentError, IntoPyErr, detached};
-use crate::findings::data_finding;
+use crate::findings::finding_data;
 use crate::identification::identification;
 use crate::identify::{run, urdf_errors};
 use crate::options;
@@ -34,6 +34,7 @@ pub(crate) fn identify_logs(
 ///
 /// Args:
 ///     frame: Name of the frame of all estimates.
+///     names: Name of each recording.
 ///     linear: The fields of the :class:`tactid.LinearEstimate` of each recording.
 ///     known_mass: The fields of the :class:`tactid.KnownMass` of all, or None.
 ///     bounding_box: The fields of the :class:`tactid.BoundingBox` of all, or None.
@@ -45,6 +46,7 @@ pub(crate) fn identify_logs(
 pub(crate) fn combine<'py>(
     py: Python<'py>,
     frame: &str,
+    names: Vec<String>,
     linear: &Bound<'py, PyAny>,
     known_mass: &Bound<'py, PyAny>,
     bounding_box: &Bound<'py, PyAny>,
@@ -60,8 +62,11 @@ pub(crate) fn combine<'py>(
     })?;
     let found = found.map_err(IntoPyErr::into_py_err)?;
     let data = fields(py, &found)?;
-    let findings = found.findings.iter();
-    let findings = findings.map(|finding| data_finding(py, finding, false));
+    let findings = found.findings.into_iter().map(|finding| match finding {
+        Finding::RunsDisagree(found) => Finding::RunsDisagree(found.with_names(names.clone())),
+        other => other,
+    });
+    let findings = findings.map(|finding| finding_data(py, &finding));
     data.set_item("findings", findings.collect::<PyResult<Vec<_>>>()?)?;
     Ok(data)
 }

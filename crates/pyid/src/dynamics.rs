@@ -9,7 +9,7 @@ use tactid_dynamics::{BaseKind, ModelError, Urdf};
 
 use crate::arrays::{Series, extend_with, output};
 use crate::errors::{IntoPyErr, detached, guarded};
-use crate::findings::model_finding;
+use crate::findings::finding_data;
 use crate::inertia::MassProperties;
 use crate::poses::homogeneous;
 use crate::states::StateArrays;
@@ -145,7 +145,7 @@ impl Manipulator {
         let findings = self.robot.findings();
         let instances = findings
             .iter()
-            .map(|finding| class.call1(model_finding(py, finding)?));
+            .map(|finding| class.call1(finding_data(py, finding)?));
         instances.collect()
     }
 

@@ -9,7 +9,7 @@ use tactid_identify::{IdentifyError, digits, three_digits};
 use tactid_nlms::SettingError;
 use tactid_recordings::RecordingError;
 
-use crate::faults::FaultData;
+use crate::faults::fault_data;
 
 pyo3::import_exception!(tactid.errors, TactidError);
 pyo3::import_exception!(tactid.errors, ArgumentError);
@@ -248,10 +248,10 @@ impl IntoPyErr for RecordingError {
                 IdentificationError::new_err((message, "unloaded"))
             }
             Self::ImuFrame { .. } => IdentificationError::new_err((message, "imu_topic")),
-            Self::NoOverlap { faults, .. } => {
-                let faults: Vec<FaultData> = faults.iter().map(FaultData::from).collect();
-                IdentificationError::new_err((message, None::<&str>, faults))
-            }
+            Self::NoOverlap { faults, .. } => match Python::attach(|py| fault_data(py, &faults)) {
+                Ok(faults) => IdentificationError::new_err((message, None::<&str>, faults)),
+                Err(error) => error,
+            },
             other => several_or_calibration_error(other, message),
         }
     }

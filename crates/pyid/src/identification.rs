@@ -5,7 +5,7 @@ use pyo3::types::PyDict;
 use tactid_recordings::{Forecast, Identification};
 
 use crate::errors::ArgumentError;
-use crate::faults::FaultData;
+use crate::faults::fault_data;
 use crate::findings::finding_data;
 use crate::record::fields;
 
@@ -13,10 +13,9 @@ use crate::record::fields;
 pub(crate) fn identification(py: Python<'_>, found: &Identification) -> PyResult<Py<PyDict>> {
     let data = fields(py, found)?;
     let findings = found.findings.iter();
-    let findings = findings.map(|each| finding_data(py, each, found.subtracts_unloaded));
+    let findings = findings.map(|each| finding_data(py, each));
     data.set_item("findings", findings.collect::<PyResult<Vec<_>>>()?)?;
-    let faults: Vec<FaultData> = found.faults.iter().map(FaultData::from).collect();
-    data.set_item("faults", faults)?;
+    data.set_item("faults", fault_data(py, &found.faults)?)?;
     Ok(data.unbind())
 }
 

@@ -7,7 +7,6 @@ mod arguments;
 mod arm_model;
 mod arrays;
 mod calibration;
-mod calibration_findings;
 mod collision_model;
 mod combine;
 mod dynamics;
@@ -17,7 +16,6 @@ mod excitation;
 mod excitation_errors;
 mod experiment_fields;
 mod faults;
-mod finding_data;
 mod findings;
 mod identification;
 mod identify;
@@ -60,6 +58,10 @@ mod _native {
     use crate::estimators::{Estimator, Lms, Nlms, Rls};
     #[pymodule_export]
     use crate::excitation::{default_posture, design_excitation, write_trajectory};
+    #[pymodule_export]
+    use crate::findings::{
+        distance_of_runs, fault_words, finding_grade, finding_schemas, finding_words, probability,
+    };
     #[pymodule_export]
     use crate::identification::remaining;
     #[pymodule_export]

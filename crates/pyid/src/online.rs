@@ -13,8 +13,7 @@ use tactid_recordings::{OnlineSetup, RecordingError, Request};
 use crate::arguments::{borrowed, read_joints, read_robot, read_sensors, read_wrenches};
 use crate::arrays::{Sampled, Series, common_length, output};
 use crate::errors::{ArgumentError, IntoPyErr, detached, option_error, with_option};
-use crate::finding_data::FindingData;
-use crate::findings::data_finding;
+use crate::findings::{FindingData, finding_data};
 use crate::options;
 use crate::poses::Poses;
 use crate::record::fields;
@@ -137,10 +136,7 @@ impl Identifier {
             let identifier = lock(&self.0).clone();
             identifier.findings()
         })?;
-        // Unloaded efforts are subtracted before a push, which the identifier does not know.
-        let data = findings
-            .iter()
-            .map(|finding| data_finding(py, finding, false));
+        let data = findings.iter().map(|finding| finding_data(py, finding));
         data.collect()
     }
 }

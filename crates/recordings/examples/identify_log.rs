@@ -29,7 +29,9 @@ fn main() -> ExitCode {
                     std_devs[k]
                 );
             }
-            println!("{:#?}", result.findings);
+            for finding in &result.findings {
+                println!("{finding}");
+            }
             println!("{:#?}", result.faults);
             ExitCode::SUCCESS
         }

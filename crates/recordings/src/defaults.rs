@@ -149,9 +149,7 @@ impl Options {
         let uses_wrenches = method.uses_wrench() && contents.has_wrenches;
         let because = NotUsedBecause::Method(method);
         let options = request.without_effect(uses_wrenches, method.uses_effort());
-        let mut findings: Vec<Finding> = options
-            .map(|option| Finding::OptionNotUsed { option, because })
-            .collect();
+        let mut findings: Vec<Finding> = options.map(|option| because.of(option)).collect();
         findings.extend(motion_not_used(request, contents.motion));
         findings
     }
@@ -198,7 +196,7 @@ fn motion_not_used(request: &Request, motion: Motion) -> impl Iterator<Item = Fi
     is_not_used
         .into_iter()
         .filter(|(_, is_not_used, _)| *is_not_used)
-        .map(|(option, _, because)| Finding::OptionNotUsed { option, because })
+        .map(|(option, _, because)| because.of(option))
 }
 
 /// Tactile where there are wrenches, else effort. The combined method uses efforts where they are measured.
@@ -237,6 +235,8 @@ fn effort_gain_std_devs(request: &Request) -> Vec<f64> {
 
 #[cfg(test)]
 mod tests {
+    use std::borrow::Cow;
+
     use super::*;
 
     fn contents(motion: Motion) -> Contents {
@@ -307,6 +307,16 @@ mod tests {
         }
     }
 
+    fn not_used_option(finding: Finding) -> (&'static str, NotUsedBecause) {
+        match finding {
+            Finding::OptionNotUsed {
+                option: Cow::Borrowed(option),
+                because,
+            } => (option, because),
+            other => panic!("{other:?}"),
+        }
+    }
+
     /// An option about measurements that the method does not use is reported, and no other.
     #[test]
     fn options_without_effect_are_reported() {
@@ -325,14 +335,12 @@ mod tests {
                 ..Request::default()
             };
             let findings = Options::resolve(&request, contents).not_used(&request, contents);
-            let name = |finding: &Finding| match *finding {
-                Finding::OptionNotUsed { option, because } => {
-                    assert_eq!(because, NotUsedBecause::Method(method));
-                    option
-                }
-                ref other => panic!("{other:?}"),
-            };
-            findings.iter().map(name).collect()
+            let parts = findings.into_iter().map(not_used_option);
+            let because = NotUsedBecause::Method(method);
+            parts
+                .inspect(|found| assert_eq!(found.1, because))
+                .map(|found| found.0)
+                .collect()
         };
         let of_wrench = ["delay_s", "wrench_offset", "wrench_acts_on", "wrench_noise"];
         let of_effort = ["effort_gain", "effort_gain_std_dev", "effort_noise"];
@@ -363,11 +371,7 @@ mod tests {
         let not_used = |request: &Request, motion| -> Vec<(&str, NotUsedBecause)> {
             let contents = contents(motion);
             let findings = Options::resolve(request, &contents).not_used(request, &contents);
-            let parts = |finding: &Finding| match *finding {
-                Finding::OptionNotUsed { option, because } => (option, because),
-                ref other => panic!("{other:?}"),
-            };
-            findings.iter().map(parts).collect()
+            findings.into_iter().map(not_used_option).collect()
         };
         let acceleration = ("acceleration_topic", NotUsedBecause::OtherMotion);
         let imu = ("imu_topic", NotUsedBecause::OtherMotion);

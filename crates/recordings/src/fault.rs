@@ -1,15 +1,21 @@
 //! Faults of messages and samples, counted by topic and kind.
 
 use std::collections::BTreeMap;
+use std::fmt;
 
-/// Largest value of a quantity in SI units. No quantity of a robot comes near it: a larger value is a fault of a
-/// driver or of a file.
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+/// Largest value of a quantity in SI units. No quantity of a robot comes near it: a larger value is
+/// a fault of a driver or of a file.
 const LARGEST: f64 = 1e9;
 
 /// What is wrong with a message or a sample, and what was done about it.
-#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
+#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize, JsonSchema)]
+#[serde(tag = "kind", rename_all = "snake_case")]
 pub enum FaultKind {
-    /// A time between two messages of a publisher that is longer than the longest bridged gap. It is not bridged.
+    /// A time between two messages of a publisher that is longer than the longest bridged gap. It
+    /// is not bridged.
     Gap,
     /// A message that is not later than the one before of its publisher. It is left out.
     OutOfOrder,
@@ -30,7 +36,10 @@ pub enum FaultKind {
     /// A message without efforts. It is left out.
     NoEffort,
     /// An effort of this joint that is not finite. The message is left out.
-    EffortNotFinite(String),
+    EffortNotFinite {
+        /// Name of the joint.
+        joint: String,
+    },
     /// An orientation that is no unit quaternion. The message is left out.
     NotUnitQuaternion,
     /// A message without a stamp among others that have one. The time of logging is used.
@@ -42,17 +51,87 @@ pub enum FaultKind {
 }
 
 /// A kind of fault on one topic.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct DataFault {
-    /// Topic of the messages, name of the field of [`Arrays`](crate::Arrays), or `samples` for samples that could
-    /// not be aligned.
+    /// Topic of the messages, name of the field of [`Arrays`](crate::Arrays), or `samples` for
+    /// samples that could not be aligned.
     pub topic: String,
     /// What is wrong.
+    #[serde(flatten)]
     pub kind: FaultKind,
     /// Number of occurrences.
     pub count: u64,
     /// Time of the first occurrence on the recording's clock, s; NaN where it is not known.
     pub first_s: f64,
+}
+
+impl FaultKind {
+    /// Says how often the fault occurred, and what was done about it.
+    fn words(&self, count: u64) -> String {
+        let one = count == 1;
+        let (was, has) = if one {
+            ("was", "has")
+        } else {
+            ("were", "have")
+        };
+        let many = |noun: &str| format!("{count} {noun}{}", if one { "" } else { "s" });
+        let (message, sample) = (many("message"), many("sample"));
+        match self {
+            Self::Gap => format!("{} {was} not bridged", many("gap")),
+            Self::OutOfOrder => format!("{sample} out of order {was} left out"),
+            Self::Undecodable => format!("{message} that cannot be decoded {was} left out"),
+            Self::NotFinite => format!("{sample} with a value that is not finite {was} left out"),
+            Self::OutOfRange => {
+                format!("{sample} with a value out of range (beyond 1e9) {was} left out")
+            }
+            Self::PartialJoints => {
+                format!("{message} with only some of the publisher's joints {was} left out")
+            }
+            Self::PositionCount => {
+                format!("{message} with another number of positions than of names {was} left out")
+            }
+            Self::VelocityNotFinite => {
+                let velocity = if one {
+                    "velocity that is"
+                } else {
+                    "velocities that are"
+                };
+                format!("{count} {velocity} not finite {was} derived from the positions")
+            }
+            Self::NoVelocity => {
+                format!("{message} {has} no velocities, which were derived from the positions")
+            }
+            Self::NoEffort => format!("{message} without efforts {was} left out"),
+            Self::EffortNotFinite { joint } => {
+                format!("{sample} with an effort of {joint} that is not finite {was} left out")
+            }
+            Self::NotUnitQuaternion => {
+                format!("{sample} with an orientation that is no unit quaternion {was} left out")
+            }
+            Self::NoStamp => format!("{message} {has} no stamp: the time of logging is used"),
+            Self::FarStamp => {
+                format!("{message} with a stamp far from the time of logging {was} left out")
+            }
+            Self::Incomplete => {
+                format!("{sample} at which another stream has no value {was} left out")
+            }
+        }
+    }
+}
+
+/// The topic, how often the fault occurred, what was done about it, and the first time.
+impl fmt::Display for DataFault {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        if self.topic != "samples" {
+            write!(formatter, "{}: ", self.topic)?;
+        }
+        formatter.write_str(&self.kind.words(self.count))?;
+        if self.first_s.is_finite() {
+            let place = if self.count > 1 { "the first at" } else { "at" };
+            write!(formatter, ", {place} {:.3} s", self.first_s)?;
+        }
+        Ok(())
+    }
 }
 
 /// Counts of faults by topic and kind.

@@ -16,9 +16,7 @@ use crate::paper::{PaperSettings, SingularValues};
 use crate::plan::Plan;
 use crate::run::{PaperRun, Run, Solver};
 use crate::shortage::{explain, is_too_little};
-use crate::{
-    ActsOn, ArmChanged, ChangedQuantity, Clock, DataFault, Estimator, Finding, RecordingError,
-};
+use crate::{ActsOn, ArmChanged, Clock, DataFault, Estimator, Finding, RecordingError};
 
 /// A joint is reported as noisy above this misfit: three times the standard deviation of the calibration. A payload of 4 kg
 /// whose motion is noisy reaches a misfit of 7 at the wrist of a small arm.
@@ -181,34 +179,36 @@ pub struct CalibratedFit {
 impl CalibratedFit {
     /// Reports joints whose efforts are far noisier than in the calibration. That of a joint that is `still` there, and
     /// has no known friction, is no noise.
-    fn noisy_joints<'a>(&'a self, still: &'a [&str]) -> impl Iterator<Item = Finding> + 'a {
+    fn noisy_joints(&self, still: &[&str]) -> Vec<Finding> {
         let joints = self.joints.iter().zip(&self.misfit);
         let noisy = joints.filter(|(_, misfit)| **misfit > NOISY_MISFIT);
-        noisy.map(|(joint, misfit)| {
-            let joint = joint.clone();
-            if still.contains(&joint.as_str()) {
-                return Finding::JointUncalibrated { joint };
-            }
-            Finding::EffortNoisier {
-                joint,
-                noise_ratio: misfit.sqrt(),
-            }
-        })
+        let (still, noisy): (Vec<_>, Vec<_>) =
+            noisy.partition(|(joint, _)| still.contains(&joint.as_str()));
+        let of_noise = (!noisy.is_empty()).then(|| Finding::EffortNoisier {
+            joints: noisy.iter().map(|(joint, _)| (*joint).clone()).collect(),
+            noise_ratios: noisy.iter().map(|(_, misfit)| misfit.sqrt()).collect(),
+        });
+        let of_still = still
+            .into_iter()
+            .map(|(joint, _)| Finding::JointUncalibrated {
+                joint: joint.clone(),
+            });
+        of_noise.into_iter().chain(of_still).collect()
     }
 
     /// Reports friction and gains that have changed notably since the calibration.
     fn changes(&self) -> impl Iterator<Item = Finding> + '_ {
-        let changes = [
-            (ChangedQuantity::Friction, &self.friction_change),
-            (ChangedQuantity::Gains, &self.gain_change),
+        type OfChange = fn(ArmChanged) -> Finding;
+        let changes: [(OfChange, _); 2] = [
+            (Finding::FrictionChanged, &self.friction_change),
+            (Finding::GainsChanged, &self.gain_change),
         ];
-        changes.into_iter().filter_map(|(quantity, change)| {
+        changes.into_iter().filter_map(|(finding, change)| {
             let change = change.as_ref()?;
             let joints = self.joints.iter().zip(&change.by_joint);
             let (joint, joint_change) = joints.max_by(|a, b| a.1.abs().total_cmp(&b.1.abs()))?;
             (change.rms() > NOTABLE_CHANGE).then(|| {
-                Finding::ArmChanged(ArmChanged {
-                    quantity,
+                finding(ArmChanged {
                     change: change.rms(),
                     joint: joint.clone(),
                     joint_change: *joint_change,
@@ -295,19 +295,14 @@ impl Solution {
 
     /// States the offset of the wrenches with the sign of wrenches that act on the sensor.
     fn negate_offsets(&mut self) {
-        let of_fit = self
-            .fit
-            .iter_mut()
-            .filter_map(|fit| fit.wrench_offset.as_mut());
-        let of_findings = self
-            .findings
-            .iter_mut()
-            .filter_map(|finding| match finding {
-                Finding::Data(Data::OffsetSuspected { offset, .. }) => Some(offset),
-                _ => None,
-            });
-        for offset in of_fit.chain(of_findings) {
+        let of_fit = self.fit.iter_mut();
+        for offset in of_fit.filter_map(|fit| fit.wrench_offset.as_mut()) {
             *offset = offset.clone().negated();
+        }
+        for finding in &mut self.findings {
+            if let Finding::Data(Data::OffsetSuspected { values, .. }) = finding {
+                *values = values.map(|value| -value);
+            }
         }
     }
 
@@ -385,10 +380,16 @@ impl Identification {
         if let Some(estimated) = estimated_delay.filter(|_| plan.delay_s != 0.0) {
             findings.push(Finding::DelayCorrected {
                 applied_s: plan.delay_s,
-                estimated,
+                estimated_s: estimated.delay_s,
+                std_dev_s: estimated.std_dev_s,
             });
         }
         findings.extend(solution.findings);
+        for finding in &mut findings {
+            if let Finding::Data(Data::LoadUnexplained(load)) = finding {
+                load.has_unloaded = plan.streams.unloaded;
+            }
+        }
         Self {
             estimate: solution.estimate,
             principal_moments: solution.principal_moments,

@@ -101,11 +101,11 @@ pub use calibration::{
 pub use choices::{ActsOn, Estimator, EstimatorKind, SensorFrame};
 pub use clock::Clock;
 pub use combination::combine;
-pub use combine::{Agreement, Combination, RunDistance, combine_estimates};
+pub use combine::{Agreement, Combination, RunDistance, ValueDifference, combine_estimates};
 pub use error::RecordingError;
 pub use estimates::write_estimates;
 pub use fault::{DataFault, FaultKind};
-pub use finding::{ArmChanged, ChangedQuantity, Finding, NotUsedBecause};
+pub use finding::{ArmChanged, Finding, NotUsedBecause};
 pub use identification::{CalibratedFit, Identification};
 pub use identify::{identify_arrays, identify_log, identify_logs};
 pub use online::OnlineSetup;

@@ -40,8 +40,7 @@ pub(crate) fn list_sensors(sensors: &[(String, String)]) -> String {
 /// Says which joint is beyond its limits, and what to check.
 pub(crate) fn positions(beyond: &PositionsBeyondLimits) -> String {
     let joint = beyond.joints.first().map_or("", String::as_str);
-    let (lower, upper) = beyond.limits;
-    let [position, lower, upper] = [beyond.position, lower, upper].map(three_digits);
+    let [position, lower, upper] = [beyond.position, beyond.lower, beyond.upper].map(three_digits);
     let advice = if beyond.are_degrees {
         "they seem to be degrees, but must be in rad"
     } else {

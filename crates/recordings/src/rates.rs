@@ -114,8 +114,8 @@ fn contradicted_twist(sources: &Sources, events: &[Event], max_gap_s: f64) -> Op
             rates.push(event.time_s, base);
         }
     }
-    Some(Finding::TwistContradicted {
+    Some(Finding::Data(DataFinding::TwistContradicted {
         source: source.clone(),
         contradiction: rates.contradiction()?,
-    })
+    }))
 }

@@ -383,11 +383,11 @@ impl Pass {
 /// Reports the channels of each sensor that never changed.
 fn constant_channels(channels: &ChannelMonitor, sources: &Sources) -> Vec<Finding> {
     let constant = channels.constant_channels(f64::INFINITY).into_iter();
-    let finding = |constant: ConstantChannels| Finding::ConstantChannels {
+    let finding = |constant: ConstantChannels| tactid_identify::Finding::ConstantChannels {
         source: sources.wrench_names[constant.sensor].clone(),
         frame: sources.sensors[constant.sensor].clone(),
-        channels: constant.channels,
+        channels: constant.channels.into_iter().map(Into::into).collect(),
         is_zero: constant.is_zero,
     };
-    constant.map(finding).collect()
+    constant.map(finding).map(Finding::Data).collect()
 }

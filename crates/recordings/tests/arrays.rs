@@ -270,15 +270,16 @@ fn constant_channels_are_reported() {
         }
         let findings = recording.identify(&quick()).unwrap().findings;
         let found = findings.iter().find_map(|finding| match finding {
-            Finding::ConstantChannels {
+            Finding::Data(tactid_identify::Finding::ConstantChannels {
                 source,
                 frame,
                 channels,
                 is_zero,
-            } => Some((source.as_str(), frame.as_str(), &channels[..], *is_zero)),
+            }) => Some((source.as_str(), frame.as_str(), &channels[..], *is_zero)),
             _ => None,
         });
-        let expected = ("wrench", "sensor", &["force x", "moment y"][..], zero);
+        let channels = ["force x".into(), "moment y".into()];
+        let expected = ("wrench", "sensor", &channels[..], zero);
         assert_eq!(found, Some(expected));
     }
 }

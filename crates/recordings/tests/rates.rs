@@ -32,7 +32,9 @@ fn about_velocities(recording: &Recording) -> Vec<Finding> {
 fn is_about_velocities(finding: &Finding) -> bool {
     matches!(
         finding,
-        Finding::Data(DataFinding::VelocitiesContradicted(_)) | Finding::TwistContradicted { .. }
+        Finding::Data(
+            DataFinding::VelocitiesContradicted(_) | DataFinding::TwistContradicted { .. }
+        )
     )
 }
 
@@ -117,8 +119,8 @@ fn swapped_joint_velocities_are_reported() {
     let findings = about_velocities(&recording);
     for (joint, other) in [("joint_1", "joint_5"), ("joint_5", "joint_1")] {
         let is_named = |finding: &Finding| {
-            matches!(finding, Finding::Data(DataFinding::VelocitiesContradicted(VelocityContradiction { joints, cause, .. }))
-                if joints == &[joint] && *cause == Some(VelocityCause::OtherJoint(other.to_owned())))
+            matches!(finding, Finding::Data(DataFinding::VelocitiesContradicted(found))
+                if found.joints == [joint] && found.cause == Some(VelocityCause::OtherJoint) && found.other.as_deref() == Some(other))
         };
         assert!(findings.iter().any(is_named), "{findings:?}");
     }
@@ -183,10 +185,10 @@ fn twists_in_the_wrong_axes_are_reported() {
     for (wrong, axes) in wrong {
         match &about_velocities(&wrong)[..] {
             [
-                Finding::TwistContradicted {
+                Finding::Data(DataFinding::TwistContradicted {
                     source,
                     contradiction: TwistContradiction { better_axes, .. },
-                },
+                }),
             ] => {
                 assert_eq!((source.as_str(), *better_axes), ("twist", axes));
             }
@@ -218,7 +220,7 @@ fn odometry_in_world_axes_is_reported() {
         let findings = result.findings;
         let found: Vec<&Finding> = findings.iter().filter(|f| is_about_velocities(f)).collect();
         let is_named = |finding: &&Finding| {
-            matches!(finding, Finding::TwistContradicted { source, contradiction }
+            matches!(finding, Finding::Data(DataFinding::TwistContradicted { source, contradiction })
                 if source == "/base/odom" && contradiction.better_axes == Some(TwistAxes::World))
         };
         assert_eq!(found.len(), usize::from(is_wrong), "{found:?}");

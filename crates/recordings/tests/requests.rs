@@ -228,15 +228,7 @@ fn counts_of_noise_are_checked() {
         wrench_noise: Some(vec![[1.0; 6]; 2]),
         ..quick()
     };
-    let is_reported = |finding: &Finding| {
-        matches!(
-            finding,
-            Finding::OptionNotUsed {
-                option: "wrench_noise",
-                ..
-            }
-        )
-    };
+    let is_reported = |finding: &Finding| matches!(finding, Finding::OptionNotUsed { option, .. } if option == "wrench_noise");
     let findings = recording.identify(&momentum).unwrap().findings;
     assert!(findings.iter().any(is_reported), "{findings:?}");
 }

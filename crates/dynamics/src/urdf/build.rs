@@ -58,7 +58,7 @@ pub(super) fn build(
     let ignored = ignored.map(|((inside, part, name), owners)| ModelFinding::PartIgnored {
         part,
         name: name.to_owned(),
-        inside,
+        inside: inside.into(),
         owners,
     });
     robot.findings.extend(ignored);
@@ -138,8 +138,10 @@ impl<'a> Builder<'a> {
                 JointType::Spherical => "spherical",
                 _ => return Ok(None),
             };
-            let joint = name();
-            let finding = ModelFinding::JointTakenAsFixed { joint, joint_type };
+            let finding = ModelFinding::JointTakenAsFixed {
+                joint: name(),
+                joint_type: joint_type.into(),
+            };
             self.findings.push(finding);
             return Ok(None);
         };

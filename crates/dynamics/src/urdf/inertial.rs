@@ -46,8 +46,8 @@ pub(super) fn link_parameters(
     let mut findings: Vec<ModelFinding> = unknown
         .map(|(element, attributes)| ModelFinding::UnknownNumbers {
             link: link.name.clone(),
-            element,
-            attributes,
+            element: element.into(),
+            attributes: attributes.into_iter().map(Into::into).collect(),
         })
         .collect();
     let body = InertialParameters::from(MassProperties {

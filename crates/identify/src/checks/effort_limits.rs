@@ -1,5 +1,7 @@
 //! Joint efforts against the limits of the robot's description.
 
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
 use tactid_dynamics::Manipulator;
 
 /// An effort is beyond the limit of its joint where it exceeds it this many times: descriptions give rated torques, which a
@@ -7,7 +9,7 @@ use tactid_dynamics::Manipulator;
 const TOLERANCE: f64 = 5.0;
 
 /// Joint efforts beyond the limits of the robot's description.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct EffortsBeyondLimits {
     /// Names of the joints.
     pub joints: Vec<String>,

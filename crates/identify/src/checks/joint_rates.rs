@@ -2,11 +2,15 @@
 
 use std::f64::consts::PI;
 
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
 use super::increments::Increments;
 use super::judge;
 
 /// What the velocities of a joint seem to be instead of the derivatives of its positions.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
 pub enum VelocityCause {
     /// They have the opposite sign.
     OppositeSign,
@@ -14,20 +18,22 @@ pub enum VelocityCause {
     Degrees,
     /// The positions are in degrees, and the velocities in rad/s.
     PositionsInDegrees,
-    /// They are those of this joint.
-    OtherJoint(String),
+    /// They are those of [`VelocityContradiction::other`].
+    OtherJoint,
 }
 
 /// Velocities of joints that are not the derivatives of their positions.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct VelocityContradiction {
     /// Names of the joints.
     pub joints: Vec<String>,
     /// Rms difference between the change of the position over 0.1 s and the integral of the velocity, relative to the
-    /// larger of the two: the largest of these joints.
+    /// larger of the two, without a unit: the largest of these joints.
     pub relative_difference: f64,
     /// What the velocities seem to be instead.
     pub cause: Option<VelocityCause>,
+    /// The joint whose velocities they seem to be.
+    pub other: Option<String>,
 }
 
 /// Sums the changes of joint positions and the integrals of joint velocities.
@@ -109,16 +115,20 @@ impl JointRates {
                 (PI / 180.0, VelocityCause::Degrees),
                 (180.0 / PI, VelocityCause::PositionsInDegrees),
             ];
-            let own = own.map(|(scale, cause)| Some((difference(joint, joint, scale)?, cause)));
+            let own =
+                own.map(|(scale, cause)| Some((difference(joint, joint, scale)?, (cause, None))));
             let others = (0..named).filter(|other| *other != joint).map(|other| {
-                let cause = VelocityCause::OtherJoint(names[other].to_owned());
+                let cause = (VelocityCause::OtherJoint, Some(names[other]));
                 Some((difference(joint, other, 1.0)?, cause))
             });
             let relative_difference = difference(joint, joint, 1.0)?;
+            let cause = judge(relative_difference, own.into_iter().chain(others).flatten())?;
+            let (cause, other) = cause.unzip();
             Some(VelocityContradiction {
                 joints: vec![names[joint].to_owned()],
                 relative_difference,
-                cause: judge(relative_difference, own.into_iter().chain(others).flatten())?,
+                cause,
+                other: other.flatten().map(ToOwned::to_owned),
             })
         };
         (0..named).filter_map(contradiction).collect()
@@ -130,7 +140,10 @@ impl JointRates {
 pub fn grouped_by_cause(contradictions: Vec<VelocityContradiction>) -> Vec<VelocityContradiction> {
     let mut groups: Vec<VelocityContradiction> = Vec::new();
     for one in contradictions {
-        match groups.iter_mut().find(|group| group.cause == one.cause) {
+        match groups
+            .iter_mut()
+            .find(|group| (group.cause, &group.other) == (one.cause, &one.other))
+        {
             Some(group) => {
                 group.joints.extend(one.joints);
                 group.relative_difference = group.relative_difference.max(one.relative_difference);

@@ -76,11 +76,15 @@ impl OnlineChecks {
         let beyond = efforts.and_then(EffortMonitor::beyond_limits);
         findings.extend(beyond.map(Finding::EffortsBeyondLimits));
         let twist = self.twist.as_ref().and_then(TwistRates::contradiction);
-        findings.extend(twist.map(Finding::TwistContradicted));
+        findings.extend(twist.map(|contradiction| Finding::TwistContradicted {
+            source: "twist".to_owned(),
+            contradiction,
+        }));
         let constant = self.channels.constant_channels(SPAN_S).into_iter();
         findings.extend(constant.map(|constant| Finding::ConstantChannels {
+            source: "wrench".to_owned(),
             frame: self.sensors[constant.sensor].clone(),
-            channels: constant.channels,
+            channels: constant.channels.into_iter().map(Into::into).collect(),
             is_zero: constant.is_zero,
         }));
         findings

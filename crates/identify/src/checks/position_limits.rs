@@ -1,5 +1,7 @@
 //! Joint positions against the limits of the robot's description.
 
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
 use tactid_dynamics::Manipulator;
 
 /// A joint is beyond its limits where its position exceeds one by this fraction of the range: descriptions are not exact,
@@ -7,14 +9,16 @@ use tactid_dynamics::Manipulator;
 const TOLERANCE: f64 = 0.1;
 
 /// Joint positions beyond the limits of the robot's description.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct PositionsBeyondLimits {
     /// Names of the joints.
     pub joints: Vec<String>,
     /// Position of the first of these joints that is farthest beyond its limits, rad or m.
     pub position: f64,
-    /// Lower and upper limit of the same joint, rad or m.
-    pub limits: (f64, f64),
+    /// Lower limit of the same joint, rad or m.
+    pub lower: f64,
+    /// Upper limit of the same joint, rad or m.
+    pub upper: f64,
     /// Whether the positions of all of these joints are within their limits if they are taken for degrees.
     pub are_degrees: bool,
 }
@@ -90,12 +94,14 @@ impl PositionMonitor {
         let beyond = |joint: &&Joint| joint.time_s.is_finite() && joint.time_s >= begin_s;
         let beyond: Vec<&Joint> = self.joints.iter().filter(beyond).collect();
         let first = beyond.first()?;
+        let (lower, upper) = first.limits?;
         let in_degrees = |joint: &&Joint| !joint.is_beyond(joint.farthest.to_radians());
         let is_more_than_a_turn = |joint: &&Joint| joint.farthest.abs() > std::f64::consts::TAU;
         Some(PositionsBeyondLimits {
             joints: beyond.iter().map(|joint| joint.name.clone()).collect(),
             position: first.farthest,
-            limits: first.limits?,
+            lower,
+            upper,
             are_degrees: beyond.iter().all(in_degrees) && beyond.iter().any(is_more_than_a_turn),
         })
     }
@@ -133,7 +139,8 @@ mod tests {
             Some(PositionsBeyondLimits {
                 joints: vec!["shoulder".to_owned()],
                 position,
-                limits: (-2.0, 2.0),
+                lower: -2.0,
+                upper: 2.0,
                 are_degrees,
             })
         };

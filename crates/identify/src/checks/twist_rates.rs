@@ -1,6 +1,8 @@
 //! The twist of a base, or of a sensor that is carried about, against its pose.
 
 use nalgebra::{Isometry3, UnitQuaternion, Vector3};
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
 
 use super::increments::Increments;
 use super::judge;
@@ -10,7 +12,8 @@ use crate::BaseState;
 const AXES: usize = 3;
 
 /// Axes along which a twist is expressed.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
 pub enum TwistAxes {
     /// Axes of the world, as a [`BaseState`] has them.
     World,
@@ -19,10 +22,10 @@ pub enum TwistAxes {
 }
 
 /// A twist that is not the derivative of its pose.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct TwistContradiction {
     /// Rms difference between the change of the pose over 0.1 s and the integral of the twist, relative to the larger of
-    /// the two: of positions or of rotations, whichever differ more.
+    /// the two, without a unit: of positions or of rotations, whichever differ more.
     pub relative_difference: f64,
     /// The axes in which the twist would fit the pose.
     pub better_axes: Option<TwistAxes>,

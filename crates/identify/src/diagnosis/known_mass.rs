@@ -22,14 +22,16 @@ pub fn mass_finding(
     // A motion that does not determine the mass contradicts none.
     if std_dev_kg.is_finite() && distance > CONTRADICTION {
         return (!of_data.iter().any(contradicts_any_mass)).then_some(Finding::MassContradicted {
-            known,
+            known_mass_kg: known.mass_kg,
+            known_mass_std_dev_kg: known.std_dev_kg,
             found_kg,
             std_dev_kg,
             distance,
         });
     }
     (!known.agrees_with(estimated_kg, CONTRADICTION)).then_some(Finding::KnownMassNotKept {
-        known,
+        known_mass_kg: known.mass_kg,
+        known_mass_std_dev_kg: known.std_dev_kg,
         estimated_kg,
         within_box,
     })

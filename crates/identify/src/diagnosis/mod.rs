@@ -146,7 +146,9 @@ fn model_findings(
             .wrench_offset(stream.offset_frame())
             .filter(has_significant_component);
         findings.extend(offset.map(|offset| Finding::OffsetSuspected {
-            offset,
+            values: offset.values(),
+            std_devs: offset.std_devs.unwrap_or([f64::INFINITY; 6]),
+            frame: offset.frame,
             load_force_rms_n: load_force_rms(equations, &fit),
         }));
     }

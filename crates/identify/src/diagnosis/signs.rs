@@ -34,7 +34,7 @@ pub(super) fn sign_findings(
     if let Some((scale, residual_ratio, other)) = &better {
         best_mass = other.parameters[0];
         findings.push(Finding::GravityContradicted {
-            better: gravity * *scale + Vector3::zeros(),
+            better: (gravity * *scale + Vector3::zeros()).into(),
             residual_ratio: *residual_ratio,
             method,
         });

@@ -47,11 +47,12 @@ pub(crate) fn unexplained_load(
         .max_by(|a, b| fraction(a).total_cmp(&fraction(b)))?;
     Some(Finding::LoadUnexplained(UnexplainedLoad {
         joint: None,
-        unit,
+        unit: unit.into(),
         residual_rms,
         load_rms,
         noise_rms,
         method,
+        has_unloaded: false,
     }))
 }
 

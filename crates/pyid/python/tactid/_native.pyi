@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from typing_extensions import disjoint_base
 
-from tactid.findings import Finding
+from tactid.naming import Style
 
 _Array: TypeAlias = NDArray[np.float64]
 _Path: TypeAlias = str | PathLike[str]
@@ -39,11 +39,17 @@ __all__ = [
     "combine",
     "default_posture",
     "design_excitation",
+    "distance_of_runs",
+    "fault_words",
+    "finding_grade",
+    "finding_schemas",
+    "finding_words",
     "identify_arrays",
     "identify_log",
     "identify_logs",
     "info",
     "options",
+    "probability",
     "read",
     "read_motion",
     "record_schemas",
@@ -118,7 +124,7 @@ class Manipulator:
     @property
     def mass(self) -> float: ...
     @property
-    def findings(self) -> list[Finding]: ...
+    def findings(self) -> list[Any]: ...
     def with_payload(self, frame: str, body: MassProperties) -> Manipulator: ...
     def without_subtree(self, frame: str) -> Manipulator: ...
     def kinematics(
@@ -280,12 +286,24 @@ def identify_logs(
     logs: Sequence[_Path], options: _Data, progress: _Progress = None
 ) -> list[_Data]: ...
 def combine(
-    frame: str, linear: Sequence[_Data], known_mass: _Data | None, bounding_box: _Data | None
+    frame: str,
+    names: Sequence[str],
+    linear: Sequence[_Data],
+    known_mass: _Data | None,
+    bounding_box: _Data | None,
 ) -> _Data: ...
 def record_schemas() -> str: ...
 def remaining(
     forecast: _Data, values: Sequence[float], std_devs: Sequence[float], within: float
 ) -> list[float]: ...
+def finding_words(kind: str, data: Mapping[str, Any], style: Style) -> str: ...
+def finding_grade(kind: str, data: Mapping[str, Any]) -> tuple[Any, Any]: ...
+def fault_words(data: dict[str, Any]) -> str: ...
+def finding_schemas() -> list[str]: ...
+def probability(p_value: float) -> str: ...
+def distance_of_runs(
+    chi_square: float, degrees_of_freedom: float, of_noise: float | None, p_value: float
+) -> str: ...
 def identify_arrays(
     time: ArrayLike,
     options: _Data,

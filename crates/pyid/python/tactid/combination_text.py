@@ -7,10 +7,10 @@ from rich import box
 from rich.table import Table
 
 from tactid import reported
+from tactid._native import distance_of_runs, probability
 from tactid.combination import CombinationData
 from tactid.naming import Style, listed
 from tactid.remarks import assumptions, remarks, uncertain_values, unobservable_values
-from tactid.run_wording import distance_of_runs, probability
 from tactid.table import Column, as_text, heading, html_table, plain_text
 
 WHOLE = "all"

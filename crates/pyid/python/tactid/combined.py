@@ -3,7 +3,6 @@
 import os
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
-from typing import Any
 
 from tactid import _native, combination_json, combination_text, result_json
 from tactid.combination import CombinationData
@@ -17,7 +16,7 @@ from tactid.outlook import WITHIN
 from tactid.output_files import checked_output
 from tactid.payload import PayloadEstimate
 from tactid.records import LinearEstimate
-from tactid.values import finite, listed_fields
+from tactid.values import listed_fields
 
 
 @with_fields
@@ -134,11 +133,12 @@ def combine(results: Sequence[IdentificationData]) -> Combination:
     first = results[0]
     data = _native.combine(
         first.estimate.frame,
+        names,
         [listed_fields(each) for each in linear],
         None if first.known_mass is None else listed_fields(first.known_mass),
         None if first.bounding_box is None else listed_fields(first.bounding_box),
     )
-    findings = [_named(kind, found, names) for kind, found in data.pop("findings")]
+    findings = [Finding(kind, found) for kind, found in data.pop("findings")]
     estimate = _with_counts(data.pop("estimate"), results)
     return Combination(
         **data, estimate=estimate, findings=findings, runs=tuple(results), names=names
@@ -213,12 +213,3 @@ def _with_counts(
         rejected=sum(one.rejected for one in each),
         gaps=sum(one.gaps for one in each),
     )
-
-
-def _named(kind: str, data: dict[str, Any], names: Sequence[str]) -> Finding:
-    """Returns a finding with the name of its recording in place of its index."""
-    if kind == "runs_disagree":
-        run = data["run"]
-        data = data | {"recordings": list(names), "run": None if run is None else names[run]}
-        data["noise_degrees_of_freedom"] = finite(data["noise_degrees_of_freedom"])
-    return Finding(kind, data)

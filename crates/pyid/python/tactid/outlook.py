@@ -6,7 +6,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tactid._native import VALUE_NAMES
-from tactid.findings import DOUBTS
 from tactid.identification import IdentificationData
 from tactid.naming import duration, listed
 from tactid.remarks import TOO_LONG, motion_advice
@@ -27,7 +26,7 @@ def outlook(result: IdentificationData, within: float = WITHIN) -> str | None:
     where the data contradict the result: then no interval contains the truth, however long the
     motion goes on.
     """
-    if result.is_contradicted or any(noticed.kind in DOUBTS for noticed in result.findings):
+    if result.is_contradicted or any(noticed.severity != "notes" for noticed in result.findings):
         return None
     remaining, identifiable = result.remaining(within), np.array(result.estimate.identifiable)
     if np.isnan(remaining).any() or not identifiable.any():
@@ -52,7 +51,7 @@ def outlook(result: IdentificationData, within: float = WITHIN) -> str | None:
 
 def needs_another_motion(result: IdentificationData, within: float = WITHIN) -> bool:
     """Returns whether some value stays unknown however long this motion goes on, or almost so."""
-    if result.is_contradicted or any(noticed.kind in DOUBTS for noticed in result.findings):
+    if result.is_contradicted or any(noticed.severity != "notes" for noticed in result.findings):
         return False
     identifiable = np.array(result.estimate.identifiable)
     remaining = result.remaining(within)

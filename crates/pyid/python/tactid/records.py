@@ -88,7 +88,7 @@ def array_of(schema: Mapping[str, Any]) -> tuple[int, str]:
     return dimensions + 1 if dimensions else 0, kind
 
 
-def _sentences(text: str) -> str:
+def sentences(text: str) -> str:
     """Returns a doc comment without links, a line for each paragraph."""
     text = LINK.sub(lambda found: found[1] or found[2], text).replace("::", ".")
     return "\n\n".join(" ".join(part.split()) for part in text.split("\n\n"))
@@ -100,7 +100,7 @@ def _read(node: Any) -> Any:
         return [_read(each) for each in node]
     if not isinstance(node, dict):
         return node
-    texts = {"description": _sentences} if isinstance(node.get("description"), str) else {}
+    texts = {"description": sentences} if isinstance(node.get("description"), str) else {}
     found = {key: texts.get(key, _read)(value) for key, value in node.items()}
     if "properties" in found:
         # The crates list the fields in their order as required, and sort the properties.

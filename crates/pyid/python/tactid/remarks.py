@@ -5,36 +5,17 @@ A sentence that names an option spells it as its reader would write it: see :mod
 
 import math
 from collections.abc import Sequence
-from itertools import compress
 
 import numpy as np
 from numpy.typing import NDArray
 
 from tactid._native import VALUE_NAMES
-from tactid.calibration_wording import efforts_noisier
-from tactid.findings import CONTRADICTIONS, DOUBTS, Finding
+from tactid.findings import Finding
 from tactid.identification import IdentificationData
 from tactid.naming import Style, counted, duration, listed, option_name
 from tactid.payload import PayloadEstimate
 from tactid.reported import offsets
 from tactid.values import KIND_NAMES, KINDS, Z95, digits_of
-
-CAUSES = (
-    "positions_beyond_limits",
-    "velocities_contradicted",
-    "twist_contradicted",
-    "efforts_beyond_limits",
-)
-"""Findings that name what is wrong with the recordings themselves."""
-
-CONSEQUENCES = (
-    "load_unexplained",
-    "inconsistent",
-    "effort_noisier",
-    "friction_changed",
-    "gains_changed",
-)
-"""Findings that wrong recordings cause, and that guess at another cause."""
 
 TOO_LONG = 10.0
 """A motion that would have to go on for more than this many times the recording's length does not
@@ -48,14 +29,8 @@ def remarks(result: IdentificationData, style: Style = "keyword") -> list[str]:
     the recordings are wrong, the consequences are left out: ``findings`` has them all.
     """
     findings = _without_consequences(result.findings)
-    order = {kind: rank for rank, kind in enumerate((*CONTRADICTIONS, *DOUBTS))}
-
-    def rank(finding: Finding) -> tuple[bool, int]:
-        return not finding.contradicts_result, order.get(finding.kind, len(order))
-
-    is_grave = [each.contradicts_result or each.kind in order for each in findings]
-    grave = sorted(compress(findings, is_grave), key=rank)
-    others = [each for each, yes in zip(findings, is_grave, strict=True) if not yes]
+    grave = sorted((each for each in findings if each.severity != "notes"), key=lambda x: x.rank)
+    others = [each for each in findings if each.severity == "notes"]
     return list(
         dict.fromkeys(
             [
@@ -63,7 +38,7 @@ def remarks(result: IdentificationData, style: Style = "keyword") -> list[str]:
                 *_of_the_body(result),
                 *_of_the_unknown(result, style),
                 *_of_the_samples(result),
-                *_in_words(others, style),
+                *(noticed.worded(style) for noticed in others),
                 *map(str, result.faults),
             ]
         )
@@ -72,15 +47,8 @@ def remarks(result: IdentificationData, style: Style = "keyword") -> list[str]:
 
 def _without_consequences(findings: Sequence[Finding]) -> list[Finding]:
     """Returns the findings without those that other findings explain."""
-    is_explained = any(each.kind in CAUSES for each in findings)
-    return [each for each in findings if not (is_explained and each.kind in CONSEQUENCES)]
-
-
-def _in_words(findings: Sequence[Finding], style: Style) -> list[str]:
-    """Returns a sentence for each finding, and one for all joints that are noisier."""
-    noisier = [each for each in findings if each.kind == "effort_noisier"]
-    together = [efforts_noisier([each.data for each in noisier])] if noisier else []
-    return together + [each.worded(style) for each in findings if each not in noisier]
+    is_explained = any(each.subject == "measurements" for each in findings)
+    return [each for each in findings if not (is_explained and each.subject == "consequence")]
 
 
 def _of_the_body(result: IdentificationData) -> list[str]:

@@ -3,12 +3,10 @@
 Every number may be null, which stands for what is not known.
 """
 
-import json
 from collections.abc import Mapping
-from importlib import resources
 from typing import Any
 
-from tactid import calibration_text, combination_json, motion_json, result_json
+from tactid import calibration_text, combination_json, finding_schemas, motion_json, result_json
 from tactid.records import SCHEMAS
 
 Schema = dict[str, Any]
@@ -108,7 +106,7 @@ def _document(name: str, record: str, views: Schema, optional: Schema | None = N
         "properties": properties,
         "required": [key for key in properties if key not in (optional or {})],
     }
-    definitions = _in_documents({**SCHEMAS, **_schema("finding")})
+    definitions = _in_documents({**SCHEMAS, **finding_schemas.definitions()})
     shown = _in_documents(whole)
     return {
         "$schema": "https://json-schema.org/draft/2020-12/schema",
@@ -154,10 +152,4 @@ def _reachable(node: Any, definitions: Schema) -> Schema:
             pending.extend(part.values())
         elif isinstance(part, list):
             pending.extend(part)
-    return found
-
-
-def _schema(name: str) -> dict[str, Any]:
-    text = resources.files("tactid").joinpath(f"{name}.schema.json").read_text("utf-8")
-    found: dict[str, Any] = json.loads(text)
     return found

@@ -42,7 +42,7 @@ impl JointValues {
         check(&self.velocity).map_err(|kind| (JOINT_VELOCITY, kind))?;
         if let Some(at) = self.effort.iter().position(|effort| !effort.is_finite()) {
             let joint = names[places[at]].clone();
-            return Err((JOINT_EFFORT, FaultKind::EffortNotFinite(joint)));
+            return Err((JOINT_EFFORT, FaultKind::EffortNotFinite { joint }));
         }
         check(&self.effort).map_err(|kind| (JOINT_EFFORT, kind))?;
         for (effort, &place) in self.effort.iter_mut().zip(places) {

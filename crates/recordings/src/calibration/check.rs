@@ -45,8 +45,8 @@ pub(super) fn check_numbers(arm: &ArmCalibration, text: &str) -> Result<(), Faul
         let place = Place::numbered(text, "contradiction", index);
         place.check("size", &[contradiction.size], FINITE)?;
         place.check("std_dev", &[contradiction.std_dev], NOT_NEGATIVE)?;
-        if let Assumption::GainPrior(std_dev) = contradiction.assumption {
-            place.check("prior_std_dev", &[std_dev], POSITIVE)?;
+        if let Assumption::GainPrior { prior_std_dev } = contradiction.assumption {
+            place.check("prior_std_dev", &[prior_std_dev], POSITIVE)?;
         }
     }
     check_precision(arm, text)

@@ -1,6 +1,5 @@
 //! Assumptions of a calibration that its recordings contradict, as its file has them.
 
-use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 use tactid_calibrate::{Assumption, Contradiction};
 
@@ -51,7 +50,6 @@ impl StoredContradiction {
             joint,
             shown,
         } = contradiction.clone();
-        let shown = shown.map(Into::into);
         match assumption {
             Assumption::Gravity => Self::GravityTilted {
                 joint,
@@ -69,14 +67,14 @@ impl StoredContradiction {
                 size,
                 std_dev,
             }),
-            Assumption::PayloadCenter(payload) => Self::PayloadComContradicted {
+            Assumption::PayloadCenter { payload } => Self::PayloadComContradicted {
                 joint,
                 size,
                 std_dev,
                 shown,
                 payload,
             },
-            Assumption::GainPrior(prior_std_dev) => Self::GainImprobable {
+            Assumption::GainPrior { prior_std_dev } => Self::GainImprobable {
                 joint,
                 size,
                 std_dev,
@@ -102,7 +100,7 @@ impl StoredContradiction {
                 shown,
                 payload,
             } => {
-                let assumption = Assumption::PayloadCenter(payload);
+                let assumption = Assumption::PayloadCenter { payload };
                 (assumption, joint, size, std_dev, shown)
             }
             Self::GainImprobable {
@@ -111,7 +109,7 @@ impl StoredContradiction {
                 std_dev,
                 prior_std_dev,
             } => {
-                let assumption = Assumption::GainPrior(prior_std_dev);
+                let assumption = Assumption::GainPrior { prior_std_dev };
                 (assumption, joint, size, std_dev, None)
             }
         };
@@ -120,7 +118,7 @@ impl StoredContradiction {
             size,
             std_dev,
             joint,
-            shown: shown.map(Vector3::from),
+            shown,
         }
     }
 }

@@ -163,8 +163,14 @@ fn identify(
     };
     let contradictions = calibration.report.contradictions.iter().cloned();
     let contradictions = contradictions.map(Finding::CalibrationContradicted);
-    let moved = found.moved_zero.map(Finding::JointZeroMoved);
-    let used = used.map(Finding::RecordingCalibrated);
+    let moved = found.moved_zero.map(|zero| Finding::JointZeroMoved {
+        joint: zero.joint,
+        size: zero.size,
+        std_dev: zero.std_dev,
+    });
+    let used = used.map(|used| Finding::RecordingCalibrated {
+        is_loaded: used.is_loaded,
+    });
     let left_out = found.unloaded_left_out;
     let left_out = left_out.map(|noise_ratio| Finding::UnloadedLeftOut { noise_ratio });
     let shortages = &calibration.report.shortages;

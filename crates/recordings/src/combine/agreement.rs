@@ -6,12 +6,12 @@ use serde::Serialize;
 use super::between::Variation;
 use super::scatter::Scatter;
 use super::term::{Pooled, Term};
+use tactid_identify::Disagreement;
 use tactid_identify::VALUE_NAMES;
 use tactid_identify::serial::TenValues;
 use tactid_identify::solve::{Matrix, Vector};
 use tactid_identify::solve::{PseudoInverse, pseudo_inverse};
 use tactid_identify::solve::{value_jacobian, values_of};
-use tactid_identify::{Disagreement, ValueDifference};
 
 /// Probability below which the chi-square over all runs and parameters counts as a disagreement.
 const RARE: f64 = 0.01;
@@ -60,11 +60,36 @@ pub struct RunDistance {
     pub others_agree: bool,
 }
 
+/// Difference between one run and the others in one value.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, JsonSchema)]
+pub struct ValueDifference {
+    /// Index of the run. Of two runs, neither is the one that differs, and it is the second.
+    pub run: usize,
+    /// Name of the value, of [`VALUE_NAMES`].
+    pub value: &'static str,
+    /// Value of the run less that of the others, in its unit.
+    pub difference: f64,
+    /// Value of the others, in its unit.
+    pub others: f64,
+    /// Standard deviation of the difference from the noise within the runs, in the unit of the value.
+    pub std_dev: f64,
+}
+
+impl ValueDifference {
+    /// Returns the difference in standard deviations, with its sign.
+    #[must_use]
+    pub fn sigmas(&self) -> f64 {
+        self.difference / self.std_dev
+    }
+}
+
 impl Agreement {
     /// Returns the disagreement of recordings that do not agree.
     pub(crate) fn disagreement(&self) -> Option<Disagreement> {
-        let run = self.largest.map(|largest| largest.run);
+        let largest = self.largest;
+        let run = largest.map(|largest| largest.run);
         let run = run.filter(|_| self.runs.len() > 2);
+        let name = |run: usize| format!("recording {}", run + 1);
         let values = VALUE_NAMES.into_iter().zip(self.value_p_values);
         let (least_probable, least_p_value) = values.min_by(|a, b| a.1.total_cmp(&b.1))?;
         (!self.agree).then_some(Disagreement {
@@ -73,11 +98,15 @@ impl Agreement {
             degrees_of_freedom: self.degrees_of_freedom,
             noise_degrees_of_freedom: self.noise_degrees_of_freedom,
             p_value: self.p_value,
-            least_probable,
+            least_probable: least_probable.into(),
             least_p_value,
-            run,
+            recordings: (0..self.runs.len()).map(name).collect(),
+            run: run.map(name),
             others_agree: run.is_some_and(|run| self.runs[run].others_agree),
-            largest: self.largest,
+            value: largest.map(|largest| largest.value.into()),
+            difference: largest.map(|largest| largest.difference),
+            of_others: largest.map(|largest| largest.others),
+            sigmas: largest.as_ref().map(ValueDifference::sigmas),
         })
     }
 }

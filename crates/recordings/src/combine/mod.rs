@@ -36,7 +36,7 @@ use schemars::JsonSchema;
 use serde::Serialize;
 
 use self::agreement::Comparison;
-pub use self::agreement::{Agreement, RunDistance};
+pub use self::agreement::{Agreement, RunDistance, ValueDifference};
 use self::between::Variation;
 use self::check::check_run;
 use self::term::{Pooled, Term};

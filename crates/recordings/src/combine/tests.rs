@@ -205,12 +205,19 @@ fn a_run_with_another_gain_is_named() {
         runs[odd].parameters = 1.1 * truth() + 0.2 * (runs[odd].parameters - truth());
         let found = combined(&runs);
         assert!(!found.agreement.agree);
-        let [Finding::RunsDisagree(disagreement)] = found.findings[..] else {
+        let [Finding::RunsDisagree(disagreement)] = &found.findings[..] else {
             panic!("{:?}", found.findings);
         };
-        assert_eq!((disagreement.run, disagreement.runs), (Some(odd), 3));
-        let largest = disagreement.largest.unwrap();
-        assert!(largest.sigmas() * largest.others > 0.0, "{largest:?}");
+        let name = format!("recording {}", odd + 1);
+        assert_eq!(
+            (disagreement.run.as_ref(), disagreement.runs),
+            (Some(&name), 3)
+        );
+        let (sigmas, others) = (
+            disagreement.sigmas.unwrap(),
+            disagreement.of_others.unwrap(),
+        );
+        assert!(sigmas * others > 0.0, "{disagreement:?}");
         let half_widths = half_widths(&found);
         covered += u32::from((found.estimate.body.mass_kg - 2.0).abs() < half_widths[0]);
         let others: Vec<_> = (0..3)
@@ -237,21 +244,22 @@ fn two_runs_that_disagree_have_a_wide_interval() {
     let information = Matrix::from_diagonal(&truth().map(|entry| (0.001 * entry).powi(-2)));
     let at = |gain: f64| LinearEstimate::with_known_noise(gain * truth(), information);
     let found = combined(&[at(1.0), at(1.1)]);
-    let [Finding::RunsDisagree(disagreement)] = found.findings[..] else {
+    let [Finding::RunsDisagree(disagreement)] = &found.findings[..] else {
         panic!("{:?}", found.findings);
     };
-    assert_eq!((disagreement.run, disagreement.others_agree), (None, false));
+    assert_eq!(
+        (&disagreement.run, disagreement.others_agree),
+        (&None, false)
+    );
     // Half of the difference, 0.1 kg, is the standard deviation of the mean of two; t = 12.706.
     let half_width = half_widths(&found)[0];
     assert!(
         (half_width / (12.706 * 0.1) - 1.0).abs() < 1e-3,
         "{half_width}"
     );
-    let difference = disagreement.largest.unwrap();
-    assert!(
-        (difference.difference / difference.others - 0.1).abs() < 0.02,
-        "{difference:?}"
-    );
+    let (difference, others) = (disagreement.difference, disagreement.of_others);
+    let relative = difference.unwrap() / others.unwrap();
+    assert!((relative - 0.1).abs() < 0.02, "{disagreement:?}");
 }
 
 /// A value that only one run determines has the relative spread that the others show.

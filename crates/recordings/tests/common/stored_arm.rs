@@ -60,8 +60,10 @@ fn contradictions(numbers: &mut Numbers) -> Vec<Contradiction> {
         Assumption::Gravity,
         Assumption::JointZero,
         Assumption::Gains,
-        Assumption::PayloadCenter(3),
-        Assumption::GainPrior(numbers.one()),
+        Assumption::PayloadCenter { payload: 3 },
+        Assumption::GainPrior {
+            prior_std_dev: numbers.one(),
+        },
     ];
     let contradiction = |assumption: Assumption| Contradiction {
         assumption,
@@ -70,9 +72,9 @@ fn contradictions(numbers: &mut Numbers) -> Vec<Contradiction> {
         joint: NAMES[0].to_owned(),
         shown: matches!(
             assumption,
-            Assumption::Gravity | Assumption::PayloadCenter(_)
+            Assumption::Gravity | Assumption::PayloadCenter { .. }
         )
-        .then(|| Vector3::from_fn(|_, _| numbers.one())),
+        .then(|| [(); 3].map(|()| numbers.one())),
     };
     assumptions.map(contradiction).to_vec()
 }

@@ -1,0 +1,376 @@
+//! The findings of an identification in words.
+
+use std::borrow::Cow;
+use std::fmt;
+
+use tactid_dynamics::words::{at_most, counted, general, listed, with_interval};
+use tactid_dynamics::{Notice, Reader, Severity, Subject};
+
+use super::Finding;
+use super::load_words::{gravity, negative_mass, offset, unexplained};
+use super::run_words::runs_disagree;
+use crate::checks::{
+    EffortsBeyondLimits, PositionsBeyondLimits, TwistAxes, TwistContradiction, VelocityCause,
+    VelocityContradiction,
+};
+use crate::sampling::Sampling;
+
+/// Ratio of a given mass to that of the data from which to which it looks like grams.
+const THOUSAND: std::ops::Range<f64> = 500.0..2000.0;
+
+impl Notice for Finding {
+    fn severity(&self) -> Severity {
+        self.grade()
+    }
+
+    fn subject(&self) -> Subject {
+        self.about()
+    }
+
+    fn words(&self, reader: Reader) -> String {
+        match self {
+            Self::VelocitiesContradicted(found) => velocities(found),
+            Self::PositionsBeyondLimits(beyond) => positions(beyond),
+            Self::EffortsBeyondLimits(beyond) => efforts(beyond, reader),
+            Self::TwistContradicted {
+                source,
+                contradiction,
+            } => twist(source, contradiction),
+            Self::ConstantChannels {
+                source,
+                frame,
+                channels,
+                is_zero,
+            } => constant_channels(source, frame, channels, *is_zero),
+            Self::NoEquations(sampling) => no_equations(sampling, reader),
+            Self::GravityContradicted {
+                better,
+                residual_ratio,
+                method,
+            } => gravity(better, *residual_ratio, *method, reader),
+            Self::OffsetSuspected {
+                frame,
+                values,
+                std_devs,
+                ..
+            } => offset(frame, values, std_devs, reader),
+            Self::LoadUnexplained(load) => unexplained(load, reader),
+            Self::NothingHeld { .. }
+            | Self::NegativeMass { .. }
+            | Self::KnownBodiesTooHeavy { .. }
+            | Self::MassContradicted { .. }
+            | Self::KnownMassNotKept { .. } => self.of_mass(reader),
+            Self::Inconsistent {
+                distance,
+                within_box,
+            } => inconsistent(*distance, *within_box, reader),
+            Self::RunsDisagree(found) => runs_disagree(found),
+            Self::Outliers { outliers, windows } => outlying(*outliers, *windows),
+            Self::Model(finding) => finding.words(reader),
+        }
+    }
+}
+
+impl Finding {
+    /// Says what was noticed about the mass; nothing for other findings.
+    fn of_mass(&self, reader: Reader) -> String {
+        match self {
+            Self::NothingHeld {
+                mass_kg,
+                std_dev_kg,
+            } => format!(
+                "Nothing is held, or too little for this recording: the mass is {} kg. If \
+                 something is, check the units of the load and the order of its channels.",
+                with_interval(*mass_kg, *std_dev_kg)
+            ),
+            Self::NegativeMass { method, or_gravity } => {
+                negative_mass(*method, *or_gravity, reader)
+            }
+            Self::KnownBodiesTooHeavy {
+                known_bodies_kg,
+                load_kg,
+            } => too_heavy(*known_bodies_kg, *load_kg, reader),
+            Self::MassContradicted {
+                known_mass_kg,
+                found_kg,
+                std_dev_kg,
+                distance,
+                ..
+            } => format!(
+                "The given mass is {} kg, but the data alone give {} kg, {} standard deviations \
+                 away: check the given mass, which is in kg{}, gravity, and the gains and offsets \
+                 of the sensors.",
+                general(*known_mass_kg, 6),
+                with_interval(*found_kg, *std_dev_kg),
+                at_most(*distance, 1),
+                as_grams(*known_mass_kg, *found_kg)
+            ),
+            Self::KnownMassNotKept {
+                known_mass_kg,
+                estimated_kg,
+                within_box,
+                ..
+            } => format!(
+                "The given mass is {} kg, but the result has {} kg: no physically consistent body \
+                 of the given mass{} explains the data.",
+                general(*known_mass_kg, 6),
+                general(*estimated_kg, 4),
+                if *within_box { " within the box" } else { "" }
+            ),
+            _ => String::new(),
+        }
+    }
+}
+
+fn constant_channels(
+    source: &str,
+    frame: &str,
+    channels: &[Cow<'_, str>],
+    is_zero: bool,
+) -> String {
+    let value = if is_zero { "zero" } else { "constant" };
+    let (are, them) = if channels.len() > 1 {
+        ("are", "them")
+    } else {
+        ("is", "it")
+    };
+    format!(
+        "{source}: {} in `{frame}` {are} exactly {value} in all samples, as of a sensor that does \
+         not measure {them}. The estimate takes {them} for measured.",
+        listed(channels)
+    )
+}
+
+fn too_heavy(known_bodies_kg: f64, load_kg: f64, reader: Reader) -> String {
+    // Online there is no known tool.
+    let tool = match reader {
+        Reader::Online => String::new(),
+        _ => format!(" the mass of {},", reader.option("known_tool")),
+    };
+    format!(
+        "The known bodies weigh {} kg, but the whole load only {} kg: check{tool} the links below \
+         the tip in the URDF, and the gains of the sensors.",
+        general(known_bodies_kg, 4),
+        general(load_kg, 4)
+    )
+}
+
+fn outlying(outliers: usize, windows: usize) -> String {
+    let (are, them, have) = match outliers {
+        1 => ("is an outlier", "it", "has"),
+        _ => ("are outliers", "them", "have"),
+    };
+    format!(
+        "{outliers} of {} {are}, as an impact causes {them}, and {have} next to no weight.",
+        counted(windows, "window")
+    )
+}
+
+impl fmt::Display for Finding {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        formatter.write_str(&self.words(Reader::Rust))
+    }
+}
+
+fn velocities(found: &VelocityContradiction) -> String {
+    let cause = match (found.cause, &found.other) {
+        (Some(VelocityCause::OppositeSign), _) => "They have the opposite sign.".to_owned(),
+        (Some(VelocityCause::Degrees), _) => {
+            "They are in degrees per second, but must be in rad/s.".to_owned()
+        }
+        (Some(VelocityCause::PositionsInDegrees), _) => {
+            "The positions are in degrees, but must be in rad.".to_owned()
+        }
+        (Some(VelocityCause::OtherJoint), Some(other)) => {
+            format!("They are those of {other}: check the order of the joints.")
+        }
+        (Some(VelocityCause::OtherJoint) | None, _) => {
+            "Check their units and signs, and the order of the joints.".to_owned()
+        }
+    };
+    format!(
+        "The velocities of {} are not the derivatives of the positions (rms difference {:.0} % of \
+         the motion). {cause}",
+        listed(&found.joints),
+        100.0 * found.relative_difference
+    )
+}
+
+fn positions(beyond: &PositionsBeyondLimits) -> String {
+    let advice = if beyond.are_degrees {
+        "They are in degrees, but must be in rad (and the velocities in rad/s)."
+    } else {
+        "Check their units, the order of the joints, and that the URDF is that of this robot."
+    };
+    format!(
+        "The positions of {} are beyond the limits of the URDF: {} reaches {}, and its limits are \
+         {} and {}. {advice}",
+        listed(&beyond.joints),
+        first(&beyond.joints),
+        general(beyond.position, 4),
+        general(beyond.lower, 4),
+        general(beyond.upper, 4)
+    )
+}
+
+fn efforts(beyond: &EffortsBeyondLimits, reader: Reader) -> String {
+    let placeholders = if beyond.limits_are_equal {
+        " The limits of the URDF are all the same, and may be placeholders."
+    } else {
+        ""
+    };
+    let gains = match reader {
+        Reader::Online => String::new(),
+        _ => format!(" ({})", reader.option("effort_gain")),
+    };
+    format!(
+        "The efforts of {} are far beyond the limits of the URDF: that of {} is {} on average, and \
+         its limit is {}. They must be torques in N m, or forces in N: check their unit and the \
+         gains{gains}.{placeholders}",
+        listed(&beyond.joints),
+        first(&beyond.joints),
+        general(beyond.effort, 4),
+        general(beyond.limit, 4)
+    )
+}
+
+fn first(names: &[String]) -> &str {
+    names.first().map_or("", String::as_str)
+}
+
+fn twist(source: &str, found: &TwistContradiction) -> String {
+    let cause = match found.better_axes {
+        Some(TwistAxes::Body) => {
+            "It is in the axes of the moving body, but must be in those of the world; or the \
+             quaternion of the pose is not in the order x, y, z, w."
+        }
+        Some(TwistAxes::World) => {
+            "It is in the axes of the world, but the twist of an odometry message must be in those \
+             of its child frame."
+        }
+        None => "Check its units, signs and axes; it may also be zero because it is not measured.",
+    };
+    format!(
+        "{source}: the twist is not the derivative of the pose (rms difference {:.0} % of the \
+         motion). {cause}",
+        100.0 * found.relative_difference
+    )
+}
+
+fn no_equations(sampling: &Sampling, reader: Reader) -> String {
+    let nothing = "Nothing is known of the payload";
+    let Sampling {
+        samples,
+        rejected,
+        gaps,
+        max_gap_s,
+        period_s,
+        window_s,
+        min_samples,
+    } = *sampling;
+    if rejected > samples {
+        return format!(
+            "{nothing}: {rejected} of {} samples were rejected, because a value is not finite or \
+             their time is not later than the one before.",
+            samples + rejected
+        );
+    }
+    if 2 * gaps > samples {
+        return format!(
+            "{nothing}: of {samples} samples, {gaps} came more than {} s after the one before, and \
+             {} bridges no more. Times must be in seconds.",
+            general(max_gap_s, 6),
+            reader.option("max_gap_s")
+        );
+    }
+    let window = general(window_s, 3);
+    if window_s < f64::from(min_samples) * period_s {
+        return format!(
+            "{nothing}: there is a sample every {} ms, which is too slow for the cutoff. A window \
+             of {window} s needs at least {min_samples} samples: push samples at a higher rate, or \
+             lower {}.",
+            general(1e3 * period_s, 3),
+            reader.option("cutoff_hz")
+        );
+    }
+    format!("{nothing} after {samples} samples: the first window of {window} s is not complete.")
+}
+
+/// Says that a given mass looks like one in grams.
+fn as_grams(known_mass_kg: f64, found_kg: f64) -> String {
+    if THOUSAND.start * found_kg < known_mass_kg && known_mass_kg < THOUSAND.end * found_kg {
+        format!(
+            " (as grams it would be {} kg)",
+            general(known_mass_kg / 1000.0, 6)
+        )
+    } else {
+        String::new()
+    }
+}
+
+fn inconsistent(distance: f64, within_box: bool, reader: Reader) -> String {
+    let (within, the_box) = if within_box {
+        (" within the box", ", the box")
+    } else {
+        ("", "")
+    };
+    let widened = match reader {
+        Reader::Online => "",
+        _ => ", and the intervals are widened until it is plausible",
+    };
+    format!(
+        "No physically consistent body{within} explains the data within their noise. The result is \
+         the nearest one, {} standard deviations away{widened}: check the frames{the_box}, gravity \
+         and the offsets of the sensors.",
+        at_most(distance, 1)
+    )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::Method;
+
+    /// A caller of the crate reads a sentence with the names of fields, and a user of the command
+    /// one with flags.
+    #[test]
+    fn a_finding_is_a_sentence_for_its_reader() {
+        let finding = Finding::NegativeMass {
+            method: Method::Tactile,
+            or_gravity: true,
+        };
+        assert_eq!(
+            finding.to_string(),
+            "The identified mass is negative: the opposite sign of the wrench (`wrench_acts_on`), \
+             or of gravity (`gravity`), would explain the data."
+        );
+        assert!(
+            finding
+                .words(Reader::CommandLine)
+                .contains("(--wrench-acts-on)")
+        );
+        assert_eq!(finding.severity(), Severity::Contradicts);
+    }
+
+    /// An offset contradicts where it is certainly large: in force relative to the load, or by the
+    /// shift of the centre of mass.
+    #[test]
+    fn a_certain_and_large_offset_contradicts() {
+        for (force, moment, std_dev, expected) in [
+            (12.0, 0.0, 0.01, Severity::Contradicts),
+            (0.9, 0.0, 0.01, Severity::Doubts),
+            (3.0, 0.0, 0.5, Severity::Doubts),
+            (0.0, 0.25, 0.001, Severity::Contradicts),
+            (0.0, 0.15, 0.001, Severity::Doubts),
+            (12.0, 0.0, f64::INFINITY, Severity::Doubts),
+        ] {
+            let finding = Finding::OffsetSuspected {
+                frame: "tool0".into(),
+                values: [force, 0.0, 0.0, moment, 0.0, 0.0],
+                std_devs: [std_dev; 6],
+                load_force_rms_n: 20.0,
+            };
+            assert_eq!(finding.severity(), expected, "{force} {moment} {std_dev}");
+        }
+    }
+}

@@ -1,0 +1,215 @@
+//! Findings: what a reader of the result should know of the recording, for a program to match.
+
+mod words;
+
+use std::borrow::Cow;
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+use tactid_calibrate::Contradiction;
+use tactid_identify::Method;
+
+/// Largest change of a joint's gain, a fraction, that may have its cause in the arm itself:
+/// temperature changes gains by a few percent.
+const LARGEST_CHANGE_OF_A_GAIN: f64 = 0.15;
+
+/// Largest rms change of the friction, a fraction, that temperature and wear explain: a cold gear
+/// has about half as much again as a warm one.
+const LARGEST_CHANGE_OF_FRICTION: f64 = 0.6;
+
+/// Something that a reader of the result should know.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(tag = "kind", rename_all = "snake_case")]
+pub enum Finding {
+    /// An option of the request has no effect.
+    OptionNotUsed {
+        /// Name of the field of [`Request`](crate::Request).
+        option: Cow<'static, str>,
+        /// The reason.
+        #[serde(flatten)]
+        because: NotUsedBecause,
+    },
+    /// Measured accelerations are not used, because those derived from the velocities are better.
+    AccelerationNotUsed {
+        /// Topic of the measured accelerations.
+        topic: String,
+        /// Whether the derived ones explain the wrench better; otherwise they have less noise.
+        explains_better: bool,
+        /// Residual with the derived accelerations, relative to that with the measured ones,
+        /// without a unit.
+        residual_ratio: f64,
+        /// Power of the derived accelerations, relative to that of the measured ones, without a
+        /// unit.
+        power_ratio: f64,
+    },
+    /// A topic names no frame: its wrenches are taken to be in this one.
+    FrameAssumed {
+        /// Topic of the wrenches.
+        topic: String,
+        /// The assumed frame.
+        frame: String,
+    },
+    /// The wrenches of several topics are summed.
+    WrenchesSummed {
+        /// The topics.
+        topics: Vec<String>,
+    },
+    /// No joint in the log has the name of one of the URDF, but their names are the same behind a
+    /// prefix.
+    JointsRenamed {
+        /// For each of them the name in the log, and that in the URDF.
+        names: Vec<(String, String)>,
+    },
+    /// Efforts of joints are far noisier than in the calibration of the arm. Their noise is
+    /// enlarged by so much.
+    EffortNoisier {
+        /// The joints.
+        joints: Vec<String>,
+        /// Standard deviation of the noise of each, relative to that of the calibration, without a
+        /// unit.
+        noise_ratios: Vec<f64>,
+    },
+    /// Friction of the joints has changed since the calibration of the arm. The estimate takes it
+    /// into account.
+    FrictionChanged(ArmChanged),
+    /// Gains of the joints have changed since the calibration of the arm. The estimate takes it
+    /// into account.
+    GainsChanged(ArmChanged),
+    /// A joint moves that did not move in the recordings of the calibration: its friction is not
+    /// known, and its effort counts little.
+    JointUncalibrated {
+        /// The joint.
+        joint: String,
+    },
+    /// Joints in the log that the URDF does not have. They are left out.
+    UnknownJoints {
+        /// Their names.
+        joints: Vec<String>,
+    },
+    /// Joints of the URDF that are not in the log and do not move the tool. They are taken to be at
+    /// zero.
+    AbsentJoints {
+        /// Their names.
+        joints: Vec<String>,
+    },
+    /// A topic begins long after the others: what came before is left out.
+    LateStart {
+        /// The topic.
+        topic: String,
+        /// Time after the first of the others, s.
+        late_s: f64,
+    },
+    /// A topic ends long before the others: what came after is left out.
+    EarlyEnd {
+        /// The topic.
+        topic: String,
+        /// Time of its last message on the recording's clock, s.
+        end_s: f64,
+        /// Time before the last of the others, s.
+        early_s: f64,
+    },
+    /// The recordings of the calibration contradict an assumption of it: the error is in the
+    /// result, too.
+    CalibrationContradicted(Contradiction),
+    /// The zero of a joint has moved since the calibration, which the result does not contain.
+    JointZeroMoved {
+        /// The joint.
+        joint: String,
+        /// The true position less the measured one, rad or m.
+        size: f64,
+        /// Standard deviation of the size, rad or m.
+        std_dev: f64,
+    },
+    /// The unloaded recording does not fit the other one, as that of another robot or of another
+    /// temperature, and was left out.
+    UnloadedLeftOut {
+        /// Standard deviation of the residuals of the efforts with it, relative to that without it,
+        /// without a unit.
+        noise_ratio: f64,
+    },
+    /// The recording is one of those that calibrated the arm: its payload was given, and the result
+    /// repeats it.
+    RecordingCalibrated {
+        /// Whether it has a payload.
+        is_loaded: bool,
+    },
+    /// The messages have no stamps: their times are those of logging.
+    NoStamps,
+    /// A delay of the wrenches was corrected.
+    DelayCorrected {
+        /// The corrected delay, s; positive where the wrenches are stamped later than the motion.
+        applied_s: f64,
+        /// The delay as it was estimated, s.
+        estimated_s: f64,
+        /// Standard deviation of the estimated delay, s.
+        std_dev_s: f64,
+    },
+    /// A long delay of the wrenches would explain them better, but is doubtful and was not
+    /// corrected: it is at the end of the search, or the wrenches hardly fit the motion better with
+    /// it.
+    DelayDoubtful {
+        /// The delay, s, at the end of the search only to within the time between two windows;
+        /// positive where the wrenches are stamped later than the motion.
+        delay_s: f64,
+        /// Residual with the delay, relative to that without, without a unit.
+        residual_ratio: f64,
+        /// Whether the delay is at the end of the search.
+        is_at_end: bool,
+    },
+    /// What the data say about the assumptions of the identification.
+    #[serde(untagged)]
+    Data(tactid_identify::Finding),
+}
+
+/// How an arm has changed since its calibration.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct ArmChanged {
+    /// Rms change of the joints, a fraction of what it was at the calibration, without a unit.
+    pub change: f64,
+    /// The joint that has changed most.
+    pub joint: String,
+    /// Its change, without a unit; positive where the quantity is larger now.
+    pub joint_change: f64,
+    /// Whether an unloaded recording updated the calibration.
+    pub has_unloaded: bool,
+}
+
+/// Why an option of a request has no effect.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(tag = "because", content = "method", rename_all = "snake_case")]
+pub enum NotUsedBecause {
+    /// The method does not use the measurements that the option is about, with this recording.
+    Method(Method),
+    /// The motion is measured by another topic.
+    OtherMotion,
+    /// The accelerations of the inertial unit on the sensor contain gravity.
+    GravityIsMeasured,
+}
+
+impl NotUsedBecause {
+    /// Returns the finding that an option has no effect.
+    pub(crate) fn of(self, option: &'static str) -> Finding {
+        Finding::OptionNotUsed {
+            option: option.into(),
+            because: self,
+        }
+    }
+}
+
+impl From<tactid_identify::Finding> for Finding {
+    fn from(finding: tactid_identify::Finding) -> Self {
+        Self::Data(finding)
+    }
+}
+
+impl ArmChanged {
+    /// Returns whether the friction differs by more than that of an arm changes.
+    pub(super) fn has_other_friction(&self) -> bool {
+        self.change > LARGEST_CHANGE_OF_FRICTION
+    }
+
+    /// Returns whether a gain differs by more than those of an arm change.
+    pub(super) fn has_other_gains(&self) -> bool {
+        self.joint_change.abs() > LARGEST_CHANGE_OF_A_GAIN
+    }
+}
