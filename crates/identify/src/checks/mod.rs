@@ -9,14 +9,12 @@ mod constant_channels;
 mod effort_limits;
 mod increments;
 mod joint_rates;
-mod online;
 mod position_limits;
 mod twist_rates;
 
 pub use constant_channels::{ChannelMonitor, ConstantChannels};
 pub use effort_limits::{EffortMonitor, EffortsBeyondLimits};
 pub use joint_rates::{JointRates, VelocityCause, VelocityContradiction, grouped_by_cause};
-pub(crate) use online::OnlineChecks;
 pub use position_limits::{PositionMonitor, PositionsBeyondLimits};
 pub use twist_rates::{TwistAxes, TwistContradiction, TwistRates};
 

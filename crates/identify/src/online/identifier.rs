@@ -6,9 +6,9 @@ use nalgebra::Vector3;
 use tactid_dynamics::Manipulator;
 
 use super::recent_equations::RecentEquations;
+use super::sample_checks::OnlineChecks;
 use super::stage::Stage;
 use super::staged_update::StagedUpdate;
-use crate::checks::OnlineChecks;
 use crate::diagnosis::findings_without_prior;
 use crate::equations::{EquationSettings, EquationStream, PushOutcome, Sample};
 use crate::solve::report::estimate;

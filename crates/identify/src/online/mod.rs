@@ -8,6 +8,7 @@ mod noise_tracker;
 mod readout;
 mod recent_equations;
 mod residual_correlation;
+mod sample_checks;
 mod stage;
 mod staged_update;
 

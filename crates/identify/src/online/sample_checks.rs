@@ -1,13 +1,12 @@
-//! The checks of an online identifier.
+//! Checks of the last samples of an online identifier.
 
 use tactid_dynamics::{BaseKind, Manipulator};
 
-use super::constant_channels::ChannelMonitor;
-use super::effort_limits::EffortMonitor;
-use super::joint_rates::{JointRates, grouped_by_cause};
-use super::position_limits::PositionMonitor;
-use super::twist_rates::{TwistAxes, TwistRates};
 use crate::Finding;
+use crate::checks::{
+    ChannelMonitor, EffortMonitor, JointRates, PositionMonitor, TwistAxes, TwistRates,
+    grouped_by_cause,
+};
 use crate::equations::{EquationSettings, Sample};
 
 /// Time at the end of which samples are checked, s.
