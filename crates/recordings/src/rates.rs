@@ -20,8 +20,9 @@ pub(crate) fn contradicted_rates(
     let contradictions = contradicted_joints(sources, events, max_gap_s);
     let joints = grouped_by_cause(contradictions).into_iter();
     let finding = |joints| Finding::Data(DataFinding::VelocitiesContradicted(joints));
-    let mut findings: Vec<Finding> = joints.map(finding).collect();
-    findings.extend(beyond_limits(sources, events));
+    // Positions in degrees are no integral of velocities in rad/s, and are the cause to name first.
+    let mut findings = beyond_limits(sources, events);
+    findings.extend(joints.map(finding));
     findings.extend(contradicted_twist(sources, events, max_gap_s));
     findings
 }

@@ -87,10 +87,8 @@ def _finding(variant: Schema) -> Schema:
     properties = {**variant["properties"]}
     # A contradiction of a calibration is a finding by its assumption.
     tag = "kind" if "kind" in properties else "assumption"
-    kind, data = (
-        properties.pop(tag)["const"],
-        {key: _plain(part) for key, part in properties.items()},
-    )
+    kind = properties.pop(tag)["const"]
+    data = {key: {"description": CHOICE} | _plain(part) for key, part in properties.items()}
     head = {
         "kind": {"const": kind, "description": KIND},
         "text": {"type": "string", "description": TEXT},
@@ -134,7 +132,7 @@ def _plain(part: Schema) -> Schema:
     if "description" in part:
         part["description"] = sentences(part["description"])
     if "const" in part:
-        return {"description": CHOICE, "const": part["const"]}
+        return {"const": part["const"]}
     choices = list(_choices(part))
     if choices:
         part = {key: value for key, value in part.items() if key not in ("oneOf", "anyOf", "type")}
