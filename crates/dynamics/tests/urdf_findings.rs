@@ -40,8 +40,8 @@ fn arm(robot: &Manipulator) -> InertialParameters {
 fn unknown(element: &'static str, attributes: &[&'static str]) -> ModelFinding {
     ModelFinding::UnknownNumbers {
         link: "arm".to_owned(),
-        element,
-        attributes: attributes.to_vec(),
+        element: element.into(),
+        attributes: attributes.iter().map(|&name| name.into()).collect(),
     }
 }
 
@@ -259,7 +259,7 @@ fn joints_with_several_degrees_of_freedom() {
         else {
             unreachable!("{kind}")
         };
-        assert_eq!((joint.as_str(), *found), ("drive", &*kind.to_lowercase()));
+        assert_eq!((joint.as_str(), &**found), ("drive", &*kind.to_lowercase()));
         assert_eq!(robot.joint_names(), ["hinge"]);
         assert_eq!(arm(&robot).mass(), 2.0);
         assert_eq!(arm(&robot).first_moment(), Vector3::x());
@@ -355,12 +355,13 @@ fn unknown_and_repeated_parts() {
         "<gazebo reference='arm'/><link name='hand'>{SOUND}<contact/></link>\
          <joint name='wrist' type='fixed'><parent link='arm'/><child link='hand'/></joint>"
     );
-    let ignored = |part, name: &str, inside, owners: &[&str]| ModelFinding::PartIgnored {
-        part,
-        name: name.to_owned(),
-        inside,
-        owners: owners.iter().map(|&owner| owner.to_owned()).collect(),
-    };
+    let ignored =
+        |part, name: &str, inside: &'static str, owners: &[&str]| ModelFinding::PartIgnored {
+            part,
+            name: name.to_owned(),
+            inside: inside.into(),
+            owners: owners.iter().map(|&owner| owner.to_owned()).collect(),
+        };
     let expected = [
         ignored(IgnoredPart::UnknownAttribute, "rpy", "axis", &["hinge"]),
         ignored(IgnoredPart::UnknownAttribute, "IXX", "inertia", &["arm"]),
