@@ -247,7 +247,7 @@ impl<W: WindowSums> Windows<W> {
         (self.sparse, self.left_out) = (0, 0);
     }
 
-    /// Number of instants that were left out, since an entry was not [measurable](is_measurable).
+    /// Number of instants that were left out, since an entry was not measurable.
     pub fn left_out(&self) -> u64 {
         self.left_out
     }
@@ -272,7 +272,7 @@ impl<W: WindowSums> Windows<W> {
 
     /// Adds an instant, later than the one before, and returns the window that ended with it.
     ///
-    /// An instant of which an entry is not [measurable](is_measurable) is left out: samples with finite numbers can have
+    /// An instant of which an entry is not measurable is left out: samples with finite numbers can have
     /// derivatives and products that are not finite, and one of these would stay in the estimate for ever.
     pub fn push(&mut self, time_s: f64, entries: &[f64]) -> Option<&W> {
         // All entries are compared without a branch, which is faster than to stop at the first one.
