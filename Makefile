@@ -40,6 +40,7 @@ lint-python: $(VENV)/linters
 	$(BIN)/python tests/lint/structure.py
 	$(BIN)/python tests/lint/language.py
 	$(BIN)/python tests/lint/equations.py
+	$(BIN)/python tests/lint/constants.py
 	$(BIN)/ruff check
 	$(BIN)/ruff format --check
 	$(BIN)/mypy

@@ -3,7 +3,7 @@
 use crate::equations::Equation;
 
 /// Number of equations at which neighbours are merged, which halves their number and the cutoff.
-const CAPACITY: usize = 30_000;
+const MOST_EQUATIONS: usize = 30_000;
 
 /// Equations in the order of time, at most 30 000: more are merged with their neighbours, which halves the
 /// cutoff of the filter.
@@ -38,7 +38,7 @@ impl EquationBatch {
         }
         self.equations.extend(merge(&self.pending));
         self.pending.clear();
-        if self.equations.len() >= CAPACITY {
+        if self.equations.len() >= MOST_EQUATIONS {
             self.equations = self.equations.chunks(2).filter_map(merge).collect();
             self.merged *= 2;
         }
@@ -73,7 +73,7 @@ mod tests {
     #[test]
     fn memory_is_bounded_and_nothing_lost() {
         let mut batch = EquationBatch::default();
-        let count = 4 * CAPACITY;
+        let count = 4 * MOST_EQUATIONS;
         for k in 0..count {
             let mut equation = Equation::new(1);
             equation.time_s = k as f64;
@@ -81,7 +81,7 @@ mod tests {
             equation.rates[0] = -(k as f64);
             batch.push(&equation);
         }
-        assert!(batch.equations.len() <= CAPACITY);
+        assert!(batch.equations.len() <= MOST_EQUATIONS);
         assert_eq!(batch.merged, 8);
         let length = batch.equations.len() as f64;
         let mean = |of: fn(&Equation) -> f64| batch.equations.iter().map(of).sum::<f64>() / length;

@@ -2,6 +2,7 @@
 
 use nalgebra::{SMatrix, SVector};
 
+use crate::diagnosis::FAR_BETTER;
 use crate::equations::{Channels, Equation, Row, WRENCH, window};
 use crate::fit::products::{Products, WIDTH, WideRow};
 use crate::fit::{CONVERGED_ENOUGH, Delay, FitOptions, least_squares};
@@ -12,9 +13,6 @@ pub const LONGEST_DELAY_S: f64 = 0.5;
 /// Increase of the log-likelihood, as a difference of sums of squares in units of noise, from which a coarse
 /// delay is accepted: the best of many candidates is better by chance.
 const SIGNIFICANT_GAIN: f64 = 60.0;
-/// Gravity of the opposite sign that leaves less than this fraction of the mean square residual makes any
-/// delay meaningless.
-const OTHER_GRAVITY: f64 = 0.25;
 /// Fewest pairs of windows from which a residual is computed.
 const FEWEST_PAIRS: u32 = 20;
 
@@ -102,7 +100,7 @@ pub fn coarse_delay(
     let pairs = Pairs::new(equations, stride_s, &sizes, 1.0);
     let unshifted = pairs.mean_square_residual(0)?;
     let upside_down = Pairs::new(equations, stride_s, &sizes, -1.0).mean_square_residual(0);
-    if upside_down.is_some_and(|other| other < OTHER_GRAVITY * unshifted) {
+    if upside_down.is_some_and(|other| other < FAR_BETTER * unshifted) {
         return None;
     }
     let of_shift = |shift| Some((pairs.mean_square_residual(shift)?, shift));

@@ -11,7 +11,7 @@ use crate::result::WrenchOffset;
 use crate::serial::{Table, TenValues};
 
 /// Number of sections of a recording, of which some are held out for validation.
-const SECTIONS: usize = 25;
+const VALIDATION_SECTIONS: usize = 25;
 /// One section in so many is held out.
 const HELD_OUT_EVERY: usize = 5;
 
@@ -73,7 +73,7 @@ impl FitReport {
         frame: &OffsetFrame,
     ) -> Self {
         let equations = batch.equations();
-        let section = equations.len().div_ceil(SECTIONS).max(1);
+        let section = equations.len().div_ceil(VALIDATION_SECTIONS).max(1);
         let held_out: Vec<bool> = (0..equations.len())
             .map(|k| (k / section) % HELD_OUT_EVERY == HELD_OUT_EVERY / 2)
             .collect();

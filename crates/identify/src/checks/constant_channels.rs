@@ -2,8 +2,8 @@
 
 use tactid_dynamics::Wrench;
 
-/// Fewest samples from which a channel counts as constant.
-const FEWEST_SAMPLES: u64 = 100;
+/// Fewest samples from which a channel counts as constant, and after which no equation at all is reported.
+pub(crate) const FEWEST_SAMPLES: u64 = 100;
 
 /// Names of the channels of a wrench.
 const CHANNELS: [&str; 6] = [

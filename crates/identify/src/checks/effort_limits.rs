@@ -6,7 +6,7 @@ use tactid_dynamics::Manipulator;
 
 /// An effort is beyond the limit of its joint where it exceeds it this many times: descriptions give rated torques, which a
 /// motor exceeds for a short time, and efforts in N mm or of currents in mA exceed a limit in N m many times.
-const TOLERANCE: f64 = 5.0;
+const EFFORT_TOLERANCE: f64 = 5.0;
 
 /// Joint efforts beyond the limits of the robot's description.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -53,7 +53,7 @@ impl Joint {
         let keep = (1.0 - age_s / span_s).clamp(0.0, 1.0);
         let beyond = self
             .limit
-            .is_some_and(|limit| effort.abs() > TOLERANCE * limit);
+            .is_some_and(|limit| effort.abs() > EFFORT_TOLERANCE * limit);
         let weight = f64::from(u8::from(beyond));
         self.time_s = time_s;
         self.all = keep * self.all + 1.0;

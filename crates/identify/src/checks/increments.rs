@@ -2,14 +2,14 @@
 
 use std::ops::Range;
 
+use super::BEYOND_NOISE;
+
 /// Length of an interval, s: long enough for noise to average out, short enough for a motion not to turn back.
-const INTERVAL_S: f64 = 0.1;
+pub(crate) const INTERVAL_S: f64 = 0.1;
 /// Fewest intervals from which velocities are judged.
 const FEWEST_INTERVALS: usize = 10;
 /// Slower motion is not judged, rad/s or m/s rms: it hardly enters the equations.
 const SLOWEST: f64 = 0.01;
-/// A difference is no noise where its rms is this many times that of the noise.
-const BEYOND_NOISE: f64 = 3.0;
 /// Number of neighbouring increments in a third difference.
 const NEIGHBOURS: usize = 4;
 /// Variance of third differences of the changes of a position, for white noise of variance one in the position: the

@@ -12,12 +12,17 @@ mod joint_rates;
 mod position_limits;
 mod twist_rates;
 
+pub(crate) use constant_channels::FEWEST_SAMPLES;
 pub use constant_channels::{ChannelMonitor, ConstantChannels};
 pub use effort_limits::{EffortMonitor, EffortsBeyondLimits};
+pub(crate) use increments::INTERVAL_S;
 pub use joint_rates::{JointRates, VelocityCause, VelocityContradiction, grouped_by_cause};
 pub use position_limits::{PositionMonitor, PositionsBeyondLimits};
 pub use twist_rates::{TwistAxes, TwistContradiction, TwistRates};
 
+/// Differences and residuals are no noise where their rms is this many times that of the noise between neighbouring
+/// instants. Filtered or interpolated measurements share noise with their neighbours, which shows less than there is.
+pub(crate) const BEYOND_NOISE: f64 = 3.0;
 /// Relative rms difference between the change of a position and the integral of its velocity from which they
 /// contradict each other without a known cause.
 const UNEXPLAINED_CONTRADICTION: f64 = 0.5;

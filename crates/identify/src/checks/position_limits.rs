@@ -6,7 +6,7 @@ use tactid_dynamics::Manipulator;
 
 /// A joint is beyond its limits where its position exceeds one by this fraction of the range: descriptions are not exact,
 /// and positions in degrees exceed it many times.
-const TOLERANCE: f64 = 0.1;
+const POSITION_TOLERANCE: f64 = 0.1;
 
 /// Joint positions beyond the limits of the robot's description.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -52,7 +52,7 @@ impl Joint {
         let range = self
             .limits
             .map_or(f64::INFINITY, |(lower, upper)| upper - lower);
-        self.excess(position) > TOLERANCE * range
+        self.excess(position) > POSITION_TOLERANCE * range
     }
 }
 

@@ -15,13 +15,19 @@ pub use self::signs::nothing_held;
 use self::signs::sign_findings;
 use self::unexplained::unexplained_load;
 use crate::equations::{Equation, EquationStream};
+pub use crate::finding::CONTRADICTION;
 use crate::finding::Finding;
 use crate::fit::{Fit, FitOptions, least_squares};
 use crate::prior::BoundingBox;
 use crate::solve::consistency::project;
 
-/// Distance in standard deviations from which a contradiction is reported.
-pub const CONTRADICTION: f64 = 5.0;
+/// Distance of a value from zero in standard deviations up to which it may be zero: exceeded by chance once in 370.
+const SIGNIFICANT: f64 = 3.0;
+
+/// Determinant of the residuals' covariance, or their mean square, relative to that with the configured gravity, below
+/// which another gravity explains the load far better: the standard deviation shrinks to one half or less in one direction
+/// of the channels.
+pub(crate) const FAR_BETTER: f64 = 0.25;
 
 /// Distance in standard deviations up to which a consistent body is plausible: about the half-width of a 95 % interval.
 const PLAUSIBLE: f64 = 2.0;

@@ -1,5 +1,6 @@
 //! A constant offset of the wrenches that explains the data better.
 
+use super::SIGNIFICANT;
 use super::residuals::determinant_ratio;
 use crate::equations::{Channels, Equation, WRENCH};
 use crate::fit::{CONVERGED_ENOUGH, Fit, FitOptions, least_squares};
@@ -12,9 +13,6 @@ const SIGNIFICANT_OFFSET: f64 = 60.0;
 /// An offset is reported where the determinant of the residuals' covariance is less than this fraction of that without
 /// the offset: the standard deviation shrinks to 0.8 or less in the direction of the offset.
 const CLEARLY_BETTER: f64 = 0.64;
-
-/// A component of an offset is significant where it is this many times its standard deviation.
-const SIGNIFICANT_COMPONENT: f64 = 3.0;
 
 /// Returns the fit with unknown offsets, where it explains the data clearly better than `given`, whose offsets were not
 /// among the unknowns.
@@ -50,7 +48,7 @@ pub(super) fn better_with_offset(
 pub(super) fn has_significant_component(offset: &WrenchOffset) -> bool {
     let std_devs = offset.std_devs.unwrap_or([0.0; 6]);
     let mut components = offset.values().into_iter().zip(std_devs);
-    components.any(|(value, std_dev)| value.abs() > SIGNIFICANT_COMPONENT * std_dev)
+    components.any(|(value, std_dev)| value.abs() > SIGNIFICANT * std_dev)
 }
 
 /// Returns the rms norm of the measured force without the offset of a fit, N, with the robust weights of the fit.

@@ -2,19 +2,12 @@
 
 use nalgebra::Vector3;
 
-use super::CONTRADICTION;
 use super::residuals::determinant_ratio;
+use super::{CONTRADICTION, FAR_BETTER, SIGNIFICANT};
 use crate::Method;
 use crate::equations::{Channels, Equation};
 use crate::finding::Finding;
 use crate::fit::{Fit, FitOptions, least_squares};
-
-/// Another gravity is reported where the determinant of the residuals' covariance is less than this fraction of that
-/// with the configured one: the standard deviation shrinks to one half or less in one direction of the channels.
-const FAR_BETTER: f64 = 0.25;
-
-/// A mass within this many standard deviations of zero is that of nothing.
-const INSIGNIFICANT: f64 = 3.0;
 
 /// Returns findings about the signs of gravity and load, and about the mass of the known bodies, `known_bodies_kg`.
 /// `gravity` is the configured one, m/s².
@@ -59,7 +52,7 @@ pub(super) fn sign_findings(
 
 /// Reports a mass beyond the known bodies that is zero within its uncertainty.
 pub fn nothing_held(mass_kg: f64, std_dev_kg: f64) -> Option<Finding> {
-    let is_zero = mass_kg.abs() <= INSIGNIFICANT * std_dev_kg && std_dev_kg.is_finite();
+    let is_zero = mass_kg.abs() <= SIGNIFICANT * std_dev_kg && std_dev_kg.is_finite();
     is_zero.then_some(Finding::NothingHeld {
         mass_kg,
         std_dev_kg,

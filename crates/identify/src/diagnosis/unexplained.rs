@@ -1,6 +1,7 @@
 //! A load that the model does not explain, although the sensors would show it.
 
 use crate::Method;
+use crate::checks::BEYOND_NOISE;
 use crate::equations::{Channels, Equation};
 use crate::finding::{Finding, UnexplainedLoad};
 use crate::fit::Fit;
@@ -8,10 +9,6 @@ use crate::fit::Fit;
 /// Fraction of the load that a model must leave unexplained to be reported, rms over the channels of one unit. The gains
 /// of calibrated force-torque sensors are wrong by less.
 const LARGE_RESIDUAL: f64 = 0.03;
-
-/// Factor by which the residuals must exceed the noise between neighbouring instants. Filtered or interpolated
-/// measurements share noise with their neighbours, which shows less than there is.
-const FAR_BEYOND_NOISE: f64 = 3.0;
 
 /// Weighted sums of squares over consecutive channels of one unit.
 #[derive(Default)]
@@ -43,7 +40,7 @@ pub(crate) fn unexplained_load(
     let fraction =
         |(_, residual, load, _): &(_, f64, f64, _)| residual / load.max(f64::MIN_POSITIVE);
     let (unit, residual_rms, load_rms, noise_rms) = groups
-        .filter(|group| fraction(group) > LARGE_RESIDUAL && group.1 > FAR_BEYOND_NOISE * group.3)
+        .filter(|group| fraction(group) > LARGE_RESIDUAL && group.1 > BEYOND_NOISE * group.3)
         .max_by(|a, b| fraction(a).total_cmp(&fraction(b)))?;
     Some(Finding::LoadUnexplained(UnexplainedLoad {
         joint: None,

@@ -2,15 +2,12 @@
 
 use nalgebra::{UnitQuaternion, Vector4};
 
-/// Fewest nodes to which a polynomial of degree four is fitted; it passes through so many.
+/// Number of coefficients of a polynomial of degree four, and fewest nodes to which one is fitted: it passes through so many.
 pub(crate) const MIN_NODES: usize = 5;
 
 /// Most nodes to which a polynomial is fitted. A smoothed value from so many keeps a third of the variance of
 /// the noise.
 pub(crate) const MAX_NODES: usize = 11;
-
-/// Number of coefficients of a polynomial of degree four.
-const COEFFICIENTS: usize = MIN_NODES;
 
 /// Weights of the values at some nodes for quantities of the polynomial that is fitted to them. Weights beyond
 /// the number of nodes are zero.
@@ -36,13 +33,13 @@ pub(crate) struct Weights {
 pub(crate) fn weights(nodes: &[f64], at: f64) -> Weights {
     let count = nodes.len();
     // Of the derivatives at `at`, from the value to the fourth.
-    let mut weights = [[0.0; MAX_NODES]; COEFFICIENTS];
+    let mut weights = [[0.0; MAX_NODES]; MIN_NODES];
     // The orthogonal polynomial of this degree and that of one less: at the nodes, and with derivatives at `at`.
     let (mut current, mut previous) = ([1.0; MAX_NODES], [0.0; MAX_NODES]);
-    let (mut current_at, mut previous_at) = ([0.0; COEFFICIENTS], [0.0; COEFFICIENTS]);
+    let (mut current_at, mut previous_at) = ([0.0; MIN_NODES], [0.0; MIN_NODES]);
     current_at[0] = 1.0;
     let mut previous_norm = f64::INFINITY;
-    for _ in 0..count.min(COEFFICIENTS) {
+    for _ in 0..count.min(MIN_NODES) {
         let (mut norm, mut moment) = (0.0, 0.0);
         for (p, t) in current[..count].iter().zip(nodes) {
             norm += p * p;
@@ -86,7 +83,7 @@ pub(crate) fn weights(nodes: &[f64], at: f64) -> Weights {
 fn displacement(
     nodes: &[f64],
     at: f64,
-    derivatives: &[[f64; MAX_NODES]; COEFFICIENTS],
+    derivatives: &[[f64; MAX_NODES]; MIN_NODES],
 ) -> [f64; MAX_NODES] {
     let mut powers = [0.0; MAX_NODES];
     powers[..nodes.len()].fill((nodes.len() as f64).recip());

@@ -7,7 +7,7 @@ use super::instant::{Nodes, StoredSample};
 use super::sample::Sample;
 
 /// Number of stored samples: polynomials are fitted to every second one of them.
-const CAPACITY: usize = 2 * MAX_NODES - 1;
+const STORED_SAMPLES: usize = 2 * MAX_NODES - 1;
 /// Fewest stored samples from which an instant is computed.
 const MIN_STORED: usize = 2 * MIN_NODES - 1;
 
@@ -18,7 +18,7 @@ const HALF_WIDTH: f64 = 0.65;
 /// The last samples of a stretch without gaps, in a ring.
 #[derive(Clone, Debug)]
 pub(crate) struct SampleRing {
-    samples: [StoredSample; CAPACITY],
+    samples: [StoredSample; STORED_SAMPLES],
     /// Place of the newest sample.
     newest: usize,
     /// Number of valid samples.
@@ -62,9 +62,9 @@ impl SampleRing {
     /// Stores a copy of a sample.
     pub(crate) fn push(&mut self, sample: &Sample<'_>) {
         let rotation_before = self.samples[self.newest].base_rotation();
-        self.newest = (self.newest + 1) % CAPACITY;
+        self.newest = (self.newest + 1) % STORED_SAMPLES;
         self.samples[self.newest].set(sample, &rotation_before);
-        self.stored = CAPACITY.min(self.stored + 1);
+        self.stored = STORED_SAMPLES.min(self.stored + 1);
     }
 
     /// Returns the samples around the instant that the newest one completes. `None` where the stretch is still too short.
@@ -85,7 +85,11 @@ impl SampleRing {
         let mut nodes = [&self.samples[place]; MAX_NODES];
         for node in &mut nodes[1..count] {
             place += step;
-            place -= if place < CAPACITY { 0 } else { CAPACITY };
+            place -= if place < STORED_SAMPLES {
+                0
+            } else {
+                STORED_SAMPLES
+            };
             *node = &self.samples[place];
         }
         Some(Nodes {
@@ -99,7 +103,7 @@ impl SampleRing {
     /// of the polynomials. The lag is even, so that both sides have the same number of whole steps.
     fn initial_lag(&self) -> Option<usize> {
         let is_wide = || self.span_s(self.stored - 1, 0) > 2.0 * self.half_width_s;
-        let is_enough = self.stored == CAPACITY || self.stored >= MIN_STORED && is_wide();
+        let is_enough = self.stored == STORED_SAMPLES || self.stored >= MIN_STORED && is_wide();
         is_enough.then(|| (self.stored - 1) / 4 * 2)
     }
 
@@ -110,7 +114,7 @@ impl SampleRing {
 
     /// Returns the place of the sample that came so many before the newest.
     fn place(&self, count: usize) -> usize {
-        (self.newest + CAPACITY - count) % CAPACITY
+        (self.newest + STORED_SAMPLES - count) % STORED_SAMPLES
     }
 
     /// Time between two samples that came so many before the newest, s.

@@ -43,9 +43,9 @@ const LARGEST_OFFSET: f64 = 0.05;
 /// (`bench/contradicted.py`).
 const LARGEST_SHIFT_M: f64 = 0.01;
 
-/// Standard deviations by which an offset must exceed its limits: those from which a contradiction
-/// is reported at all.
-const CERTAIN: f64 = 5.0;
+/// Distance in standard deviations from which a contradiction is reported, and by which an offset
+/// must exceed its limits.
+pub const CONTRADICTION: f64 = 5.0;
 
 /// How much of the load the model leaves unexplained.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -321,7 +321,7 @@ fn is_large_offset(values: &[f64; 6], std_devs: &[f64; 6], load_force_rms_n: f64
     // An unknown component has an infinite standard deviation.
     let squares = values.iter().zip(std_devs);
     let mut squares = squares.map(|(value, std_dev)| {
-        let certain = (value.abs() - CERTAIN * std_dev).max(0.0);
+        let certain = (value.abs() - CONTRADICTION * std_dev).max(0.0);
         certain * certain
     });
     let force: f64 = squares.by_ref().take(3).sum();

@@ -12,7 +12,7 @@ use super::rows::{DELAY, FitRows, TARGET, UNKNOWNS, remainder};
 use super::vector_unit::Computation;
 use super::{Delay, Fit, FitOptions, GainErrors};
 use crate::equations::{Channels, Equation};
-use crate::solve::noise::{Noise, ROUNDING, Whitening};
+use crate::solve::noise::{Noise, RESIDUAL_ROUNDING, Whitening};
 use crate::solve::offsets::{MeanRow, Offsets};
 use crate::solve::spectrum::Spectrum;
 use crate::solve::subspace::{Vector, bounded_lengths};
@@ -24,12 +24,6 @@ const MAX_PASSES: usize = 20;
 
 /// First passes, in which the noise is estimated from medians because outliers are not identified yet.
 const MEDIAN_PASSES: usize = 5;
-
-/// Passes before convergence is tested in a fit that starts from another one, which has identified the outliers.
-const STARTED_PASSES: usize = 1;
-
-/// Passes before convergence is tested where weights and noise are those of another fit: the problem is linear then.
-const FIXED_WEIGHT_PASSES: usize = 0;
 
 /// Fewest rows of a fit.
 const MIN_ROWS: usize = 20;
@@ -48,8 +42,10 @@ pub(crate) fn fit(equations: &[Equation], options: FitOptions<'_>) -> Option<Fit
         return None;
     }
     let min_passes = match (options.weights_of, options.start) {
-        (Some(_), _) => FIXED_WEIGHT_PASSES,
-        (None, Some(_)) => STARTED_PASSES,
+        // With weights and noise of another fit the problem is linear.
+        (Some(_), _) => 0,
+        // The fit from which this one starts has identified the outliers.
+        (None, Some(_)) => 1,
         (None, None) => MEDIAN_PASSES,
     };
     let mut state = ReweightedLeastSquares::new(equations, options, channels);
@@ -76,7 +72,7 @@ pub(crate) fn fit(equations: &[Equation], options: FitOptions<'_>) -> Option<Fit
 
 /// Returns noise as large as the measurements. Sensors that measure nothing at all determine nothing.
 fn size_of_targets(equations: &[Equation], channels: &Channels) -> Noise {
-    let mut noise = Noise::from_targets(equations, channels, ROUNDING);
+    let mut noise = Noise::from_targets(equations, channels, RESIDUAL_ROUNDING);
     if noise.has_measurements() {
         noise.set_zero_channels_to_unit();
     }

@@ -20,6 +20,7 @@ use nalgebra::{DMatrix, DVector, SymmetricEigen};
 use super::products::{Products, WIDTH, WideRow};
 use super::vector_unit::Computation;
 use crate::equations::window::NOISE_CORRELATION;
+use crate::solve::noise::VARIANCE_FLOOR;
 use neighbours::ProductsOfNeighbours;
 
 /// A whitened row with scaled columns, times the root of its weight.
@@ -41,16 +42,12 @@ pub(crate) struct ScoredRow {
 /// Windows that are further apart than this share no samples.
 const FILTER_REACH: usize = 2;
 
-/// Least variance of a direction, relative to the variance without the correlation of neighbouring windows,
-/// and least fraction of the degrees of freedom that a fit leaves.
-const VARIANCE_FLOOR: f64 = 0.05;
-
 /// Most passes of [`with_fitted_part`]. Each multiplies the error of the covariance by the ratio of parameters
 /// to rows, a tenth or so where rows are few.
-const MAX_PASSES: usize = 3;
+const FITTED_PART_PASSES: usize = 3;
 
 /// Relative error of the covariance below which no further pass is needed.
-const CONVERGED: f64 = 2e-3;
+const COVARIANCE_CONVERGED: f64 = 2e-3;
 
 /// Least degrees of freedom: with two or fewer, Student's t has no finite variance.
 const MIN_FREEDOM: f64 = 3.0;
@@ -233,8 +230,8 @@ impl<'a> MeatEstimator<'a> {
         let fitted = self.fitted_fraction();
         let mut meat = meat_of(None);
         let mut error = fitted;
-        for _ in 1..MAX_PASSES {
-            if error < CONVERGED {
+        for _ in 1..FITTED_PART_PASSES {
+            if error < COVARIANCE_CONVERGED {
                 break;
             }
             meat = meat_of(Some(&(self.bread * &meat * self.bread)));

@@ -9,6 +9,7 @@ use super::recent_equations::RecentEquations;
 use super::sample_checks::OnlineChecks;
 use super::stage::Stage;
 use super::staged_update::StagedUpdate;
+use crate::checks::FEWEST_SAMPLES;
 use crate::diagnosis::findings_without_prior;
 use crate::equations::{EquationSettings, EquationStream, PushOutcome, Sample};
 use crate::solve::report::estimate;
@@ -18,9 +19,6 @@ use crate::{Finding, IdentifyError, PayloadEstimate, WrenchOffset};
 /// Fewest samples from the end of one window to the end of the next for which the update is divided into stages:
 /// twice the stages. With fewer samples, all stages run with the sample that ends the window.
 const MIN_SAMPLES_TO_DEFER: u32 = 2 * Identifier::DEFERRED_STAGES as u32;
-
-/// Fewest samples after which no equation at all is reported.
-const FEWEST_SAMPLES: u64 = 100;
 
 /// Identifies the payload of one robot from its samples, online.
 ///

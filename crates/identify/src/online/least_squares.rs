@@ -5,7 +5,7 @@ use tactid_nlms::{ChangeDetector, ChangeSettings, SettingError};
 
 use super::accumulated_rows::AccumulatedRows;
 use super::innovation::{Innovation, Prediction, WhitenedWindow};
-use super::noise_tracker::NoiseTracker;
+use super::noise_tracker::{INITIAL_WINDOWS, NoiseTracker};
 use super::stage::Stage;
 use crate::equations::Channels;
 use crate::equations::Equation;
@@ -19,10 +19,6 @@ use crate::solve::weights::{rare_distance, robust_weight, wilson_hilferty};
 /// Number of windows from which the noise is estimated for the first time: 48 rows of a wrench, for ten
 /// parameters and the noise of six channels.
 const MIN_WINDOWS: usize = 8;
-
-/// Number of windows from which the noise is estimated all at once for the last time, after 1 s at a cutoff of
-/// 10 Hz. Only an estimate from more windows than that assigns robust weights and detects payload changes.
-const INITIAL_WINDOWS: usize = 32;
 
 /// Leverage of a window relative to the mean since the estimate began below which the robot counts as at rest.
 const REST_LEVERAGE: f64 = 0.02;

@@ -19,9 +19,10 @@ const MEMORY_WINDOWS: f64 = 500.0;
 /// Factor on the variance after a false alarm of the change detectors: the standard deviation doubles.
 const VARIANCE_GROWTH: f64 = 4.0;
 
-/// Number of windows that the variance counts for after it has grown, so that new windows correct it soon: as
-/// many as it is first estimated from.
-const WINDOWS_AFTER_GROWTH: f64 = 32.0;
+/// Number of windows from which the noise is estimated all at once for the last time, after 1 s at a cutoff of
+/// 10 Hz. Only an estimate from more windows than that assigns robust weights and detects payload changes. A variance that
+/// has grown after a false alarm counts for so many, so that new windows correct it soon.
+pub(crate) const INITIAL_WINDOWS: usize = 32;
 
 /// Number of windows that the correlation of all channels of a kind counts for in that of each of them. After so many
 /// windows, the noise power of one channel at low frequencies is known to 40 % only.
@@ -124,7 +125,7 @@ impl NoiseTracker {
     /// soon: the noise turned out larger than estimated.
     pub(crate) fn increase(&mut self) {
         self.covariance *= VARIANCE_GROWTH;
-        self.windows = self.windows.min(WINDOWS_AFTER_GROWTH);
+        self.windows = self.windows.min(INITIAL_WINDOWS as f64);
         self.apply_covariance();
     }
 

@@ -1,6 +1,7 @@
 //! Correlation of one channel's noise between neighbouring windows, estimated online.
 
 use crate::equations::window::NOISE_CORRELATION;
+use crate::solve::noise::VARIANCE_FLOOR;
 
 /// Gain of the slow mean of the residuals. The mean follows errors that last for ten windows or more, 0.3 s at
 /// a cutoff of 10 Hz.
@@ -13,10 +14,6 @@ pub(crate) const WHITE_SLOW_SQUARE: f64 = NOISE_CORRELATION * SLOW_GAIN / (2.0 -
 /// Number of windows that the correlation of white noise counts for. It limits the gain of the first window to
 /// a quarter.
 const PRIOR_WINDOWS: f64 = 4.0;
-
-/// Least spectral density of the residuals at any frequency, relative to white ones. It keeps the variance of
-/// an estimate positive whatever the estimated correlation. The batch solver has the same limit.
-const MIN_DENSITY: f64 = 0.05;
 
 /// Mean products of a residual with itself and with the residuals of the two windows before it.
 pub(crate) type Products = [f64; 3];
@@ -68,8 +65,8 @@ pub(crate) fn correlation_of([square, next, second]: Products) -> [f64; 2] {
     let stationary = (-next / (4.0 * second)).clamp(-1.0, 1.0);
     let stationary = if stationary.is_nan() { 1.0 } else { stationary };
     let least = density(1.0).min(density(-1.0)).min(density(stationary));
-    let factor = if least < MIN_DENSITY {
-        (1.0 - MIN_DENSITY) / (1.0 - least)
+    let factor = if least < VARIANCE_FLOOR {
+        (1.0 - VARIANCE_FLOOR) / (1.0 - least)
     } else {
         1.0
     };
@@ -102,7 +99,7 @@ mod tests {
         let [next, second] = correlation_of(&mut white.windows(2).map(|pair| pair[1] - pair[0]));
         assert!((next + 0.46).abs() < 0.03, "{next}");
         let slow = 1.0 + 2.0 * next + 2.0 * second;
-        assert!((MIN_DENSITY - 1e-9..0.1).contains(&slow), "{slow}");
+        assert!((VARIANCE_FLOOR - 1e-9..0.1).contains(&slow), "{slow}");
     }
 
     /// The spectral density is positive at every frequency, whatever the mean products.
@@ -120,7 +117,7 @@ mod tests {
             for k in 0..=100 {
                 let angle = std::f64::consts::PI * f64::from(k) / 100.0;
                 let density = 1.0 + 2.0 * next * angle.cos() + 2.0 * second * (2.0 * angle).cos();
-                assert!(density > MIN_DENSITY - 1e-9, "{density}");
+                assert!(density > VARIANCE_FLOOR - 1e-9, "{density}");
             }
         }
     }

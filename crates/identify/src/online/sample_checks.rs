@@ -4,15 +4,13 @@ use tactid_dynamics::{BaseKind, Manipulator};
 
 use crate::Finding;
 use crate::checks::{
-    ChannelMonitor, EffortMonitor, JointRates, PositionMonitor, TwistAxes, TwistRates,
+    ChannelMonitor, EffortMonitor, INTERVAL_S, JointRates, PositionMonitor, TwistAxes, TwistRates,
     grouped_by_cause,
 };
 use crate::equations::{EquationSettings, Sample};
 
 /// Time at the end of which samples are checked, s.
 const SPAN_S: f64 = 10.0;
-/// Number of intervals of 0.1 s in this time.
-const INTERVALS: usize = 100;
 
 /// Checks the last 10 s of samples. Nothing is allocated after construction, but by [`findings`](Self::findings).
 #[derive(Clone, Debug)]
@@ -32,13 +30,14 @@ impl OnlineChecks {
     /// Creates the checks for the samples of a robot and its wrench sensors.
     pub(crate) fn new(robot: &Manipulator, sensors: &[&str], settings: &EquationSettings) -> Self {
         let (max_gap_s, uses_effort) = (settings.max_gap_s, settings.method.uses_effort());
+        let intervals = Some((SPAN_S / INTERVAL_S).round() as usize);
         let floats = robot.base_kind() == BaseKind::Floating;
         Self {
             joint_names: robot.joint_names().to_vec(),
-            joints: JointRates::new(robot.dof(), max_gap_s, Some(INTERVALS)),
+            joints: JointRates::new(robot.dof(), max_gap_s, intervals),
             positions: PositionMonitor::new(robot),
             efforts: uses_effort.then(|| EffortMonitor::new(robot, SPAN_S)),
-            twist: floats.then(|| TwistRates::new(TwistAxes::World, max_gap_s, Some(INTERVALS))),
+            twist: floats.then(|| TwistRates::new(TwistAxes::World, max_gap_s, intervals)),
             sensors: sensors.iter().map(|&name| name.to_owned()).collect(),
             channels: ChannelMonitor::new(sensors.len()),
         }

@@ -2,14 +2,11 @@
 
 use nalgebra::SymmetricEigen;
 
-use super::subspace::{Matrix, NullSpace, Vector};
+use super::subspace::{Matrix, NullSpace, VARIANCE_RATIO, Vector};
 
 /// Ratio of an eigenvalue to the largest one, in parameters scaled to an information of one each, at and below which a
 /// direction is unobservable: above the rounding of an inverted covariance.
-const ROUNDING: f64 = 1e-12;
-
-/// Least variance of an observable direction of a fit, relative to the largest one: below, it is rounding.
-const LEAST_VARIANCE: f64 = 1e-13;
+const INVERSE_ROUNDING: f64 = 1e-12;
 
 /// Returns a symmetric matrix in units in which its diagonal is one where it is positive.
 #[must_use]
@@ -30,7 +27,7 @@ pub fn information(covariance: &Matrix, null_space: &NullSpace) -> Matrix {
     let mut eigen = SymmetricEigen::new(scaled + unobservable * largest);
     eigen
         .eigenvalues
-        .apply(|variance| *variance = 1.0 / variance.max(LEAST_VARIANCE * largest));
+        .apply(|variance| *variance = 1.0 / variance.max(VARIANCE_RATIO * largest));
     let information = eigen.recompose() - unobservable / largest;
     information.component_div(&(scales * scales.transpose()))
 }
@@ -50,7 +47,7 @@ pub fn pseudo_inverse(information: &Matrix) -> PseudoInverse {
     let scales = scales(information);
     let eigen = SymmetricEigen::new(normalized(information));
     let largest = eigen.eigenvalues.max();
-    let is_observable = |k: &usize| eigen.eigenvalues[*k] > ROUNDING * largest;
+    let is_observable = |k: &usize| eigen.eigenvalues[*k] > INVERSE_ROUNDING * largest;
     let column = |k: usize| -> Vector { eigen.eigenvectors.column(k).into() };
     let variances = (0..10).filter(is_observable).map(|k| {
         let direction = column(k).component_mul(&scales);

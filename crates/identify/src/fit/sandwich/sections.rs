@@ -13,7 +13,7 @@ use crate::fit::products::{Products, WIDTH};
 const SECTIONS: usize = 8;
 
 /// Fewest windows of a section. Those at its ends share samples with other sections.
-const MIN_WINDOWS: usize = 4;
+const MIN_SECTION_WINDOWS: usize = 4;
 
 /// Largest fraction of the information about a direction that counts as that of one section. The residuals of a section that
 /// determines a direction alone say nothing about it.
@@ -49,7 +49,7 @@ impl MeatEstimator<'_> {
         freedom_of_noise: f64,
     ) -> Option<ClusterRobust> {
         let count = self.count();
-        if count < SECTIONS * MIN_WINDOWS {
+        if count < SECTIONS * MIN_SECTION_WINDOWS {
             return None;
         }
         let root = square_root(self.bread);

@@ -12,8 +12,12 @@ pub(crate) use self::whitening::Whitening;
 use crate::equations::window::{NOISE_BANDWIDTH, PRODUCT_CORRELATION};
 use crate::equations::{Channels, Equation};
 
+/// Least variance of a direction or spectral density of residuals, relative to that of white noise, and least fraction of the
+/// degrees of freedom that a fit leaves. It keeps the variance of an estimate positive whatever the estimated correlation.
+pub(crate) const VARIANCE_FLOOR: f64 = 0.05;
+
 /// Residuals smaller than this fraction of the measurements are rounding.
-pub(crate) const ROUNDING: f64 = 1e-14;
+pub(crate) const RESIDUAL_ROUNDING: f64 = 1e-14;
 
 /// Size, in N, N m or the unit of another channel, below which all measurements of a kind are zero. The squares of what is
 /// divided by a larger size stay finite.

@@ -27,7 +27,7 @@ fn known_noise_keeps_its_proportions() {
     let mut equation = Equation::new(5);
     equation.instants = 70;
     equation.rows.iter_mut().for_each(|row| row.target = 100.0);
-    let mut noise = Noise::from_targets(&[equation], &channels, ROUNDING);
+    let mut noise = Noise::from_targets(&[equation], &channels, RESIDUAL_ROUNDING);
     let window_std_dev = (35.0 / 18.0 / 70.0f64).sqrt();
     for (found, sample_std_dev) in noise.std_devs.iter().zip([2.0, 1.0, 3.0]) {
         assert!((found / sample_std_dev / window_std_dev - 1.0).abs() < 1e-12);
@@ -75,7 +75,7 @@ fn whitened_rows_have_the_identity_as_their_covariance() {
     };
     let mut equation = Equation::new(3);
     equation.instants = 70;
-    let noise = Noise::from_targets(&[equation], &channels, ROUNDING);
+    let noise = Noise::from_targets(&[equation], &channels, RESIDUAL_ROUNDING);
     let root = covariance.cholesky().unwrap().unpack();
     let mut rows: Vec<(SVector<f64, 10>, f64)> = (0..3)
         .map(|i| {
