@@ -47,7 +47,7 @@ def test_pairs_that_start_too_close_are_reported_with_their_distance() -> None:
         for finding in motion.collision_findings or ()
         if "in place of 50.0 mm" in finding.text
     ]
-    pairs = {finding.pairs[0] for finding in reduced}
+    pairs = {tuple(finding.pairs[0]) for finding in reduced}
     assert len(pairs) == len(reduced) > 0
     for margin in motion.margins:
         if margin.distance is None:

@@ -108,7 +108,7 @@ def test_a_killed_run_leaves_a_readable_log(tmp_path: Path, moment: float) -> No
     if counts["/joint_states"] >= 100:
         found = tactid.identify(log)
         assert found.damage
-        assert found.duration == pytest.approx(1e-3 * counts["/joint_states"], abs=5e-3)
+        assert found.duration_s == pytest.approx(1e-3 * counts["/joint_states"], abs=5e-3)
 
 
 @pytest.mark.parametrize("moment", MOMENTS[:5])
