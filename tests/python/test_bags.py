@@ -61,7 +61,7 @@ def test_twins_give_the_same_result(
         assert done.returncode == 0, done.stderr
         # The result names its input, as a path in remarks and by its name.
         named = done.stdout.replace(str(log), "LOG")
-        texts.append(named.replace(f'"the log": "{log.name}"', '"the log": "LOG"'))
+        texts.append(named.replace(f'"log": "{log.name}"', '"log": "LOG"'))
     assert texts[0] == texts[1] == texts[2]
 
     known, found = tactid.info(plain), tactid.info(bag)

@@ -204,11 +204,18 @@ def test_another_motion_is_no_advice_where_payloads_differ(
     assert "Rotate" not in remarks
 
 
-def test_a_gain_with_a_wide_interval_stays_uncertain(arm: tactid.Calibration) -> None:
-    uncertain = {each.data["joint"]: each.data["std_dev"] for each in arm.shortages}
-    assert uncertain
+def test_a_gain_with_a_wide_interval_stays_uncertain(folder: Path) -> None:
+    """Without a weight, the links of the wrist hardly show the gains of their joints."""
+    unloaded, urdf = simulated(folder, None, 11), folder / "arm.urdf"
+    arm = tactid.calibrate(unloaded, urdf=urdf, cutoff_hz=6.0, gain_std_dev=0.2)
+    uncertain = {
+        each.data["joint"]: each.data["std_dev"]
+        for each in arm.shortages
+        if each.kind == "gain_uncertain"
+    }
     relative = dict(zip(arm.joints, arm.gain_std_dev / arm.gain, strict=True))
-    assert {name for name, std_dev in relative.items() if std_dev > 0.15} <= set(uncertain)
+    assert {name for name, std_dev in relative.items() if std_dev > 0.1} == set(uncertain)
+    assert uncertain
     for name, std_dev in uncertain.items():
         assert std_dev == pytest.approx(relative[name])
 

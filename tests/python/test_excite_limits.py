@@ -50,10 +50,10 @@ def test_pairs_that_start_too_close_are_reported_with_their_distance() -> None:
     pairs = {tuple(finding.pairs[0]) for finding in reduced}
     assert len(pairs) == len(reduced) > 0
     for margin in motion.margins:
-        if margin.distance is None:
+        if margin.distance_m is None:
             continue
         is_reduced = any(f"{a} and {b}" in margin.limit for a, b in pairs)
-        assert margin.distance > (0.0 if is_reduced else 0.0499), margin
+        assert margin.distance_m > (0.0 if is_reduced else 0.0499), margin
 
 
 @pytest.mark.parametrize("moments", [(0.1, -0.1, 0.1), (0.1, 0.1, 5.0)])
