@@ -17,19 +17,13 @@ from ruamel.yaml import YAML
 
 import tactid
 from conftest import TactidCommand
+from designs import BOX, START, URDF, designed
 from tactid import motion_files
 
-URDF = Path(__file__).parents[2] / "crates" / "sim" / "robots" / "tactid.urdf"
-START = [0.0, -1.2, 1.6, -0.4, 1.5, 0.0]
-BOX = [[-0.1, -0.08, 0.0], [0.14, 0.1, 0.2]]
 
-
-@pytest.fixture(scope="module")
+@pytest.fixture
 def motion() -> tactid.DesignedMotion:
-    robot = tactid.Manipulator.from_urdf(URDF)
-    return tactid.design_excitation(
-        robot, start=START, duration=2.0, payload_mass_max=2.0, payload_box=BOX, rate=500.0
-    )
+    return designed()
 
 
 def test_motion_rests_at_both_ends_and_is_within_limits(motion: tactid.DesignedMotion) -> None:

@@ -7,10 +7,9 @@ use tactid_calibrate::{ArmChange, MotionShortage};
 use tactid_identify::{
     BatchIdentifier, BatchResult, BoundingBox, Delay, Finding as Data, FitReport, Forecast,
     HistoryPoint, IdentifyError, KnownMass, LinearEstimate, Method, PayloadEstimate,
-    PrincipalMoments, serial,
+    PrincipalMoments,
+    serial::{self, TenValues},
 };
-
-use tactid_identify::serial::TenValues;
 
 use crate::paper::{PaperSettings, SingularValues};
 use crate::plan::Plan;

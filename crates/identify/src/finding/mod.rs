@@ -9,7 +9,7 @@ use std::sync::Arc;
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use tactid_dynamics::{ModelFinding, Severity, Subject};
+use tactid_dynamics::{ModelFinding, Notice, Reader, Severity, Subject};
 
 use crate::Method;
 use crate::checks::{
@@ -267,9 +267,8 @@ pub enum Finding {
     Model(ModelFinding),
 }
 
-impl Finding {
-    /// Returns how grave the finding is.
-    fn grade(&self) -> Severity {
+impl Notice for Finding {
+    fn severity(&self) -> Severity {
         let contradicts = match self {
             Self::VelocitiesContradicted(_)
             | Self::PositionsBeyondLimits(_)
@@ -302,8 +301,7 @@ impl Finding {
         }
     }
 
-    /// Returns what the finding is about.
-    fn about(&self) -> Subject {
+    fn subject(&self) -> Subject {
         match self {
             Self::VelocitiesContradicted(_)
             | Self::PositionsBeyondLimits(_)
@@ -313,6 +311,10 @@ impl Finding {
             Self::LoadUnexplained(_) | Self::Inconsistent { .. } => Subject::Consequence,
             _ => Subject::Result,
         }
+    }
+
+    fn words(&self, reader: Reader) -> String {
+        words::sentences(self, reader)
     }
 }
 

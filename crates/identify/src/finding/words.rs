@@ -4,7 +4,7 @@ use std::borrow::Cow;
 use std::fmt;
 
 use tactid_dynamics::words::{at_most, counted, general, listed, with_interval};
-use tactid_dynamics::{Notice, Reader, Severity, Subject};
+use tactid_dynamics::{Notice, Reader};
 
 use super::Finding;
 use super::load_words::{gravity, negative_mass, offset, unexplained};
@@ -18,56 +18,47 @@ use crate::sampling::Sampling;
 /// Ratio of a given mass to that of the data from which to which it looks like grams.
 const THOUSAND: std::ops::Range<f64> = 500.0..2000.0;
 
-impl Notice for Finding {
-    fn severity(&self) -> Severity {
-        self.grade()
-    }
-
-    fn subject(&self) -> Subject {
-        self.about()
-    }
-
-    fn words(&self, reader: Reader) -> String {
-        match self {
-            Self::VelocitiesContradicted(found) => velocities(found),
-            Self::PositionsBeyondLimits(beyond) => positions(beyond),
-            Self::EffortsBeyondLimits(beyond) => efforts(beyond, reader),
-            Self::TwistContradicted {
-                source,
-                contradiction,
-            } => twist(source, contradiction),
-            Self::ConstantChannels {
-                source,
-                frame,
-                channels,
-                is_zero,
-            } => constant_channels(source, frame, channels, *is_zero),
-            Self::NoEquations(sampling) => no_equations(sampling, reader),
-            Self::GravityContradicted {
-                better,
-                residual_ratio,
-                method,
-            } => gravity(better, *residual_ratio, *method, reader),
-            Self::OffsetSuspected {
-                frame,
-                values,
-                std_devs,
-                ..
-            } => offset(frame, values, std_devs, reader),
-            Self::LoadUnexplained(load) => unexplained(load, reader),
-            Self::NothingHeld { .. }
-            | Self::NegativeMass { .. }
-            | Self::KnownBodiesTooHeavy { .. }
-            | Self::MassContradicted { .. }
-            | Self::KnownMassNotKept { .. } => self.of_mass(reader),
-            Self::Inconsistent {
-                distance,
-                within_box,
-            } => inconsistent(*distance, *within_box, reader),
-            Self::RunsDisagree(found) => runs_disagree(found),
-            Self::Outliers { outliers, windows } => outlying(*outliers, *windows),
-            Self::Model(finding) => finding.words(reader),
-        }
+/// Says what was noticed, with options as the reader would write them.
+pub(super) fn sentences(finding: &Finding, reader: Reader) -> String {
+    match finding {
+        Finding::VelocitiesContradicted(found) => velocities(found),
+        Finding::PositionsBeyondLimits(beyond) => positions(beyond),
+        Finding::EffortsBeyondLimits(beyond) => efforts(beyond, reader),
+        Finding::TwistContradicted {
+            source,
+            contradiction,
+        } => twist(source, contradiction),
+        Finding::ConstantChannels {
+            source,
+            frame,
+            channels,
+            is_zero,
+        } => constant_channels(source, frame, channels, *is_zero),
+        Finding::NoEquations(sampling) => no_equations(sampling, reader),
+        Finding::GravityContradicted {
+            better,
+            residual_ratio,
+            method,
+        } => gravity(better, *residual_ratio, *method, reader),
+        Finding::OffsetSuspected {
+            frame,
+            values,
+            std_devs,
+            ..
+        } => offset(frame, values, std_devs, reader),
+        Finding::LoadUnexplained(load) => unexplained(load, reader),
+        Finding::NothingHeld { .. }
+        | Finding::NegativeMass { .. }
+        | Finding::KnownBodiesTooHeavy { .. }
+        | Finding::MassContradicted { .. }
+        | Finding::KnownMassNotKept { .. } => finding.of_mass(reader),
+        Finding::Inconsistent {
+            distance,
+            within_box,
+        } => inconsistent(*distance, *within_box, reader),
+        Finding::RunsDisagree(found) => runs_disagree(found),
+        Finding::Outliers { outliers, windows } => outlying(*outliers, *windows),
+        Finding::Model(finding) => finding.words(reader),
     }
 }
 
@@ -328,6 +319,8 @@ fn inconsistent(distance: f64, within_box: bool, reader: Reader) -> String {
 
 #[cfg(test)]
 mod tests {
+    use tactid_dynamics::Severity;
+
     use super::*;
     use crate::Method;
 

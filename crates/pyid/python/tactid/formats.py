@@ -25,7 +25,7 @@ class Formats:
             IdentificationError: A value is unknown, no body can have these values, or the data
                 contradict the result.
         """
-        return given(self, self.estimate.to_urdf(), accept_contradicted)
+        return uncontradicted(self, self.estimate.to_urdf(), accept_contradicted)
 
     def to_mujoco(self: "Result", *, accept_contradicted: bool = False) -> str:
         """Returns the payload as the ``<inertial>`` of a body in MuJoCo's MJCF.
@@ -42,7 +42,7 @@ class Formats:
             IdentificationError: A value is unknown, no body can have these values, or the data
                 contradict the result.
         """
-        return given(self, self.estimate.to_mujoco(), accept_contradicted)
+        return uncontradicted(self, self.estimate.to_mujoco(), accept_contradicted)
 
     def to_ros(self: "Result", *, accept_contradicted: bool = False) -> str:
         """Returns the payload as a ``geometry_msgs/msg/InertiaStamped`` in YAML.
@@ -57,7 +57,7 @@ class Formats:
             IdentificationError: A value is unknown, no body can have these values, or the data
                 contradict the result.
         """
-        return given(self, self.estimate.to_ros(), accept_contradicted)
+        return uncontradicted(self, self.estimate.to_ros(), accept_contradicted)
 
     def to_controller(
         self: "Result", maker: str | None = None, *, accept_contradicted: bool = False
@@ -77,7 +77,7 @@ class Formats:
             IdentificationError: A value that the controller needs is unknown, no body can have
                 these values, or the data contradict the result.
         """
-        return given(self, self.estimate.to_controller(maker), accept_contradicted)
+        return uncontradicted(self, self.estimate.to_controller(maker), accept_contradicted)
 
 
 class Result(Protocol):
@@ -95,7 +95,7 @@ class Result(Protocol):
         """Says what a reader must know to trust the result; what shows it to be wrong is first."""
 
 
-def given(result: Result, text: str, accepted: bool, style: Style = "keyword") -> str:
+def uncontradicted(result: Result, text: str, accepted: bool, style: Style = "keyword") -> str:
     """Returns the text of a result in a format of another program.
 
     Raises:

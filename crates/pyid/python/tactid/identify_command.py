@@ -38,7 +38,7 @@ from tactid.console import (
 )
 from tactid.controllers import MAKERS
 from tactid.errors import ArgumentError, IdentificationError
-from tactid.formats import given
+from tactid.formats import uncontradicted
 from tactid.offline import identify
 from tactid.options import OPTIONS, options_for
 from tactid.outlook import needs_another_motion
@@ -197,7 +197,7 @@ def _print(
         try:
             text = _in_form(output.form, result.estimate)
             accepted = output.accepts_contradicted
-            print(printable(given(result, text, accepted, "command-line")))
+            print(printable(uncontradicted(result, text, accepted, "command-line")))
         except IdentificationError as error:
             refusal = error
     for line in _lines(result, output):
