@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 import tactid
-from tactid.values import values_of
+from tactid._base.values import values_of
 
 Array = NDArray[np.float64]
 

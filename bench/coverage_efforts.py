@@ -15,7 +15,7 @@ from rich.console import Console
 from rich.table import Table
 
 import tactid
-from tactid.values import values_of
+from tactid._base.values import values_of
 
 Array = NDArray[np.float64]
 

@@ -12,7 +12,7 @@ import numpy as np
 from recorded import Array
 
 import tactid
-from tactid.values import values_of
+from tactid._base.values import values_of
 
 LENGTHS_S = np.linspace(0.5, 14.5, 12)
 

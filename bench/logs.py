@@ -15,7 +15,7 @@ from rich.progress import track
 from rich.table import Table
 
 import tactid
-from tactid.values import values_of
+from tactid._base.values import values_of
 
 SEEDS = 20
 LEVEL = 0.01

@@ -18,7 +18,7 @@ from rich.progress import track
 from rich.table import Table
 
 import tactid
-from tactid.values import values_of
+from tactid._base.values import values_of
 
 RUNS = 20
 BOUND_RUNS = 100

@@ -3,7 +3,7 @@
 import re
 from collections.abc import Sequence
 
-from tactid.arrays import ARRAYS, ArrayDeclaration
+from tactid._options.arrays import ARRAYS, ArrayDeclaration
 
 MARK = re.compile(r"<!-- arrays: ([\w ]+) -->")
 """Where a page shows a table of some arrays, by their names."""

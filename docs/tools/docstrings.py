@@ -14,9 +14,9 @@ import griffe
 
 import tactid
 from tactid import _native
-from tactid.arrays import Caller, describe
-from tactid.options import OPTIONS
-from tactid.records import SCHEMAS
+from tactid._options.arrays import Caller, describe
+from tactid._options.options import OPTIONS
+from tactid._results.records import SCHEMAS
 
 ROLE = re.compile(r":\w+:`~?([\w.]+)`")
 """A reference in a docstring, such as ``:class:`tactid.Options```."""
@@ -54,12 +54,12 @@ def docstring(obj: griffe.Object) -> str | None:
     """Returns the docstring of an object; None where it has none."""
     if obj.path.startswith("tactid._native."):
         return runtime_docstring(obj.path.removeprefix("tactid._native."))
-    if obj.path.startswith("tactid.records."):
-        return record_docstring(*obj.path.split(".")[2:])
+    if obj.path.startswith("tactid._results.records."):
+        return record_docstring(*obj.path.split(".")[3:])
     if obj.docstring is None:
         return None
     # The reference has one list of the options, under `Options`.
-    listed = attributes() if obj.path == "tactid.options.Options" else ""
+    listed = attributes() if obj.path == "tactid._options.options.Options" else ""
     text = re.sub(r"\n *<options>", lambda _: listed, obj.docstring.value)
     caller: Caller = "online" if obj.name == "push" else "recording"
     text = ARRAYS_MARK.sub(lambda found: textwrap.indent(describe(caller), found[1]), text)

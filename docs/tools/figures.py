@@ -16,10 +16,10 @@ import numpy as np
 from matplotlib.figure import Figure
 
 import tactid
-from tactid.drawing import STYLE
-from tactid.paper_plots import PAIRS, History, parameters
-from tactid.paper_run import driving_phases
-from tactid.truth import read_truth
+from tactid._cli.paper_run import driving_phases
+from tactid._results.truth import read_truth
+from tactid._show.drawing import STYLE
+from tactid._show.paper_plots import PAIRS, History, parameters
 
 CUTOFF_HZ = 10.0
 WINDOW_S = 0.926 / CUTOFF_HZ

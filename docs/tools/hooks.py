@@ -16,7 +16,7 @@ from mkdocs.exceptions import PluginError
 from mkdocs.structure.files import File, Files
 
 from tactid import calibration_schema, combination_schema, result_schema
-from tactid.cli import app
+from tactid._cli.cli import app
 
 sys.path.insert(0, str(Path(__file__).parent))
 

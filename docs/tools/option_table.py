@@ -8,8 +8,8 @@ from pathlib import Path
 from typing import get_args
 
 from array_table import ARRAYS, array_table, code, row
-from tactid.declaration import Declaration, Use
-from tactid.options import OPTIONS
+from tactid._options.declaration import Declaration, Use
+from tactid._options.options import OPTIONS
 
 PAGE = Path(__file__).parents[1] / "reference" / "options.md"
 

@@ -1,4 +1,4 @@
-"""The stub of the module ``tactid.records``, whose classes are made when it is imported.
+"""The stub of the module ``tactid._results.records``, whose classes are made when it is imported.
 
 ``python docs/tools/record_stub.py`` writes it.
 """
@@ -7,8 +7,8 @@ from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
-from tactid import records
-from tactid.records import SCHEMAS, array_of, in_order, is_nullable, of_ten, without_null
+from tactid._results import records
+from tactid._results.records import SCHEMAS, array_of, in_order, is_nullable, of_ten, without_null
 
 PATH = Path(records.__file__).with_suffix(".pyi")
 """The file of the stub."""
@@ -26,9 +26,9 @@ from typing import Any, Literal, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
+from tactid._base.equality import ComparedByValue
+from tactid._base.findings import DataFault, Finding
 from tactid._native import MassProperties
-from tactid.equality import ComparedByValue
-from tactid.findings import DataFault, Finding
 
 CLASSES: dict[str, type[Record]]
 SCHEMAS: dict[str, dict[str, Any]]

@@ -20,7 +20,7 @@ from PIL import Image
 from rerun.experimental import ViewerClient
 
 import tactid
-from tactid import view
+from tactid import _view
 
 EXPERIMENT = tactid.Experiment.from_toml('duration_s = 60.0\n[excitation]\nmode = "together"\n')
 SIZE = (1440, 860)
@@ -39,7 +39,7 @@ def main() -> None:
         log, result, recording = (Path(folder, f"run.{kind}") for kind in ("mcap", "json", "rrd"))
         tactid.simulate(EXPERIMENT, log)
         tactid.identify(log).write_result(result)
-        view.record(log, recording, result=result)
+        _view.record(log, recording, result=result)
         picture = take(recording).crop((0, TOP_BAR, *SIZE))
     # Few colours are all that there are, but for the edges.
     picture.quantize(256, method=Image.Quantize.MEDIANCUT, dither=Image.Dither.NONE).save(

@@ -12,7 +12,7 @@ import pytest
 
 import tactid
 from expectations import Identify, Record, assert_fits_schema
-from tactid.values import values_of
+from tactid._base.values import values_of
 
 TactidCommand = Callable[..., "subprocess.CompletedProcess[str]"]
 

@@ -21,8 +21,8 @@ from tactid import (
     PayloadEstimate,
     PrincipalMoments,
 )
-from tactid.bodies import principal_moments
-from tactid.values import Observability, noise_intervals, values_of
+from tactid._base.bodies import principal_moments
+from tactid._base.values import Observability, noise_intervals, values_of
 
 Array = NDArray[np.float64]
 

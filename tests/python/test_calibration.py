@@ -34,9 +34,10 @@ from conftest import TactidCommand
 from expectations import Identify, half_widths_of, values_of
 from recorded_arm import Arm, body, ur5e
 from recordings import clock
-from tactid import calibration_text, cli
-from tactid.calibration_data import CalibrationData
-from tactid.finding_schemas import calibration_finding_schema, kinds_of
+from tactid._cli import cli
+from tactid._documents import calibration_json
+from tactid._documents.finding_schemas import calibration_finding_schema, kinds_of
+from tactid._results.calibration_data import CalibrationData
 from test_cli import assert_refused
 
 ARMS = {"ur10": UR10, "panda": FRANKA}
@@ -243,7 +244,7 @@ def test_json_has_all_findings(arm: tactid.Calibration) -> None:
         ],
         "recordings": [recording],
     }
-    record = json.loads(calibration_text.to_json(CalibrationData(**fields | changes)))
+    record = json.loads(calibration_json.to_json(CalibrationData(**fields | changes)))
     jsonschema.validate(record, tactid.calibration_schema())
     found = [*record["contradictions"], *record["shortages"]]
     kinds = [each["kind"] for each in found]

@@ -10,9 +10,10 @@ import pytest
 import tactid
 from calibrated_arms import GAINS, KNOWN, OTHER, calibrated, simulated, write
 from recorded_arm import ur5e
-from tactid import calibration_text, cli
-from tactid.combination_text import combined_remarks
-from tactid.remarks import remarks
+from tactid._cli import cli
+from tactid._show import calibration_text
+from tactid._show.combination_text import combined_remarks
+from tactid._show.remarks import remarks
 
 BASE = 0
 

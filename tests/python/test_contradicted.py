@@ -13,7 +13,8 @@ import tactid
 from conftest import TactidCommand
 from recorded_arm import FIXED, SENSOR, TIP_FROM_SENSOR
 from recordings import moving, state, wrenches, write_bag
-from tactid import Finding, Identification, remarks
+from tactid import Finding, Identification
+from tactid._show import remarks
 from wrist import EARLY, identified
 
 FORMATS = ("urdf", "mujoco", "ros", "controller", "ur", "franka", "kuka", "abb")

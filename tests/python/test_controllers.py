@@ -7,7 +7,8 @@ import pinocchio as pin
 import pytest
 
 import tactid
-from tactid import bodies, controllers, forms
+from tactid._base import bodies
+from tactid._results import controllers, forms
 from test_forms import PLATE
 
 NUMBER = r"-?\d+(?:\.\d+)?"

@@ -8,7 +8,7 @@ import pytest
 
 import pages
 import tactid
-from tactid.finding_schemas import (
+from tactid._documents.finding_schemas import (
     calibration_finding_schema,
     fault_kinds,
     finding_schema,

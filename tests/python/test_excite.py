@@ -18,7 +18,7 @@ from ruamel.yaml import YAML
 import tactid
 from conftest import TactidCommand
 from designs import BOX, START, URDF, designed
-from tactid import motion_files
+from tactid._documents import motion_files
 
 
 @pytest.fixture

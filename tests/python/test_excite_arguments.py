@@ -8,7 +8,7 @@ import pytest
 import tactid
 from conftest import TactidCommand
 from tactid import CollisionFinding
-from tactid.motion_text import collision_line
+from tactid._show.motion_text import collision_line
 
 URDF = Path(__file__).parents[2] / "crates" / "sim" / "robots" / "tactid.urdf"
 START = [0.0, -1.2, 1.6, -0.4, 1.5, 0.0]

@@ -13,7 +13,7 @@ from ruamel.yaml import YAML
 import tactid
 from conftest import TactidCommand
 from designs import URDF, designed
-from tactid.motion_text import lines
+from tactid._show.motion_text import lines
 
 
 @pytest.fixture

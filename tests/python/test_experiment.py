@@ -11,8 +11,8 @@ import pytest
 import pages
 import tactid
 from conftest import TactidCommand
-from tactid.run_report import active_text, base_text
-from tactid.values import values_of
+from tactid._base.values import values_of
+from tactid._show.run_report import active_text, base_text
 
 PAPER = tactid.Experiment.paper()
 

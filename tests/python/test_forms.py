@@ -10,7 +10,8 @@ import pinocchio as pin
 import pytest
 
 import tactid
-from tactid import bodies, forms
+from tactid._base import bodies
+from tactid._results import forms
 
 PLATE = [2.0, 0.1, 0.2, 0.3, 1.0, 0.0, 0.0, 1.0, 0.0, 2.0]
 

@@ -11,7 +11,8 @@ import pytest
 import bombs
 import tactid
 from conftest import TactidCommand
-from tactid import __main__, cli
+from tactid import __main__
+from tactid._cli import cli
 from test_cli import assert_refused
 
 NO_TEXT = os.fsdecode(b"\xff")

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import tactid
-from tactid.values import values_of
+from tactid._base.values import values_of
 
 NOMINAL = np.array([100, 0.5, 0, 0, 10, 0, 0, 20, 0, 10])
 SCALE = np.array([100, 0.5, 0.5, 0.5, 10, 20, 20, 20, 20, 10])

@@ -9,7 +9,7 @@ import pytest
 import typer
 from mcap.writer import Writer
 
-from tactid import cli, console
+from tactid._cli import cli, console
 
 INTERRUPTING = """
 import os, signal, sys
@@ -61,7 +61,7 @@ def test_a_program_that_imports_the_package_is_interrupted_as_usual(tmp_path: Pa
         "except KeyboardInterrupt:\n    print('caught')\n"
         "assert signal.getsignal(signal.SIGINT) is signal.default_int_handler\n"
     )
-    done = interrupted_at("tactid.calibrating", tmp_path, "-c", program)
+    done = interrupted_at("tactid._api.calibrating", tmp_path, "-c", program)
     assert (done.returncode, done.stdout) == (0, "caught\n"), done.stderr
 
 
@@ -162,7 +162,8 @@ def test_an_interruption_that_a_library_turns_into_its_own_error_is_one_line(
     program = (
         "import os, signal, sys\n"
         "sys.argv = ['tactid', 'info', 'run.mcap']\n"
-        "from tactid import __main__, cli\n"
+        "from tactid import __main__\n"
+        "from tactid._cli import cli\n"
         "def swallow(_):\n"
         f"    try:\n        os.kill(os.getpid(), signal.{name})\n"
         "    except BaseException:\n        pass\n"

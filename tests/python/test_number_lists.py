@@ -6,7 +6,7 @@ import pytest
 
 from conftest import TactidCommand
 from expectations import Identify
-from tactid.number_lists import joined
+from tactid._cli.number_lists import joined
 from test_cli import assert_refused
 
 COUNTS = {"--gravity": 3, "--effort-gain": None}

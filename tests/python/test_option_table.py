@@ -6,9 +6,9 @@ import sys
 from pathlib import Path
 
 import tactid
-from tactid.arrays import ARRAYS
-from tactid.offline import FROM_ARRAYS
-from tactid.options import OPTIONS
+from tactid._api.offline import FROM_ARRAYS
+from tactid._options.arrays import ARRAYS
+from tactid._options.options import OPTIONS
 
 ROOT = Path(__file__).parents[2]
 CRATES = ROOT / "crates"

@@ -11,8 +11,8 @@ import pytest
 
 import tactid
 from conftest import TactidCommand
-from tactid.naming import command_line_flag
-from tactid.options import OPTIONS, Estimator, Method, collect, option_names
+from tactid._base.naming import command_line_flag
+from tactid._options.options import OPTIONS, Estimator, Method, collect, option_names
 from test_cli import assert_refused
 
 

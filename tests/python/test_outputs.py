@@ -11,9 +11,9 @@ import pytest
 
 import tactid
 from conftest import TactidCommand
-from tactid import paper_run
-from tactid.files import atomic_path, write_atomically
-from tactid.output_files import check_outputs
+from tactid._base.files import atomic_path, write_atomically
+from tactid._base.output_files import check_outputs
+from tactid._cli import paper_run
 from test_cli import assert_refused
 
 
@@ -279,7 +279,7 @@ def test_a_redirected_standard_output_is_written_through(
 ) -> None:
     """``/dev/stdout`` is then a file, and it keeps what the command prints."""
     code = (
-        "from pathlib import Path; from tactid.files import write_atomically;"
+        "from pathlib import Path; from tactid._base.files import write_atomically;"
         "print('first'); write_atomically(Path('/dev/stdout'), 'second\\n'); print('third')"
     )
     with (tmp_path / "printed").open("wb") as printed:

@@ -15,7 +15,7 @@ import pytest
 
 import pages
 import tactid
-from tactid import records
+from tactid._results import records
 
 PACKAGE = Path(tactid.__file__).parent
 ROOT = Path(__file__).parents[2]
@@ -110,13 +110,19 @@ def test_no_file_imports_another_in_a_circle() -> None:
                     imported[name].add(str(node.module))
     order = list(TopologicalSorter(imported).static_order())  # raises where there is a circle
     assert set(order) >= modules.keys()
-    assert order.index("tactid.errors") < order.index("tactid.options")
+    assert order.index("tactid._base.errors") < order.index("tactid._options.options")
 
 
-def test_no_public_function_shadows_a_module() -> None:
-    modules = {path.stem for path in PACKAGE.glob("*.py")}
-    modules |= {path.name for path in PACKAGE.iterdir() if (path / "__init__.py").exists()}
-    assert not modules & set(tactid.__all__)
+def test_the_package_lists_public_names_only() -> None:
+    assert dir(tactid) == sorted(tactid.__all__)
+    modules = {name for name, thing in vars(tactid).items() if inspect.ismodule(thing)}
+    assert all(name.startswith("_") for name in modules), modules
+
+
+def test_a_traceback_names_no_internal_module() -> None:
+    errors = [thing for thing in vars(tactid).values() if inspect.isclass(thing)]
+    for error in (each for each in errors if issubclass(each, tactid.TactidError)):
+        assert error.__module__ == "tactid"
 
 
 def test_the_stub_of_the_results_is_that_of_their_schemas() -> None:

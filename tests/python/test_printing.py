@@ -14,18 +14,11 @@ import pytest
 import doubles
 import tactid
 from expectations import assert_fits_schema
-from tactid import (
-    Finding,
-    Identification,
-    formats,
-    outlook,
-    payload,
-    remarks,
-    result,
-    result_json,
-    schemas,
-    table,
-)
+from tactid import Finding, Identification
+from tactid._api import result
+from tactid._documents import result_json, schemas
+from tactid._results import formats, payload, table
+from tactid._show import outlook, remarks
 
 GRAVITY = Finding(
     "gravity_contradicted",

@@ -11,9 +11,10 @@ import numpy as np
 import pytest
 
 import doubles
-from tactid import Channel, Finding, Identification, recording_plots, recording_report, remarks
-from tactid.bodies import ellipsoid
-from tactid.values import MOMENT_NAMES, NAMES, Interval, values_of
+from tactid import Channel, Finding, Identification
+from tactid._base.bodies import ellipsoid
+from tactid._base.values import MOMENT_NAMES, NAMES, Interval, values_of
+from tactid._show import recording_plots, recording_report, remarks
 
 BODY = values_of(doubles.BODY)
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import tactid
-from tactid import outlook
+from tactid._show import outlook
 from wrist import EARLY, half_widths, identified
 
 

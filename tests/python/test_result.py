@@ -10,17 +10,11 @@ import pytest
 
 import doubles
 from expectations import LAYOUT, assert_fits_schema
-from tactid import (
-    BoundingBox,
-    Finding,
-    KnownMass,
-    files,
-    outlook,
-    remarks,
-    result_json,
-    truth,
-    values,
-)
+from tactid import BoundingBox, Finding, KnownMass
+from tactid._base import files, values
+from tactid._documents import result_json
+from tactid._results import truth
+from tactid._show import outlook, remarks
 
 NOMINAL = [100.0, 0.5, 0.0, 0.0, 10.0, 0.0, 0.0, 20.0, 0.0, 10.0]
 

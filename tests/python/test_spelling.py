@@ -7,24 +7,13 @@ from pathlib import Path
 
 import pytest
 
-import tactid
 from conftest import TactidCommand
-from tactid.naming import command_line_flag
-from tactid.options import option_names
+from tactid._api.offline import FROM_ARRAYS
+from tactid._base.naming import command_line_flag
+from tactid._options.options import option_names
 
 ROOT = Path(__file__).parents[2]
 PACKAGE = ROOT / "crates/pyid/python/tactid"
-COMMANDS = {
-    "cli.py",
-    "calibrate_command.py",
-    "compare_command.py",
-    "excite_command.py",
-    "excite_options.py",
-    "identify_command.py",
-    "number_lists.py",
-    "paper_run.py",
-}
-"""Modules that only the command line uses."""
 OUTPUTS = {
     "--format",
     "--json",
@@ -53,7 +42,7 @@ def texts(tree: ast.AST) -> Iterator[str]:
 
 def test_no_message_that_python_raises_spells_a_flag() -> None:
     for path in PACKAGE.rglob("*.py"):
-        if path.name not in COMMANDS:
+        if path.parent.name != "_cli":
             for text in texts(ast.parse(path.read_text(encoding="utf-8"))):
                 assert not FLAGS.intersection(re.findall(r"--[a-z-]+", text)), text
     for path in [*ROOT.glob("crates/*/src/**/*.rs")]:
@@ -95,5 +84,5 @@ def test_an_error_of_the_command_spells_flags_and_no_keyword(
     done = command(*arguments.format(log=log).split())
     assert done.returncode == 2, done.stdout
     assert flag in done.stderr
-    for name in {*option_names(), *tactid.offline.FROM_ARRAYS}:
+    for name in {*option_names(), *FROM_ARRAYS}:
         assert f"`{name}`" not in done.stderr

@@ -10,8 +10,9 @@ import pytest
 import doubles
 import tactid
 from expectations import assert_fits_schema
-from tactid import remarks, table
-from tactid.values import Interval, Observability
+from tactid._base.values import Interval, Observability
+from tactid._results import table
+from tactid._show import remarks
 
 VALUES = np.array([2.0, 0.1, 0.0, 0.2, 0.03, 0.0, 0.001, 0.04, 0.0, 0.02])
 STATES: list[Observability] = ["identifiable"] * 4 + ["uncertain"] * 6

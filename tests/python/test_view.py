@@ -16,10 +16,10 @@ from rerun.chunk import RrdReader
 import tactid
 from bags import joints, message, odometry, wrench, write_bag
 from conftest import TactidCommand
-from tactid.values import nested
-from tactid.view import open_viewer, record
-from tactid.view.estimate import Estimate
-from tactid.view.shapes import shapes_of
+from tactid._base.values import nested
+from tactid._view import open_viewer, record
+from tactid._view.estimate import Estimate
+from tactid._view.shapes import shapes_of
 from test_cli import assert_refused
 
 SEMI_AXES = np.array([0.1, 0.2, 0.4])
@@ -535,7 +535,7 @@ def test_a_recording_that_fails_leaves_the_old_one(
     def fail(*_: object) -> None:
         raise KeyboardInterrupt
 
-    monkeypatch.setattr("tactid.view.draw._Drawing._send_force", fail)
+    monkeypatch.setattr("tactid._view.draw._Drawing._send_force", fail)
     (tmp_path / "a.rrd").write_text("the old one")
     with pytest.raises(KeyboardInterrupt):
         record(log, tmp_path / "a.rrd")

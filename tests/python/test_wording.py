@@ -9,16 +9,14 @@ import pytest
 
 import doubles
 from expectations import assert_fits_schema
-from tactid import DataFault, Finding, Identifier, remarks, result_json, result_schema
-from tactid.errors import ArgumentError
-from tactid.finding_schemas import (
-    fault_kinds,
-    finding_schema,
-    kinds_of,
-)
-from tactid.naming import command_line_flag
-from tactid.options import option_names
-from tactid.remarks import motion_advice
+from tactid import DataFault, Finding, Identifier, result_schema
+from tactid._base.errors import ArgumentError
+from tactid._base.naming import command_line_flag
+from tactid._documents import result_json
+from tactid._documents.finding_schemas import fault_kinds, finding_schema, kinds_of
+from tactid._options.options import option_names
+from tactid._show import remarks
+from tactid._show.remarks import motion_advice
 
 FINDING_KINDS = kinds_of(finding_schema())
 

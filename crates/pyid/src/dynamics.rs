@@ -141,7 +141,7 @@ impl Manipulator {
     /// no effect and are not listed.
     #[getter]
     fn findings<'py>(&self, py: Python<'py>) -> PyResult<Vec<Bound<'py, PyAny>>> {
-        let class = py.import("tactid.findings")?.getattr("Finding")?;
+        let class = py.import("tactid._base.findings")?.getattr("Finding")?;
         let findings = self.robot.findings();
         let instances = findings
             .iter()

@@ -11,16 +11,16 @@ use tactid_recordings::RecordingError;
 
 use crate::faults::fault_data;
 
-pyo3::import_exception!(tactid.errors, TactidError);
-pyo3::import_exception!(tactid.errors, ArgumentError);
-pyo3::import_exception!(tactid.errors, ModelError);
-pyo3::import_exception!(tactid.errors, LogError);
-pyo3::import_exception!(tactid.errors, ExperimentError);
-pyo3::import_exception!(tactid.errors, SimulationError);
-pyo3::import_exception!(tactid.errors, ExcitationError);
-pyo3::import_exception!(tactid.errors, IdentificationError);
-pyo3::import_exception!(tactid.errors, CalibrationError);
-pyo3::import_exception!(tactid.errors, InternalError);
+pyo3::import_exception!(tactid._base.errors, TactidError);
+pyo3::import_exception!(tactid._base.errors, ArgumentError);
+pyo3::import_exception!(tactid._base.errors, ModelError);
+pyo3::import_exception!(tactid._base.errors, LogError);
+pyo3::import_exception!(tactid._base.errors, ExperimentError);
+pyo3::import_exception!(tactid._base.errors, SimulationError);
+pyo3::import_exception!(tactid._base.errors, ExcitationError);
+pyo3::import_exception!(tactid._base.errors, IdentificationError);
+pyo3::import_exception!(tactid._base.errors, CalibrationError);
+pyo3::import_exception!(tactid._base.errors, InternalError);
 
 /// Runs a computation with the interpreter released.
 ///

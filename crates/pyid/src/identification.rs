@@ -1,4 +1,4 @@
-//! Results as Python's `tactid.records` has them.
+//! Results as Python's `tactid._results.records` has them.
 
 use pyo3::prelude::*;
 use pyo3::types::PyDict;

@@ -1,4 +1,4 @@
-//! The online solvers: samples in, an estimate at any time. `tactid.online` wraps them.
+//! The online solvers: samples in, an estimate at any time. `tactid._api.online` wraps them.
 
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 

@@ -1,4 +1,4 @@
-//! Serialisable structures as Python objects: each becomes an instance of the class of its name in `tactid.records`, and
+//! Serialisable structures as Python objects: each becomes an instance of the class of its name in `tactid._results.records`, and
 //! numbers in rows of equal length become one array.
 
 use std::borrow::Cow;
@@ -57,7 +57,7 @@ impl<'py> Value<'py> {
 
 /// Returns the class of a structure.
 fn class<'py>(py: Python<'py>, name: &str) -> PyResult<Bound<'py, PyAny>> {
-    let classes = py.import(intern!(py, "tactid.records"))?;
+    let classes = py.import(intern!(py, "tactid._results.records"))?;
     classes.getattr(intern!(py, "CLASSES"))?.get_item(name)
 }
 

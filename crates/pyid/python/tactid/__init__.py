@@ -37,9 +37,38 @@ The paper's experiment, and the payload from its log::
 """
 
 # isort: off
-from tactid import startup as _startup  # noqa: F401 - first: Ctrl-C while the others load
+from tactid._base import startup as _startup  # noqa: F401 - first: Ctrl-C while the others load
 
 # isort: on
+from tactid._api.calibrating import calibrate
+from tactid._api.calibration import Calibration
+from tactid._api.combined import Combination, combine
+from tactid._api.comparison import Attempt, compare
+from tactid._api.designed_motion import DesignedMotion
+from tactid._api.excitation import design_excitation
+from tactid._api.offline import identify
+from tactid._api.online import Identifier, PaperFilter
+from tactid._api.result import Identification
+from tactid._api.simulation import simulate
+from tactid._base.errors import (
+    ArgumentError,
+    CalibrationError,
+    ExcitationError,
+    ExperimentError,
+    IdentificationError,
+    InternalError,
+    LogError,
+    ModelError,
+    SimulationError,
+    TactidError,
+)
+from tactid._base.findings import DataFault, Finding
+from tactid._documents.schemas import (
+    calibration_schema,
+    combination_schema,
+    motion_schema,
+    result_schema,
+)
 from tactid._native import (
     VALUE_NAMES,
     VERSION,
@@ -59,32 +88,11 @@ from tactid._native import (
     set_log_memory,
     wrench_regressor,
 )
-from tactid.calibrating import calibrate
-from tactid.calibration import Calibration
-from tactid.calibration_data import CalibrationRecording
-from tactid.combined import Combination, combine
-from tactid.comparison import Attempt, compare
-from tactid.designed_motion import DesignedMotion
-from tactid.errors import (
-    ArgumentError,
-    CalibrationError,
-    ExcitationError,
-    ExperimentError,
-    IdentificationError,
-    InternalError,
-    LogError,
-    ModelError,
-    SimulationError,
-    TactidError,
-)
-from tactid.excitation import design_excitation
-from tactid.excitation_arguments import Grip
-from tactid.findings import DataFault, Finding
-from tactid.offline import identify
-from tactid.online import Identifier, PaperFilter
-from tactid.options import Options
-from tactid.payload import PayloadEstimate
-from tactid.records import (
+from tactid._options.excitation_arguments import Grip
+from tactid._options.options import Options
+from tactid._results.calibration_data import CalibrationRecording
+from tactid._results.payload import PayloadEstimate
+from tactid._results.records import (
     ActiveContradiction,
     ActiveReport,
     Agreement,
@@ -111,14 +119,6 @@ from tactid.records import (
     ValueDifference,
     WrenchOffset,
 )
-from tactid.result import Identification
-from tactid.schemas import (
-    calibration_schema,
-    combination_schema,
-    motion_schema,
-    result_schema,
-)
-from tactid.simulation import simulate
 
 __version__ = VERSION
 
@@ -199,3 +199,7 @@ __all__ = [
     "simulate",
     "wrench_regressor",
 ]
+
+
+def __dir__() -> list[str]:
+    return sorted(__all__)

@@ -9,9 +9,9 @@ import gc
 import os
 import sys
 
-from tactid import terminal
-from tactid.errors import InternalError
-from tactid.startup import ending, interruption, leave_interruption_to_command
+from tactid._base import terminal
+from tactid._base.errors import InternalError
+from tactid._base.startup import ending, interruption, leave_interruption_to_command
 
 
 def main() -> None:
@@ -30,7 +30,7 @@ def _run() -> int:
     # Only files are drawn, and the name of an unknown backend is an error in matplotlib.
     os.environ["MPLBACKEND"] = "agg"
     try:
-        from tactid import cli
+        from tactid._cli import cli
 
         leave_interruption_to_command()
         code = cli.run()

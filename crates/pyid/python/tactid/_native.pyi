@@ -6,15 +6,13 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from typing_extensions import disjoint_base
 
-from tactid.naming import Style
-
 _Array: TypeAlias = NDArray[np.float64]
 _Path: TypeAlias = str | PathLike[str]
 _Source: TypeAlias = _Path | Mapping[str, ArrayLike]
 """A log, or the arrays of a recording by their names."""
 _Progress: TypeAlias = Callable[[float], object] | None
 _Data: TypeAlias = dict[str, Any]
-"""Values by the names of the fields of a class in ``tactid.records``."""
+"""Values by the names of the fields of a class in ``tactid._results.records``."""
 
 __all__ = [
     "PARAMETER_NAMES",
@@ -296,7 +294,7 @@ def record_schemas() -> str: ...
 def remaining(
     forecast: _Data, values: Sequence[float], std_devs: Sequence[float], within: float
 ) -> list[float]: ...
-def finding_words(kind: str, data: Mapping[str, Any], style: Style) -> str: ...
+def finding_words(kind: str, data: Mapping[str, Any], style: str) -> str: ...
 def finding_grade(kind: str, data: Mapping[str, Any]) -> tuple[Any, Any]: ...
 def fault_words(data: dict[str, Any]) -> str: ...
 def finding_schemas() -> list[str]: ...

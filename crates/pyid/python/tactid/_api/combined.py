@@ -1,0 +1,219 @@
+"""One payload from several recordings, with the formats in which it can be given."""
+
+import os
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, replace
+
+from tactid import _native
+from tactid._base.errors import ArgumentError, IdentificationError
+from tactid._base.findings import Finding
+from tactid._base.naming import Style
+from tactid._base.output_files import checked_output
+from tactid._base.values import listed_fields
+from tactid._documents import combination_json, result_json
+from tactid._results.combination import CombinationData
+from tactid._results.field_docs import with_fields
+from tactid._results.formats import Formats
+from tactid._results.identification import IdentificationData
+from tactid._results.payload import PayloadEstimate
+from tactid._results.records import LinearEstimate
+from tactid._show import combination_text
+from tactid._show.outlook import WITHIN
+
+
+@with_fields
+@dataclass(frozen=True, eq=False, repr=False)
+class Combination(Formats, CombinationData):
+    """One payload identified from several recordings, and whether they agree.
+
+    ``print`` shows all recordings together and each alone.
+
+    >>> experiment = tactid.Experiment.paper().replace(duration=2.0, frequency=0.5)
+    >>> _ = tactid.simulate(experiment, "one.mcap")
+    >>> _ = tactid.simulate(experiment.replace(seed=2), "two.mcap")
+    >>> both = tactid.identify(["one.mcap", "two.mcap"])
+    >>> both
+    <tactid.Combination: ... kg in tool0, 10 of 10 values identifiable, 2 recordings that agree>
+    """
+
+    def to_json(self, within: float = WITHIN) -> str:
+        """Returns the combined result as a JSON document, without time series.
+
+        ``tactid.combination_schema()`` is its JSON schema, which describes every key.
+
+        >>> import json
+        >>> record = json.loads(both.to_json())
+        >>> record["schema"], record["names"]
+        ('tactid.combination/2', ['one.mcap', 'two.mcap'])
+
+        Args:
+            within: Target of ``remaining_s`` of each recording.
+        """
+        return result_json.to_json(combination_json.record(self, within))
+
+    def write_result(self, path: str | os.PathLike[str], within: float = WITHIN) -> None:
+        """Writes the JSON of :meth:`to_json` with the time series of each recording.
+
+        >>> both.write_result("both.json")
+
+        Args:
+            path: The file to write.
+            within: Target of ``remaining_s`` of each recording.
+
+        Raises:
+            ArgumentError: The folder does not exist, or the file is one that was read.
+        """
+        combination_json.write(self, checked_output(path, self.inputs), within)
+
+    def write_report(self, path: str | os.PathLike[str]) -> None:
+        """Writes the report: one HTML file with each recording beside the whole.
+
+        >>> both.write_report("both.html")
+
+        Args:
+            path: The file to write.
+
+        Raises:
+            ArgumentError: The folder does not exist, or the file is one that was read.
+        """
+        from tactid._show import (
+            combination_report,  # imports matplotlib, which takes a while to load
+        )
+
+        combination_report.write_report(self, checked_output(path, self.inputs))
+
+    def worded_remarks(self, style: Style = "keyword") -> list[str]:
+        """Says what a reader must know to trust the result; what shows it to be wrong is first."""
+        return combination_text.combined_remarks(self, style)
+
+    def __repr__(self) -> str:
+        verdict = "agree" if self.agreement.agree else "disagree"
+        contradicted = ", contradicted by the data" if self.is_contradicted else ""
+        runs = f"{len(self.runs)} recordings that {verdict}"
+        return f"<tactid.Combination: {self.estimate.summary}, {runs}{contradicted}>"
+
+    def __str__(self) -> str:
+        return combination_text.text(self)
+
+    def _repr_html_(self) -> str:
+        return combination_text.html(self)
+
+
+def combine(results: Sequence[IdentificationData]) -> Combination:
+    """Combines the results of several recordings of one payload.
+
+    The results are those of :func:`tactid.identify`, of logs or of arrays, by least squares and in
+    the same frame. They are weighted by their information, so that motions which determine
+    different values complement each other. Where they differ by more than their noise, the
+    intervals grow to what varies from recording to recording, a finding names the recording that
+    differs most, and a long recording does not outvote the others. Of two recordings that disagree
+    none is known to be right: the intervals become very wide.
+
+    A known mass and a bounding box count once. What the gains of a robot's efforts or its
+    calibration leave unknown is the same in all recordings: no number of them reduces it, and it is
+    in the combined interval. Other errors that the recordings share (a known tool, an unloaded
+    reference) show in no difference between them and are in no interval.
+
+    >>> runs = [tactid.identify("one.mcap"), tactid.identify("two.mcap")]
+    >>> tactid.combine(runs).agreement.agree
+    True
+
+    Args:
+        results: The recordings' results, in any order. One alone is its own combination.
+
+    Returns:
+        The payload from all recordings, with the verdict on whether they agree.
+
+    Raises:
+        ArgumentError: There is no result, or the results have different frames, known masses or
+            bounding boxes, or two are the same recording.
+        IdentificationError: A result has no information, as that of the paper's filter.
+    """
+    results = _checked(results)
+    names = _names(results)
+    linear = [_linear(name, result) for name, result in zip(names, results, strict=True)]
+    for name, result in zip(names, results, strict=True):
+        _check_same(name, result, results[0])
+    first = results[0]
+    data = _native.combine(
+        first.estimate.frame,
+        names,
+        [listed_fields(each) for each in linear],
+        None if first.known_mass is None else listed_fields(first.known_mass),
+        None if first.bounding_box is None else listed_fields(first.bounding_box),
+    )
+    findings = [Finding(kind, found) for kind, found in data.pop("findings")]
+    estimate = _with_counts(data.pop("estimate"), results)
+    return Combination(
+        **data, estimate=estimate, findings=findings, runs=tuple(results), names=names
+    )
+
+
+def _checked(results: Sequence[IdentificationData]) -> Sequence[IdentificationData]:
+    """Checks that there are results, and that each is one of a recording."""
+    expected = "expected a list of results of tactid.identify, one for each recording"
+    if isinstance(results, str | bytes) or not isinstance(results, Iterable):
+        raise ArgumentError(f"`results` is {_kind(results)}: {expected}")
+    results = tuple(results)
+    if not results:
+        raise ArgumentError("`results` is empty: there is no recording to combine")
+    for index, result in enumerate(results):
+        if isinstance(result, CombinationData):
+            raise ArgumentError(
+                f"`results[{index}]` is a combination: combine its `runs` together with the others"
+            )
+        if not isinstance(result, IdentificationData):
+            raise ArgumentError(f"`results[{index}]` is {_kind(result)}: {expected}")
+    return results
+
+
+def _kind(given: object) -> str:
+    return f"of type {type(given).__name__}"
+
+
+def _names(results: Sequence[IdentificationData]) -> list[str]:
+    """Returns a different name for each recording: that of its log, or its path, or its number."""
+    logs = [result.inputs.get("the log") for result in results]
+    short = [None if log is None else log.name for log in logs]
+    names = []
+    for index, (log, name) in enumerate(zip(logs, short, strict=True)):
+        if log is None or name is None or logs.count(log) > 1:
+            names.append(f"recording {index + 1}")
+        else:
+            names.append(name if short.count(name) == 1 else f"{log.parent.name}/{name}")
+    if len(set(names)) < len(names):
+        return [f"recording {index + 1}" for index in range(len(names))]
+    return names
+
+
+def _linear(name: str, result: IdentificationData) -> LinearEstimate:
+    if result.linear is None:
+        raise IdentificationError(
+            f"{name} has no information to combine: several recordings need least squares, and"
+            " windows in each"
+        )
+    return result.linear
+
+
+def _check_same(name: str, result: IdentificationData, first: IdentificationData) -> None:
+    same = {
+        "frame": result.estimate.frame == first.estimate.frame,
+        "known mass": result.known_mass == first.known_mass,
+        "bounding box": result.bounding_box == first.bounding_box,
+    }
+    for what, is_same in same.items():
+        if not is_same:
+            raise ArgumentError(f"{name} has another {what} than the first recording")
+
+
+def _with_counts(
+    estimate: PayloadEstimate, results: Sequence[IdentificationData]
+) -> PayloadEstimate:
+    """Returns an estimate with the sums of what is counted in each recording."""
+    each = [result.estimate for result in results]
+    return replace(
+        estimate,
+        windows=sum(one.windows for one in each),
+        rejected=sum(one.rejected for one in each),
+        gaps=sum(one.gaps for one in each),
+    )

@@ -1,0 +1,187 @@
+"""Identification sample by sample: least squares, and the paper's filter."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+from numpy.typing import ArrayLike
+
+from tactid import _native
+from tactid._base.findings import Finding
+from tactid._base.values import Array
+from tactid._native import Manipulator
+from tactid._options.arrays import with_arrays
+from tactid._options.declaration import documented
+from tactid._options.options import OPTIONS, Options, collect
+from tactid._results.payload import PayloadEstimate
+from tactid._results.records import SingularValues, WrenchOffset
+
+
+class _Online:
+    """Base class of the online solvers: samples in, an estimate at any time."""
+
+    _native: _native.OnlineSolver
+
+    @with_arrays("online")
+    def push(  # noqa: D417 - arrays are documented by their declarations
+        self,
+        time: ArrayLike,
+        q: ArrayLike | None = None,
+        qd: ArrayLike | None = None,
+        wrench: ArrayLike | None = None,
+        *,
+        effort: ArrayLike | None = None,
+        pose: ArrayLike | None = None,
+        twist: ArrayLike | None = None,
+        acceleration: ArrayLike | None = None,
+    ) -> int:
+        """Takes one sample, or N in a row.
+
+        The arrays are those of :func:`tactid.identify`, of n joints and S sensors; without a robot
+        there are no joints. Efforts are given where the method uses them.
+
+        Args:
+            <arrays>
+
+        Returns:
+            Number of samples that were used: they gave rows once a window was full. Bad samples
+            (not finite, not later than the one before) are rejected and counted. The first sample
+            of all, or after a gap, only starts a window.
+
+        Raises:
+            ArgumentError: A shape does not fit, or something is missing.
+        """
+        base = {"pose": pose, "twist": twist, "acceleration": acceleration}
+        return self._native.push(time, q, qd, wrench, effort=effort, **base)
+
+    def estimate(self) -> PayloadEstimate:
+        """Returns the payload as known now."""
+        return PayloadEstimate(**self._native.estimate())
+
+
+@documented(OPTIONS, "online")
+class Identifier(_Online):
+    """Identifies the payload of one robot online by least squares.
+
+    It estimates its uncertainty, returns a physically consistent body and detects payload changes.
+    It learns the noise from the first 32 windows, 1 s at a cutoff of 10 Hz; before, intervals are
+    rough and no change is detected. One sample takes some microseconds, a call from Python more:
+    push many at once where possible.
+
+    A sensor without a robot, such as one that is swung by hand, is ``Identifier()``: each sample
+    then has its ``pose``, ``twist`` and ``wrench``.
+
+    Args:
+        robot: The robot with its gripper and without the payload; None for a sensor alone.
+        sensors: The links in whose frames the wrenches of each sample are, one name or several.
+            Default: the tip for the tactile method, none for other methods.
+        effort: For the combined method, whether each sample has the joints' efforts.
+        options: Options to start from; keywords replace them.
+        **keywords: The fields of :class:`tactid.Options` that apply online, as follows.
+
+            <options>
+
+    Raises:
+        ModelError: The robot has no such link.
+        ArgumentError: An option does not exist, does not apply online, or is out of range.
+        IdentificationError: The method does not fit the robot or the sensors.
+    """
+
+    _native: _native.Identifier
+
+    def __init__(
+        self,
+        robot: Manipulator | None = None,
+        sensors: str | Sequence[str] | None = None,
+        *,
+        effort: bool = True,
+        options: Options | None = None,
+        **keywords: Any,
+    ) -> None:
+        collected = collect(options, keywords, "online", ("robot", "sensors", "effort", "options"))
+        self._native = _native.Identifier(robot, sensors, effort, collected.plain())
+
+    def covariance(self) -> Array | None:
+        """Returns the covariance of the payload's linear parameters, (10, 10).
+
+        The parameters are mass, kg; first moments, kg m; inertia about the tip's origin,
+        kg m², xx, xy, xz, yy, yz, zz. A direction that the motion does not determine has the
+        variance of a parameter of plausible size. None stands during the first seven windows, in
+        which the noise is not known.
+        """
+        return self._native.covariance()
+
+    def wrench_offset(self) -> WrenchOffset | None:
+        """Returns the constant offset of the wrenches: what the sensor measures without a load.
+
+        It is in the sensor's own frame and about its origin where there is one sensor that does not
+        move relative to the tip, and otherwise in the tip's frame. None
+        stands where the option ``wrench_offset`` does not make it an unknown. Standard
+        deviations are not estimated online.
+        """
+        offset = self._native.wrench_offset()
+        return None if offset is None else WrenchOffset(**offset)
+
+    def findings(self) -> list[Finding]:
+        """Returns what the recent samples show about the assumptions of the identification.
+
+        A wrong sign, an offset of the wrench sensor, a load that the model does not explain, or
+        outliers, a velocity or a twist that is not the derivative of the position or the pose, a
+        channel of the wrench that never changes, and defects of the robot's URDF that matter for
+        the method: as ``tactid.identify`` finds them in the same samples. The samples are those of
+        the last 10 s (at a cutoff of 10 Hz) since the last payload change. Samples of which none
+        could be used are reported, too. It takes some 10 ms: in a control loop, call it in another
+        thread, where it works on a copy.
+
+        Online, nothing checks whether the wrenches are delayed. To check it once, identify a
+        recording of the same sensors.
+        """
+        return [Finding(kind, data, "online") for kind, data in self._native.findings()]
+
+
+@documented(OPTIONS, "paper filter")
+class PaperFilter(_Online):
+    """The paper's two-stage NLMS filter, online: equations (48), then (46), by (53)-(54).
+
+    It estimates no uncertainty, detects no payload change and needs exact measurements: for
+    anything but a comparison with the paper use :class:`Identifier`.
+
+    Args:
+        robot: The robot with its gripper and without the payload; None for a sensor alone.
+        sensors: The links in whose frames the wrenches of each sample are, one name or several.
+            Default: the tip for the tactile method, none for other methods.
+        options: Options to start from; keywords replace them.
+        **keywords: The fields of :class:`tactid.Options` that apply to the filter, as follows.
+
+            <options>
+
+    Raises:
+        ModelError: The robot has no such link.
+        ArgumentError: An option does not exist, does not apply to the filter, or is out of range.
+        IdentificationError: The method does not fit the robot, the sensors or the filter.
+    """
+
+    _native: _native.PaperFilter
+
+    def __init__(
+        self,
+        robot: Manipulator | None = None,
+        sensors: str | Sequence[str] | None = None,
+        *,
+        options: Options | None = None,
+        **keywords: Any,
+    ) -> None:
+        collected = collect(options, keywords, "paper filter", ("robot", "sensors", "options"))
+        self._native = _native.PaperFilter(robot, sensors, collected.plain())
+
+    def rewind(self) -> None:
+        """Prepares for the same samples once more.
+
+        The parameters stay; times, counts and the mean start again.
+        """
+        self._native.rewind()
+
+    def singular_values(self) -> SingularValues:
+        """Returns how strongly the motion excited mass and inertia."""
+        return SingularValues(**self._native.singular_values())

@@ -1,0 +1,133 @@
+"""The result of an identification from a recording, with the formats in which it can be given."""
+
+import os
+from dataclasses import dataclass
+
+import numpy as np
+
+from tactid import _native
+from tactid._base.files import atomic_path
+from tactid._base.naming import Style, counted
+from tactid._base.output_files import checked_output
+from tactid._documents import result_json
+from tactid._results.field_docs import with_fields
+from tactid._results.formats import Formats
+from tactid._results.identification import IdentificationData
+from tactid._show import summary
+from tactid._show.outlook import WITHIN
+from tactid._show.remarks import remarks
+
+
+@with_fields
+@dataclass(frozen=True, eq=False, repr=False)
+class Identification(Formats, IdentificationData):
+    """The payload identified from a recording, with the reasons to trust it.
+
+    ``print`` shows the table of the command line, with a line for each thing to know. ``to_...``
+    returns a text, ``write_...`` writes a file; each is an option of ``tactid identify``, too.
+
+    >>> experiment = tactid.Experiment.paper().replace(duration=2.0, frequency=0.5)
+    >>> _ = tactid.simulate(experiment, "run.mcap")
+    >>> result = tactid.identify("run.mcap")
+    >>> result
+    <tactid.Identification: ... kg in tool0, 10 of 10 values identifiable, tactile...>
+    """
+
+    def to_json(self, within: float = WITHIN) -> str:
+        """Returns the result as a JSON document, without time series.
+
+        ``tactid.result_schema()`` is its JSON schema, which describes every key.
+
+        >>> import json
+        >>> record = json.loads(result.to_json())
+        >>> record["schema"], record["estimate"]["frame"], record["units"]["mass"]
+        ('tactid.result/2', 'tool0', 'kg')
+
+        Args:
+            within: Target of ``remaining_s``, as :meth:`remaining` takes it.
+        """
+        return result_json.to_json(result_json.record(self, within))
+
+    def write_result(self, path: str | os.PathLike[str], within: float = WITHIN) -> None:
+        """Writes the result as a JSON file, with all time series.
+
+        >>> result.write_result("payload.json")
+
+        Args:
+            path: The file to write.
+            within: Target of ``remaining_s``, as :meth:`remaining` takes it.
+
+        Raises:
+            ArgumentError: The folder does not exist, or the file is one that was read.
+        """
+        result_json.write(self, checked_output(path, self.inputs), within)
+
+    def write_report(self, path: str | os.PathLike[str], within: float = WITHIN) -> None:
+        """Writes the report: one HTML file with the table, the remarks and figures.
+
+        >>> result.write_report("payload.html")
+
+        Args:
+            path: The file to write.
+            within: Target of the remaining time, as :meth:`remaining` takes it.
+
+        Raises:
+            ArgumentError: The folder does not exist, or the file is one that was read.
+        """
+        from tactid._show import recording_report  # imports matplotlib, which takes a while to load
+
+        recording_report.write_report(self, checked_output(path, self.inputs), within)
+
+    def write_estimates(self, path: str | os.PathLike[str]) -> None:
+        """Writes the estimate over time as a log.
+
+        The log has ``geometry_msgs/msg/InertiaStamped`` on ``/tactid/payload``, and half the width
+        of each value's 95 % interval on ``/tactid/payload_half_width_95``. Stamps are those of the
+        recording; the last message is the final estimate.
+
+        >>> result.write_estimates("payload.mcap")
+
+        Args:
+            path: The ``.mcap`` file to write.
+
+        Raises:
+            ArgumentError: The folder does not exist, or the file is one that was read.
+            LogError: The file cannot be written.
+        """
+        history = self.history
+        epoch = np.array(history.epoch)
+        last = epoch == (epoch[-1] if len(epoch) else 0)
+        times, values, std_devs = (
+            history.times_s[last],
+            history.values[last],
+            history.std_devs[last],
+        )
+        # The final estimate takes the place of the last point.
+        end = times[-1:] if len(times) else np.zeros(1)
+        with atomic_path(checked_output(path, self.inputs)) as temporary:
+            _native.write_estimates(
+                temporary,
+                frame=self.estimate.frame,
+                start_ns=self.start_ns,
+                times=np.concatenate([times[:-1], end]),
+                values=np.vstack([values[:-1].reshape(-1, 10), self.estimate.values]),
+                std_devs=np.vstack([std_devs[:-1].reshape(-1, 10), self.estimate.std_devs]),
+            )
+
+    def worded_remarks(self, style: Style = "keyword") -> list[str]:
+        """Says what a reader must know to trust the result; what shows it to be wrong is first."""
+        return remarks(self, style)
+
+    def __repr__(self) -> str:
+        shown = f"{self.estimate.summary}, {self.method}, {self.estimator}"
+        return f"<tactid.Identification: {shown}{self._noticed()}>"
+
+    def __str__(self) -> str:
+        return summary.text(self)
+
+    def _repr_html_(self) -> str:
+        return summary.html(self)
+
+    def _noticed(self) -> str:
+        findings = f", {counted(len(self.findings), 'finding')}" if self.findings else ""
+        return findings + (", contradicted by the data" if self.is_contradicted else "")

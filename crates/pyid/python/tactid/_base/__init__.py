@@ -1,0 +1,1 @@
+"""What all other modules may use: values, names, findings, errors, files, the terminal."""

@@ -1,0 +1,102 @@
+"""The exceptions of tactid: one tree under :class:`TactidError`.
+
+The message of each says what is wrong, where, and what would be right.
+"""
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from tactid._base.findings import DataFault
+from tactid._base.naming import Style, option_name, switched_off
+
+
+class TactidError(Exception):
+    """Base class of every exception that tactid raises on purpose.
+
+    Args:
+        message: What is wrong. It names an option that resolves the error; the name of one that
+            causes it is put in front unless the message has it.
+        option: The field of ``tactid.Options`` that causes or resolves the error; None where there
+            is none.
+    """
+
+    def __init__(self, message: str = "", option: str | None = None) -> None:
+        super().__init__(message, option)
+        self.message = message
+        self.option = option
+
+    def __str__(self) -> str:
+        return self.worded("keyword")
+
+    def worded(self, style: Style) -> str:
+        """Returns the message with the option's name as the reader would write it."""
+        if self.option is None:
+            return self.message
+        keyword, name = option_name(self.option, "keyword"), option_name(self.option, style)
+        off = f"`{self.option}=False`"
+        if off in self.message:
+            return self.message.replace(off, switched_off(self.option, style))
+        if keyword in self.message:
+            return self.message.replace(keyword, name)
+        return f"{name}: {self.message}"
+
+
+class ArgumentError(TactidError, ValueError):
+    """An argument that does not fit: a shape, a number out of range, an unknown choice."""
+
+
+class ModelError(TactidError):
+    """A robot that cannot be modelled: the message names the link or joint."""
+
+
+class LogError(TactidError):
+    """A log that cannot be read or written."""
+
+
+class ExperimentError(TactidError):
+    """An experiment that cannot be run as it is described."""
+
+
+class SimulationError(TactidError):
+    """A simulation that was stopped.
+
+    The payload slipped, a check exceeded its bound, or no further motion could be planned.
+    """
+
+
+class CalibrationError(TactidError):
+    """A calibration that recordings do not allow, whose file is wrong, or of another robot."""
+
+
+class ExcitationError(TactidError):
+    """A motion that cannot be designed: the message names the limit that makes it impossible."""
+
+
+class InternalError(TactidError):
+    """A fault of tactid itself.
+
+    Please report it with the line that it printed on standard error.
+    """
+
+
+class IdentificationError(TactidError):
+    """A recording from which the payload cannot be identified.
+
+    Args:
+        message: What is wrong, as for every :class:`TactidError`.
+        option: The field of ``tactid.Options`` that causes or resolves the error.
+        faults: What is wrong with the recording's messages: the fields of ``DataFault`` by name.
+    """
+
+    def __init__(
+        self,
+        message: str = "",
+        option: str | None = None,
+        faults: Sequence[Mapping[str, Any]] = (),
+    ) -> None:
+        self.faults = [DataFault(**fault) for fault in faults]
+        super().__init__("; ".join([message, *(fault.clause for fault in self.faults)]), option)
+
+
+for _error in (TactidError, *TactidError.__subclasses__()):
+    _error.__module__ = "tactid"  # a traceback names no internal module

@@ -1,0 +1,107 @@
+"""Checks of a command's output files before it reads or writes anything."""
+
+import os
+import re
+from collections.abc import Mapping
+from itertools import combinations
+from pathlib import Path
+
+from tactid._base.errors import ArgumentError
+from tactid._base.files import is_stream
+
+
+def check_outputs(outputs: Mapping[str, Path | None], inputs: Mapping[str, Path | None]) -> None:
+    """Checks that every output can be created and replaces no input and no other output.
+
+    Args:
+        outputs: The files to write, by the option that names them; None where it is absent.
+        inputs: The files and folders of bags to read, by the option or argument that names them.
+
+    Raises:
+        ArgumentError: The folder of an output does not exist, an output is a folder, or two
+            options name the same file.
+    """
+    written = {option: path for option, path in outputs.items() if path is not None}
+    for option, path in written.items():
+        _check_place(option, path)
+        for source, given in inputs.items():
+            if given is not None:
+                _check_input(option, path, source, given)
+    for (option, path), (other, second) in combinations(written.items(), 2):
+        if _is_same_file(path, second):
+            raise ArgumentError(f"{option} and {other} are the same file, {path}")
+
+
+def checked_output(path: str | os.PathLike[str], inputs: Mapping[str, Path | None]) -> Path:
+    """Returns the path of one output of a method once :func:`check_outputs` has passed it."""
+    check_outputs({"`path`": Path(path)}, inputs)
+    return Path(path)
+
+
+def _check_place(option: str, path: Path) -> None:
+    if is_stream(path):
+        if not os.access(path, os.W_OK):
+            raise ArgumentError(f"{option} {path} cannot be written")
+        return
+    if path.is_symlink() and Path(os.path.realpath(path)).is_symlink():
+        raise ArgumentError(f"{option} {path} is a link that leads to itself")
+    # The target of a link is replaced, and not the link.
+    folder = Path(os.path.realpath(path)).parent if path.is_symlink() else path.parent
+    if not folder.is_dir():
+        problem = "is not a folder" if folder.exists() else "does not exist"
+        raise ArgumentError(f"the folder {folder} of {option} {problem}")
+    if not os.access(folder, os.W_OK):
+        raise ArgumentError(f"the folder {folder} of {option} cannot be written")
+    if path.is_dir():
+        raise ArgumentError(f"{option} {path} is a folder: expected a file to write")
+
+
+def _check_input(option: str, path: Path, source: str, given: Path) -> None:
+    if not given.is_dir():
+        if _is_same_file(path, given):
+            raise ArgumentError(f"{option} and {source} are the same file, {path}")
+        if any(_is_same_file(path, file) for file in _beside(given)):
+            raise ArgumentError(f"{option} {path} belongs to {source}, {given}")
+        return
+    # A bag may consist of links to files elsewhere.
+    inside = Path(os.path.realpath(given)) in Path(os.path.realpath(path)).parents
+    if inside or any(_is_same_file(path, file) for file in given.iterdir()):
+        raise ArgumentError(f"{option} {path} is a file in the folder of {source}, {given}")
+
+
+LOG_BEGINNINGS = (b"\x89MCAP", b"SQLite format 3\0", b"\x28\xb5\x2f\xfd")
+"""First bytes of MCAP files, of SQLite databases, and of files that zstd has compressed."""
+
+PART = re.compile(r"(.*?)(_\d+)?\.(mcap|db3)(\.zstd)?")
+"""Name of a log file: that of its bag, the number of the part, the storage and the compression."""
+
+
+def _beside(given: Path) -> list[Path]:
+    """Paths of a recorder's files that belong to a log: its other parts and its database's."""
+    if not _is_log(given):
+        return []
+    names = ["metadata.yaml", *(f"{given.name}-{suffix}" for suffix in ("wal", "shm", "journal"))]
+    if of_log := PART.fullmatch(given.name):
+        logs = ((file.name, PART.fullmatch(file.name)) for file in given.parent.iterdir())
+        names += [name for name, part in logs if part is not None and part[1] == of_log[1]]
+    return [given.with_name(name) for name in names]
+
+
+def _is_log(path: Path) -> bool:
+    """Returns whether a file is a log, which its first bytes show, whatever its name."""
+    if not path.is_file():  # a pipe would wait for its writer, and lose the bytes that are read
+        return False
+    try:
+        with path.open("rb") as file:
+            return file.read(16).startswith(LOG_BEGINNINGS)
+    except OSError:  # that it cannot be read is reported where it is opened
+        return False
+
+
+def _is_same_file(path: Path, other: Path) -> bool:
+    if path.is_char_device():  # nothing is lost: /dev/null takes everything
+        return False
+    try:
+        return path.samefile(other)
+    except OSError:  # one of them does not exist
+        return os.path.realpath(path) == os.path.realpath(other)

@@ -1,0 +1,138 @@
+"""The command ``tactid calibrate``: from recordings of an arm to the model of its joint efforts."""
+
+from functools import partial
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+
+from tactid._api.calibrating import calibrate
+from tactid._api.calibration import Calibration
+from tactid._base.errors import ArgumentError
+from tactid._base.output_files import check_outputs
+from tactid._base.terminal import printable
+from tactid._cli import option_flags
+from tactid._cli.console import (
+    FLAG,
+    interruptible,
+    notes,
+    print_json,
+    print_whole,
+    printing_after,
+    progress,
+)
+from tactid._documents import calibration_json
+from tactid._options.declaration import declare
+from tactid._options.options import options_for
+from tactid._show import calibration_text
+
+OWN = declare(
+    calibrate,
+    "calibration",
+    {
+        "Recordings": {
+            "unloaded": "paths",
+            "loaded": "paths",
+            "payload_mass_kg": "masses",
+            "payload_mass_std_dev_kg": "number",
+            "payload_com": "points",
+            "payload_inertia": "inertias",
+            "hold_out": "paths",
+            "gain_std_dev": "gains percentage",
+        }
+    },
+    {
+        "unloaded": "A recording without a payload that moves all joints in both directions.",
+        "loaded": "A recording with a payload of known mass, which finds the gains.",
+        "payload_mass_kg": "Mass that the payload adds to the unloaded arm: a number for each"
+        " loaded recording. Unit: kg.",
+        "payload_com": "Centre of mass in the tip's frame, once for each loaded recording. Default:"
+        " not known. Unit: m.",
+        "payload_inertia": "Inertia about the centre of mass along the tip's axes, once for each"
+        " loaded recording; needs ``payload_com``. Default: not known. Unit: kg m².",
+        "hold_out": "A recording without a payload that is only compared with the model.",
+        "gain_std_dev": "Standard deviation of the gains before the calibration, in percent with"
+        " the sign: 0% where efforts are torques. Default: 20% with loaded recordings; without any,"
+        " 5% with ``effort_gain``, else 0%.",
+    },
+)
+"""The options beyond those of an identification: keywords of :func:`tactid.calibrate`."""
+
+
+def _result(text: str, *flags: str, metavar: str | None = None) -> Any:
+    return typer.Option(
+        *flags, help=text, metavar=metavar, rich_help_panel="Results", show_default=False
+    )
+
+
+def calibrate_arm(
+    out: Annotated[Path, _result("The TOML file to write, for tactid identify --calibration.")],
+    report: Annotated[Path | None, _result("An HTML file to write, with plots.")] = None,
+    as_json: Annotated[bool, _result("Prints JSON.", "--json", metavar=FLAG)] = False,
+    **options: Any,
+) -> None:
+    """Calibrates the joint efforts of an arm from recordings.
+
+    The numbers of one option are separated by commas or by spaces: --gravity 0 0 -9.81.
+    """
+    keywords = option_flags.values(options, OWN.values())
+    unloaded = keywords.pop("unloaded", [])
+    hold_out, loaded = (keywords.get(name, []) for name in ("hold_out", "loaded"))
+    _check_files(out, report, options["urdf"], unloaded, loaded, hold_out)
+    with interruptible("no calibration"), progress("calibrating") as done:
+        arm = calibrate(
+            unloaded,
+            **keywords,
+            options=option_flags.read(options, "calibration"),
+            progress=done,
+        )
+    reports = {} if report is None else {report: partial(_write_report, arm)}
+    with printing_after({out: arm.write, **reports}):
+        _print(arm, as_json=as_json)
+    if arm.contradictions:
+        raise typer.Exit(1)
+
+
+def _check_files(
+    out: Path,
+    report: Path | None,
+    urdf: Path | None,
+    unloaded: list[Path],
+    loaded: list[Path],
+    hold_out: list[Path],
+) -> None:
+    """Checks that there is a recording, and that no output replaces one."""
+    flags = (("--unloaded", unloaded), ("--loaded", loaded), ("--hold-out", hold_out))
+    logs = {f"{flag} {path}": path for flag, paths in flags for path in paths}
+    check_outputs({"--out": out, "--report": report}, logs | {"--urdf": urdf})
+    if not unloaded and not loaded:
+        raise ArgumentError("--unloaded is missing: give a recording without a payload")
+
+
+def _write_report(arm: Calibration, path: Path) -> None:
+    with notes.status("drawing"):
+        from tactid._show import (
+            calibration_report,  # imports matplotlib, which takes a while to load
+        )
+
+        calibration_report.write_report(arm, path, "command-line")
+
+
+def _print(arm: Calibration, *, as_json: bool) -> None:
+    if as_json:
+        print_json(calibration_json.to_json(arm, "command-line"))
+        return
+    print(printable(calibration_text.heading(arm)))
+    print_whole(calibration_text.rich_table(arm))
+    for line in calibration_text.lines(arm, "command-line"):
+        notes.print(line, markup=False)
+
+
+option_flags.show(
+    calibrate_arm,
+    [
+        *option_flags.parameters(OWN.values()),
+        *option_flags.parameters(options_for("calibration")),
+    ],
+    last=("out", "report", "as_json"),
+)

@@ -1,0 +1,198 @@
+"""Progress and notes of the commands, on standard error."""
+
+import json
+import re
+import sys
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any, TypeAlias
+
+import typer
+from rich.console import Console
+from rich.table import Table
+from rich.text import Text
+from typer.core import TyperGroup
+
+from tactid._base import terminal
+from tactid._base.errors import ArgumentError, LogError
+from tactid._base.naming import listed
+from tactid._base.startup import ending
+from tactid._base.text_table import whole_width
+
+FLAG = ""
+"""Placeholder of an option without a value in the help of a command."""
+
+
+class Group(TyperGroup):
+    """A group of commands whose help shows ``--help`` as an option without a value."""
+
+    def get_help_option(self, ctx: Any) -> Any:
+        """Returns the option ``--help`` of the group."""
+        return _without_value(super().get_help_option(ctx))
+
+    def make_context(self, info_name: Any, args: list[str], *rest: Any, **keywords: Any) -> Any:
+        """Reads the arguments; Ctrl-C is one line and exit code 130, as in :meth:`invoke`."""
+        _check_empty(args)
+        with interruptible():
+            return super().make_context(info_name, args, *rest, **keywords)
+
+    def invoke(self, ctx: Any) -> Any:
+        """Runs a command; Ctrl-C that it does not handle is one line and exit code 130."""
+        with interruptible():
+            return super().invoke(ctx)
+
+    def get_command(self, ctx: Any, cmd_name: str) -> Any:
+        """Returns a command of the group by its name; None where there is none."""
+        command = super().get_command(ctx, cmd_name)
+        if command is not None:
+            _without_value(command.get_help_option(ctx))
+        return command
+
+
+def _check_empty(arguments: list[str]) -> None:
+    """Refuses an empty argument, which is the current folder where a path is expected."""
+    for number, argument in enumerate(arguments):
+        if argument == "" or (argument.startswith("--") and argument.endswith("=")):
+            before = f" after {arguments[number - 1]}" if argument == "" and number else ""
+            name = argument.rstrip("=") or f"the argument{before}"
+            raise ArgumentError(f"{name} is empty: is a variable of the shell not set?")
+
+
+def _without_value(option: Any) -> Any:
+    if option is not None:
+        option.metavar = FLAG
+    return option
+
+
+class Stream(Console):
+    """A standard stream. The program decides what follows when its reader goes away."""
+
+    def on_broken_pipe(self) -> None:
+        """Raises ``BrokenPipeError``, where Rich would exit with code 1."""
+        raise BrokenPipeError
+
+    def render_str(self, text: str, **style: Any) -> Text:
+        """Returns a text with escapes in place of its control characters."""
+        return super().render_str(terminal.printable(text), **style)
+
+
+notes = Stream(stderr=True, highlight=False, soft_wrap=True)
+
+
+def print_whole(table: Table) -> None:
+    """Prints a table on standard output without truncating cells, in a narrow terminal too."""
+    console = Stream()
+    console.width = max(console.width, whole_width(table, console))
+    console.print(table, soft_wrap=True)
+
+
+def print_json(text: str) -> None:
+    """Prints a JSON document; where standard output is not UTF-8, with escapes for the rest."""
+    if not terminal.is_utf8(sys.stdout):
+        text = re.sub(r"[^\x00-\x7f]", lambda found: json.dumps(found[0])[1:-1], text)
+    sys.stdout.write(text)
+
+
+@contextmanager
+def interruptible(outcome: str | None = None) -> Iterator[None]:
+    """Turns Ctrl-C or SIGTERM into a line with the outcome, if there is any, and its exit code."""
+    try:
+        yield
+    except KeyboardInterrupt as interruption:
+        word, code = ending(interruption)
+        terminal.report(word + (f": {outcome}" if outcome else ""))
+        raise typer.Exit(code) from None
+
+
+@contextmanager
+def reporting_partial_log(log: Path) -> Iterator[None]:
+    """Says what a log holds where its run ends early, by Ctrl-C, SIGTERM or a full disk."""
+    holds = f"{log} holds the run up to here"
+    with interruptible(holds):
+        try:
+            yield
+        except LogError as error:
+            # Other errors come before the first message, and a device holds nothing.
+            if error.message.startswith(f"cannot write {log}:") and log.is_file():
+                error.message += f"; {holds}"
+            raise
+
+
+Writers: TypeAlias = Mapping[Path, Callable[[Path], object]]
+"""What writes each of some files."""
+
+
+@contextmanager
+def printing_before(writers: Writers) -> Iterator[None]:
+    """Prints a result in its block, then writes files, also where nobody reads the result.
+
+    Ctrl-C in the block says that the files are not written.
+    """
+    names = [str(path) for path in writers]
+    try:
+        with interruptible(f"did not write {listed(names)}" if names else None):
+            yield
+    except typer.Exit:
+        raise
+    except BaseException:
+        write_files(writers)
+        raise
+    wrote = write_files(writers)
+    with interruptible(_clause(wrote)):
+        _print_sentence(wrote)
+
+
+@contextmanager
+def printing_after(writers: Writers) -> Iterator[None]:
+    """Writes files, then prints a result in its block, and then the names of the files.
+
+    Ctrl-C in the block says which files are written.
+    """
+    wrote = write_files(writers)
+    with interruptible(_clause(wrote)):
+        yield
+        _print_sentence(wrote)
+
+
+def _clause(sentence: str) -> str | None:
+    return sentence[:1].lower() + sentence[1:].removesuffix(".") if sentence else None
+
+
+def _print_sentence(sentence: str) -> None:
+    if sentence:
+        notes.print(sentence, markup=False)
+
+
+def write_files(writers: Writers) -> str:
+    """Writes files one after the other; Ctrl-C says which of them are written.
+
+    Returns:
+        A sentence that names the files; empty where there is none.
+    """
+    names = [str(path) for path in writers]
+    for done, (path, write) in enumerate(writers.items()):
+        written = [f"wrote {listed(names[:done])}"] if done else []
+        with interruptible("; ".join([*written, f"did not write {listed(names[done:])}"])):
+            write(path)
+    return f"Wrote {', '.join(names)}." if names else ""
+
+
+@contextmanager
+def progress(label: str) -> Iterator[Callable[[float], None]]:
+    """Shows a progress bar with the remaining time if standard error is a terminal."""
+    if not notes.is_terminal:
+        yield lambda _: None
+        return
+    # Takes a while to load, and no script needs it.
+    from rich import progress as bars
+
+    columns = (
+        bars.TextColumn("{task.description:<12}"),
+        bars.BarColumn(bar_width=None),
+        bars.TaskProgressColumn(),
+        bars.TimeRemainingColumn(elapsed_when_finished=True),
+    )
+    with bars.Progress(*columns, console=notes) as bar:
+        task = bar.add_task(label, total=1.0)
+        yield lambda done: bar.update(task, completed=done)

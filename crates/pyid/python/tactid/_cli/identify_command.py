@@ -1,0 +1,308 @@
+"""The command ``tactid identify``: from a recording to the payload and the reasons to trust it.
+
+Its parameters are the options of an identification, and those below, which choose the output.
+"""
+
+import shlex
+from collections.abc import Callable
+from dataclasses import dataclass
+from enum import StrEnum
+from functools import partial
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+from rich.table import Table
+
+from tactid._api.combined import Combination
+from tactid._api.offline import identify
+from tactid._api.result import Identification
+from tactid._base import terminal
+from tactid._base.errors import ArgumentError, IdentificationError
+from tactid._base.output_files import check_outputs
+from tactid._base.terminal import printable
+from tactid._cli import option_flags, option_text
+from tactid._cli.console import (
+    FLAG,
+    interruptible,
+    notes,
+    print_json,
+    print_whole,
+    printing_before,
+    progress,
+)
+from tactid._documents import combination_json, result_json
+from tactid._native import info
+from tactid._options.options import OPTIONS, options_for
+from tactid._results import table
+from tactid._results.controllers import MAKERS
+from tactid._results.formats import uncontradicted
+from tactid._results.payload import PayloadEstimate
+from tactid._results.truth import Truth, read_checks, read_truth
+from tactid._show import combination_text, reported, summary
+from tactid._show.outlook import needs_another_motion
+
+
+class Form(StrEnum):
+    """Format in which a result is printed: a table, or a method ``Identification.to_...``."""
+
+    TABLE = "table"
+    JSON = "json"
+    URDF = "urdf"
+    MUJOCO = "mujoco"
+    ROS = "ros"
+    CONTROLLER = "controller"
+    UR = "ur"
+    FRANKA = "franka"
+    KUKA = "kuka"
+    ABB = "abb"
+
+
+RESULTS = "Results"
+
+
+def _result(text: str, *flags: str, metavar: str | None = None) -> Any:
+    return typer.Option(*flags, help=text, metavar=metavar, rich_help_panel=RESULTS)
+
+
+ACCEPT_CONTRADICTED = _result(
+    "Prints a format of another program also where the data contradict the result. The exit code"
+    " stays 1.",
+    "--accept-contradicted",
+    metavar=FLAG,
+)
+
+
+@dataclass(frozen=True)
+class Output:
+    """What the command prints and writes."""
+
+    form: Form
+    within: float
+    accepts_contradicted: bool
+    result_file: Path | None
+    report: Path | None
+    estimates: Path | None
+    design: str | None
+    """The command that designs a better motion; None without a URDF."""
+
+
+def identify_recording(
+    logs: Annotated[
+        list[Path],
+        typer.Argument(
+            help="A rosbag2 folder, or an .mcap or .db3 file. Several recordings of one payload"
+            " give one estimate, and a verdict on whether they agree.",
+            metavar="LOG...",
+        ),
+    ],
+    form: Annotated[Form, _result("What to print.", "--format")] = Form.TABLE,
+    as_json: Annotated[
+        bool, _result("Prints JSON, as --format json does.", "--json", metavar=FLAG)
+    ] = False,
+    result_file: Annotated[
+        Path | None, _result("A JSON file with all time series to write.", "--result")
+    ] = None,
+    report: Annotated[Path | None, _result("An HTML file to write, with plots.")] = None,
+    within: Annotated[
+        str,
+        _result(
+            "Target precision: half of each 95 % interval in percent of the largest value of its"
+            " kind. The output says how much longer the motion must go on to reach it."
+        ),
+    ] = "1%",
+    estimates: Annotated[
+        Path | None,
+        _result("An .mcap file to write, which contains the estimate over time (InertiaStamped)."),
+    ] = None,
+    accept_contradicted: Annotated[bool, ACCEPT_CONTRADICTED] = False,
+    **options: Any,
+) -> None:
+    """Identifies the payload from a recording, or from several.
+
+    The numbers of one option are separated by commas or by spaces: --gravity 0 0 -9.81.
+    """
+    precision = option_text.fraction("--within", within)
+    chosen, design = Form.JSON if as_json else form, _design_command(options)
+    output = Output(chosen, precision, accept_contradicted, result_file, report, estimates, design)
+    check_outputs(
+        {"--result": result_file, "--report": report, "--estimates": estimates},
+        {
+            **{f"the log {log}" if len(logs) > 1 else "the log": log for log in logs},
+            "--urdf": options["urdf"],
+            "--unloaded": options["unloaded"],
+            "--calibration": options["calibration"],
+        },
+    )
+    if estimates is not None and len(logs) > 1:
+        raise ArgumentError(
+            f"--estimates writes the estimate over time of one recording, but {len(logs)} are given"
+        )
+    with interruptible("no result"), progress("identifying") as done:
+        result = identify(tuple(logs), options=option_flags.read(options, "log"), progress=done)
+    with printing_before(_writers(logs[0], result, output)):
+        refusal = _print(logs[0], result, output)
+    if refusal is not None:
+        terminal.report(f"error: {refusal.worded('command-line')}")
+    if refusal is not None or result.is_contradicted:
+        raise typer.Exit(1)
+
+
+option_flags.show(
+    identify_recording,
+    option_flags.parameters(options_for("log")),
+    last=(
+        "form",
+        "as_json",
+        "accept_contradicted",
+        "result_file",
+        "report",
+        "within",
+        "estimates",
+    ),
+)
+
+
+def _print(
+    log: Path, result: Identification | Combination, output: Output
+) -> IdentificationError | None:
+    """Prints the result; returns why it cannot be given in the format that was asked for.
+
+    Args:
+        log: The log, or the first of several.
+        result: The result of the log, or of several.
+        output: What to print.
+    """
+    runs = [result] if isinstance(result, Identification) else result.runs
+    for damage in (damage for run in runs for damage in run.damage):
+        notes.print(f"tactid: note: {damage}; what could be read was used", style="yellow")
+    if output.form is Form.JSON:
+        print_json(result_json.to_json(_record(log, result, output)))
+        return None
+    refusal = None
+    if output.form is Form.TABLE:
+        print(printable(table.heading(result.estimate.frame)))
+        print_whole(_table(log, result))
+        each = combination_text.rows(result) if isinstance(result, Combination) else None
+        if each is not None:
+            print_whole(each)
+    else:
+        _warn_of_disagreement(output.form, result)
+        try:
+            text = _in_form(output.form, result.estimate)
+            accepted = output.accepts_contradicted
+            print(printable(uncontradicted(result, text, accepted, "command-line")))
+        except IdentificationError as error:
+            refusal = error
+    for line in _lines(result, output):
+        # What contradicts the result is in the refusal.
+        if refusal is None or line not in refusal.message:
+            notes.print(line, markup=False)
+    return refusal
+
+
+def _warn_of_disagreement(form: Form, result: Identification | Combination) -> None:
+    """Warns that a format has no interval, where recordings disagree."""
+    if isinstance(result, Combination) and not result.agreement.agree:
+        estimate = result.estimate
+        value, limits = estimate.reported_values[0], estimate.reported_intervals[0]
+        mass = (
+            "not known"
+            if value is None or limits is None
+            else f"{table.number(value, limits)} kg, from {limits.low:.4g} to {limits.high:.4g} kg"
+        )
+        notes.print(
+            f"tactid: warning: the recordings disagree, and the format {form} has no interval: the"
+            f" mass is {mass}",
+            style="yellow",
+        )
+
+
+def _record(log: Path, result: Identification | Combination, output: Output) -> dict[str, Any]:
+    if isinstance(result, Combination):
+        return combination_json.record(result, output.within, "command-line")
+    return result_json.record(result, output.within, "command-line", read_checks(info(log)))
+
+
+def _table(log: Path, result: Identification | Combination) -> Table:
+    if isinstance(result, Combination):
+        return table.rich_table(combination_text.columns(result))
+    truth = truth_in_frame(log, result.estimate.frame)
+    return table.rich_table([reported.column(result, truth)], truth)
+
+
+def _lines(result: Identification | Combination, output: Output) -> list[str]:
+    if isinstance(result, Combination):
+        return combination_text.lines(result, "command-line")
+    lines = summary.lines(result, output.within, "command-line")
+    if output.design is not None and needs_another_motion(result, output.within):
+        lines.append(f"A motion that would determine every value: {output.design}")
+    return lines
+
+
+def _design_command(options: dict[str, Any]) -> str | None:
+    """Returns the command that designs a motion for the robot, the tip and the method."""
+    if options["urdf"] is None:
+        return None
+    given = {name: options[name] for name in ("urdf", "tip", "method") if options[name] is not None}
+    words = [word for name, value in given.items() for word in (OPTIONS[name].flag, str(value))]
+    payload = "--payload-mass-max KG --payload-box X,Y,Z,X,Y,Z"
+    return f"tactid excite {shlex.join(words)} {payload} --out motion"
+
+
+def _in_form(form: Form, payload: PayloadEstimate) -> str:
+    forms: dict[Form, Callable[[], str]] = {
+        Form.URDF: payload.to_urdf,
+        Form.MUJOCO: payload.to_mujoco,
+        Form.ROS: payload.to_ros,
+        Form.CONTROLLER: payload.to_controller,
+        **{Form(maker): partial(payload.to_controller, maker) for maker in MAKERS},
+    }
+    return forms[form]()
+
+
+def truth_in_frame(log: Path, frame: str) -> Truth | None:
+    """Returns the truth of a simulated log; None for another log or frame, which is printed."""
+    truth = read_truth(info(log))
+    if truth is None or truth.frame == frame:
+        return truth
+    notes.print(
+        f"tactid: note: the true payload of this simulated log is in the frame {truth.frame}, so no"
+        f" errors are shown for {frame}",
+        style="yellow",
+    )
+    return None
+
+
+def _writers(
+    log: Path, result: Identification | Combination, output: Output
+) -> dict[Path, Callable[[Path], object]]:
+    """Returns what writes each of the files that are asked for."""
+    writers: dict[Path, Callable[[Path], object]] = {}
+    if output.result_file is not None:
+        writers[output.result_file] = partial(_write_result, log, result, output.within)
+    if output.report is not None:
+        writers[output.report] = partial(_write_report, result, output.within)
+    if output.estimates is not None and isinstance(result, Identification):
+        writers[output.estimates] = result.write_estimates
+    return writers
+
+
+def _write_result(
+    log: Path, result: Identification | Combination, within: float, path: Path
+) -> None:
+    if isinstance(result, Combination):
+        combination_json.write(result, path, within, "command-line")
+    else:
+        result_json.write(result, path, within, "command-line", read_checks(info(log)))
+
+
+def _write_report(result: Identification | Combination, within: float, path: Path) -> None:
+    with notes.status("drawing"):
+        # matplotlib takes a while to load.
+        from tactid._show import combination_report, recording_report
+
+        if isinstance(result, Combination):
+            combination_report.write_report(result, path, "command-line")
+        else:
+            recording_report.write_report(result, path, within, "command-line")

@@ -1,0 +1,35 @@
+"""The contents of a log as ``tactid info`` shows them."""
+
+from rich.table import Table
+from rich.text import Text
+
+from tactid._base.terminal import printable
+from tactid._base.text_table import empty_table
+from tactid._native import LogInfo
+
+MOST_TOPICS = 1000
+"""Rows of the table: a row takes half a millisecond, and a log may name any number of topics."""
+
+
+def topics_table(info: LogInfo) -> Table:
+    """Returns the topics of a log, the first :data:`MOST_TOPICS` of many, as a table."""
+    table = empty_table()
+    table.add_column("topic", overflow="fold")
+    table.add_column("type", overflow="fold")
+    table.add_column("messages", justify="right")
+    table.add_column("rate / Hz", justify="right")
+    for topic in info.topics[:MOST_TOPICS]:
+        rate = "–" if topic.frequency is None else f"{topic.frequency:.1f}"
+        names = (Text(printable(name)) for name in (topic.name, topic.type_name))
+        table.add_row(*names, str(topic.count), rate)
+    return table
+
+
+def info_lines(info: LogInfo) -> list[str]:
+    """Returns the duration, the metadata and the damage of a log, a line each."""
+    duration = "no messages" if info.duration is None else f"{info.duration:.3f} s"
+    records = ", ".join(info.metadata) or "none"
+    lines = [f"duration  {duration}", f"metadata  {records}"]
+    if (more := len(info.topics) - MOST_TOPICS) > 0:
+        lines.insert(0, f"topics    {more} more, which tactid.info in Python has")
+    return lines + [f"damage    {line}" for line in info.damage or ["none"]]

@@ -1,0 +1,131 @@
+"""Options as flags of a command: their parameters for typer, and from text to values."""
+
+import inspect
+from collections.abc import Callable, Collection, Iterable, Mapping
+from pathlib import Path
+from types import MappingProxyType
+from typing import Annotated, Any, Literal, NamedTuple
+
+import typer
+
+from tactid._cli import option_text
+from tactid._cli.console import FLAG
+from tactid._options.declaration import Declaration, Use
+from tactid._options.options import Options, options_for
+
+
+class _Form(NamedTuple):
+    """How the values of a kind of options are written on the command line."""
+
+    argument: Any
+    """Type of the argument."""
+    placeholder: str | None = None
+    """Placeholder in the command's help, with commas for several numbers; None for typer's."""
+    parse: Callable[[str, Any], Any] | None = None
+    """Turns a flag and the argument into the value; None where they are the same."""
+
+
+_FORMS = {
+    "flag": _Form(bool, FLAG),
+    "number": _Form(float),
+    "count": _Form(int),
+    "text": _Form(str),
+    "texts": _Form(list[str]),
+    "path": _Form(Path),
+    "calibration": _Form(Path),
+    "names": _Form(str, "RECORDED=JOINT,...", option_text.names),
+    "vector": _Form(str, "X,Y,Z", option_text.vector),
+    "numbers": _Form(str, "N,N,...", option_text.numbers),
+    "fractions": _Form(str, "P%,P%,...", option_text.gain_std_devs),
+    "wrenches": _Form(list[str], "FX,FY,FZ,MX,MY,MZ", option_text.wrenches),
+    "box": _Form(str, "X,Y,Z,X,Y,Z", option_text.box),
+    "body": _Form(str, "M,X,Y,Z,XX,XY,XZ,YY,YZ,ZZ", option_text.body),
+    "frame": _Form(str, "LINK,X,Y,Z,QX,QY,QZ,QW", option_text.frame),
+    "switch": _Form(bool),
+    "paths": _Form(list[Path]),
+    "wrench": _Form(str, "FX,FY,FZ,MX,MY,MZ", option_text.six),
+    "grip": _Form(str, "X,Y,Z,NX,NY,NZ,DISTANCE,FORCE,FRICTION,RADIUS", option_text.grip),
+    "boxes": _Form(list[str], "NAME=BOX", option_text.named_boxes),
+    "degrees": _Form(float, None, option_text.radians),
+    "percentage": _Form(str, None, option_text.fraction),
+    "gains percentage": _Form(str, None, option_text.std_dev_of_gains),
+    "masses": _Form(list[str], "M,M,...", option_text.all_numbers),
+    "points": _Form(list[str], "X,Y,Z", option_text.vectors),
+    "inertias": _Form(list[str], "XX,XY,XZ,YY,YZ,ZZ", option_text.inertias),
+}
+"""How options are written, by the names of the kinds in Rust."""
+
+
+def _form(option: Declaration) -> _Form:
+    if isinstance(option.kind, dict):
+        return _Form(Literal[tuple(option.kind["choice"])])
+    return _FORMS[option.kind]
+
+
+def parameters(
+    options: Iterable[Declaration], flags: Mapping[str, tuple[str, ...]] = MappingProxyType({})
+) -> list[inspect.Parameter]:
+    """Returns a parameter for each of some options.
+
+    Args:
+        options: The options.
+        flags: Flags that are not those of the options' names.
+    """
+    found = []
+    for option in options:
+        form = _form(option)
+        declaration = typer.Option(
+            *flags.get(option.name, (option.flag,)),
+            help=option.help,
+            metavar=option.placeholder or form.placeholder,
+            rich_help_panel=option.group,
+            show_default=False,
+        )
+        parameter = inspect.Parameter(
+            option.name,
+            inspect.Parameter.KEYWORD_ONLY,
+            default=None,
+            annotation=Annotated[form.argument | None, declaration],
+        )
+        found.append(parameter)
+    return found
+
+
+def values(arguments: Mapping[str, Any], options: Iterable[Declaration]) -> dict[str, Any]:
+    """Returns the values of the options that a command line gives, by their names."""
+    found = {}
+    for option in options:
+        value = arguments.get(option.name)
+        if value is not None and value != []:
+            parse = _form(option).parse
+            found[option.name] = value if parse is None else parse(option.flag, value)
+    return found
+
+
+def read(arguments: Mapping[str, Any], use: Use) -> Options:
+    """Returns the options of one use that a command line gives."""
+    return Options(**values(arguments, options_for(use)))
+
+
+def show(
+    command: Callable[..., None],
+    options: Iterable[inspect.Parameter],
+    last: Collection[str] = (),
+) -> None:
+    """Gives a command the signature that typer reads: its own parameters and options.
+
+    Args:
+        command: The command, whose keywords the options are.
+        options: Parameters of the options, which follow those of the command itself.
+        last: Names of parameters of the command that follow the options.
+    """
+    signature = inspect.signature(command)
+    own = [
+        parameter.replace(kind=inspect.Parameter.KEYWORD_ONLY)
+        for parameter in signature.parameters.values()
+        if parameter.kind is not parameter.VAR_KEYWORD
+    ]
+    first = [parameter for parameter in own if parameter.name not in last]
+    every = [*first, *options, *(parameter for parameter in own if parameter.name in last)]
+    command.__signature__ = signature.replace(parameters=every)  # type: ignore[attr-defined]
+    command.__annotations__ = {parameter.name: parameter.annotation for parameter in every}

@@ -1,0 +1,71 @@
+"""The command ``tactid simulate``."""
+
+import tomllib
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from tactid._api.simulation import files_of, simulate
+from tactid._base.naming import abridged
+from tactid._base.output_files import check_outputs
+from tactid._cli.console import notes, progress, reporting_partial_log
+from tactid._native import Experiment
+from tactid._results.records import RunReport
+from tactid._results.truth import momentum_drift
+from tactid._show.run_report import active_text, base_text
+
+
+def run_simulation(
+    experiment: Annotated[
+        Path | None, typer.Argument(help="A TOML file; the paper's experiment where left out.")
+    ] = None,
+    out: Annotated[Path, typer.Option(help="The log to write.")] = Path("run.mcap"),
+    motion: Annotated[
+        Path | None,
+        typer.Option(
+            help="A folder that tactid excite wrote, or its trajectory.mcap or .csv: the arm"
+            " follows it instead of the experiment's excitation."
+        ),
+    ] = None,
+) -> None:
+    """Simulates an experiment and writes its log.
+
+    The exit code is 1 where the payload contradicts the bounds of active excitation, or the base
+    exceeds its bound.
+    """
+    chosen = Experiment.paper() if experiment is None else Experiment.from_file(experiment)
+    if motion is not None:
+        chosen = chosen.following(motion)
+    check_outputs({"--out": out}, {"the experiment": experiment} | files_of(chosen))
+    with reporting_partial_log(out), progress("simulating") as done:
+        report = simulate(chosen, out, progress=done)
+    notes.print(
+        f"Wrote {out}: {report.simulated_time_s:g} s in {report.wall_time_s:.1f} s,"
+        f" grasp drift {report.grasp_drift_m * 1e6:.1f} µm,"
+        f" momentum drift {momentum_drift(report)}."
+    )
+    if _print_outcome(report, chosen):
+        raise typer.Exit(1)
+
+
+def _print_outcome(report: RunReport, experiment: Experiment) -> bool:
+    """Prints what active excitation has reached and how far the base moved.
+
+    Returns:
+        Whether the payload contradicts the bounds that were given for it, or the base exceeded its
+        bound.
+    """
+    is_contradicted = False
+    if report.active is not None:
+        notes.print(active_text(report.active), markup=False)
+        is_contradicted = bool(report.active.contradictions)
+        if report.active.untested_shapes:
+            shapes = abridged(report.active.untested_shapes)
+            notes.print(f"Collisions are not tested for all shapes: {shapes}.", markup=False)
+    active = tomllib.loads(experiment.to_toml())["excitation"].get("active", {})
+    base = base_text(report, active)
+    if base is not None:
+        notes.print(base.sentence, markup=False)
+        is_contradicted |= base.is_exceeded
+    return is_contradicted

@@ -1,0 +1,1 @@
+"""Results for programs: JSON documents with their schemas, and motions for controllers."""

@@ -1,0 +1,1 @@
+"""Options and arrays: declared once, for keywords, flags and documentation."""

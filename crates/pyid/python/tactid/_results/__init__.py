@@ -1,0 +1,1 @@
+"""Results as data, their tables, and the forms in which other programs take a payload."""

@@ -1,0 +1,59 @@
+"""Documentation of the fields of dataclasses in ``help``, which shows no strings below fields."""
+
+import ast
+import dataclasses
+import functools
+import inspect
+import sys
+import textwrap
+from itertools import pairwise
+from typing import TypeVar
+
+from tactid._results import records
+
+_Class = TypeVar("_Class", bound=type)
+
+
+def with_fields(cls: _Class) -> _Class:
+    """Adds each field with the string below it in the source to the docstring of a dataclass."""
+    if cls.__doc__:  # python -OO has none
+        texts = {name: text for base in cls.__mro__ for name, text in _below_fields(base).items()}
+        entries = [
+            textwrap.fill(f"{field.name}: {texts[field.name]}", 92, subsequent_indent="    ")
+            for field in dataclasses.fields(cls)
+            if field.name in texts
+        ]
+        listed = textwrap.indent("\n".join(entries), "    ")
+        cls.__doc__ = f"{inspect.cleandoc(cls.__doc__)}\n\nAttributes:\n{listed}\n"
+    return cls
+
+
+def _below_fields(cls: type) -> dict[str, str]:
+    """Returns the documentation of the fields of a class by their names: the string below each."""
+    if cls.__module__ == records.__name__:
+        known = dataclasses.fields(cls) if dataclasses.is_dataclass(cls) else ()
+        texts = {each.name: each.metadata["schema"].get("description", "") for each in known}
+        return {name: " ".join(text.split()) for name, text in texts.items()}
+    if not inspect.get_annotations(cls):
+        return {}  # reading the source takes longer than all else that makes a class
+    body = _classes(cls.__module__).get(cls.__name__, [])
+    return {
+        field.target.id: " ".join(text.value.value.split())
+        for field, text in pairwise(body)
+        if isinstance(field, ast.AnnAssign)
+        and isinstance(field.target, ast.Name)
+        and isinstance(text, ast.Expr)
+        and isinstance(text.value, ast.Constant)
+        and isinstance(text.value.value, str)
+    }
+
+
+@functools.cache
+def _classes(module: str) -> dict[str, list[ast.stmt]]:
+    """Returns the statements of each class of a module, by the name of the class."""
+    try:
+        source = inspect.getsource(sys.modules[module])
+    except (OSError, TypeError):  # no source: a built-in module, or an installation without it
+        return {}
+    found = (each for each in ast.parse(source).body if isinstance(each, ast.ClassDef))
+    return {each.name: each.body for each in found}

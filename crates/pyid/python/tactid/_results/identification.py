@@ -1,0 +1,74 @@
+"""What an identification finds: plain data, which a program can construct as well as read.
+
+All arrays are NumPy arrays of SI units. W, C and H are numbers of averaging windows, channels and
+points of the history.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from tactid import _native
+from tactid._base.errors import ArgumentError
+from tactid._base.values import Array, listed_fields
+from tactid._native import VALUE_NAMES
+from tactid._results import records
+from tactid._results.payload import PayloadEstimate
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class IdentificationData(records.Identification):
+    """The fields of :class:`tactid.Identification`."""
+
+    if TYPE_CHECKING:
+        estimate: PayloadEstimate
+
+    inputs: Mapping[str, Path] = field(default_factory=dict)
+    """Files and folders that were read, by the words that name them; empty for arrays."""
+
+    @property
+    def source_name(self) -> str:
+        """Name of the log's file or folder; ``arrays`` where there is none."""
+        return self.inputs["the log"].name if "the log" in self.inputs else "arrays"
+
+    @property
+    def is_contradicted(self) -> bool:
+        """Whether the data show the result to be wrong.
+
+        No body can have the values, though something is held, or a finding says so: it stands
+        first in ``print(result)``. The command ``tactid identify`` then ends with exit code 1.
+        """
+        is_nothing = any(noticed.kind == "nothing_held" for noticed in self.findings)
+        is_impossible = self.estimate.why_impossible is not None and not is_nothing
+        # An offset changes no value where none is known.
+        is_known = any(self.estimate.is_reported)
+        found = [each for each in self.findings if is_known or each.kind != "offset_suspected"]
+        return is_impossible or any(noticed.contradicts_result for noticed in found)
+
+    def remaining(self, within: float = 0.01) -> Array:
+        """Returns how much longer the motion must go on until every value is known well enough.
+
+        The information is assumed to grow as in the recording's second half. An error of the model
+        (a sign, a frame, friction) is a bias, which no time reduces.
+
+        Args:
+            within: Target for half of each 95 % interval, as a fraction of the largest value of its
+                kind (mass, centre of mass, inertia): 0.01 for 1 %.
+
+        Returns:
+            Time for each of ``VALUE_NAMES``, (10,), s: 0 where the target is reached already,
+            infinite where the motion does not determine the value, NaN for the paper's filter.
+
+        Raises:
+            ArgumentError: ``within`` is not positive.
+        """
+        if not within > 0:
+            raise ArgumentError(f"`within` is {within}: expected a positive fraction, such as 0.01")
+        if self.forecast is None:
+            return np.full(len(VALUE_NAMES), np.nan)
+        values, std_devs = self.estimate.values.tolist(), self.estimate.std_devs.tolist()
+        forecast = listed_fields(self.forecast)
+        return np.array(_native.remaining(forecast, values, std_devs, within))

@@ -1,0 +1,221 @@
+"""An identified payload: ten values, their intervals, and whether the motion excites them."""
+
+import math
+from collections.abc import Sequence
+
+from tactid._base.bodies import why_impossible
+from tactid._base.values import (
+    NAMES,
+    Interval,
+    Observability,
+    half_widths,
+    noise_intervals,
+    reported_intervals,
+    where_reported,
+)
+from tactid._native import VALUE_NAMES, MassProperties
+from tactid._results import controllers, forms, records, table
+from tactid._results.field_docs import with_fields
+
+
+@with_fields
+class PayloadEstimate(records.PayloadEstimate):
+    """An identified payload, expressed in one frame.
+
+    ``print`` shows it as a table; :meth:`to_urdf`, :meth:`to_mujoco` and :meth:`to_controller`
+    give it to other programs. A program can construct one, too:
+
+    >>> import numpy as np
+    >>> estimate = tactid.PayloadEstimate(
+    ...     "tool0",
+    ...     values=np.array([1.5, 0, 0, 0.1, 0.02, 0, 0, 0.03, 0, 0.04]),
+    ...     std_devs=np.full(10, 1e-3),
+    ...     observability=["identifiable"] * 10,
+    ...     is_physical=True,
+    ... )
+    >>> estimate
+    <tactid.PayloadEstimate: 1.5000 kg in tool0, 10 of 10 values identifiable>
+    """
+
+    def __post_init__(self) -> None:
+        """Makes the intervals, where none are given, 1.96 standard deviations to both sides."""
+        super().__post_init__()
+        if len(self.intervals) == 0:
+            found = noise_intervals(self.values, self.std_devs)
+            object.__setattr__(self, "intervals", found)
+
+    @property
+    def body(self) -> MassProperties:
+        """The payload alone as a body in :attr:`frame`.
+
+        An unobservable value is meaningless: see :attr:`reported_values`.
+        """
+        return MassProperties.from_values(self.values)
+
+    @property
+    def identifiable(self) -> list[bool]:
+        """Whether each of the ten values is identifiable: see :attr:`observability`."""
+        return [each == "identifiable" for each in self.observability]
+
+    @property
+    def not_identifiable(self) -> list[str]:
+        """The names of the values that are uncertain or unobservable."""
+        return self._named("uncertain", "unobservable")
+
+    @property
+    def uncertain(self) -> list[str]:
+        """The names of the values that the motion excites, but that have wide intervals."""
+        return self._named("uncertain")
+
+    @property
+    def unobservable(self) -> list[str]:
+        """The names of the values that the motion does not excite."""
+        return self._named("unobservable")
+
+    @property
+    def is_reported(self) -> list[bool]:
+        """Whether each of the ten values is reported as a number.
+
+        An identifiable value is, and an uncertain one with two finite limits.
+        """
+        pairs = zip(self.observability, self.intervals.tolist(), strict=True)
+        return [
+            each == "identifiable" or (each == "uncertain" and all(map(math.isfinite, limits)))
+            for each, limits in pairs
+        ]
+
+    @property
+    def reported_values(self) -> list[float | None]:
+        """The ten values; None for each that is unobservable, or uncertain without limits."""
+        return where_reported(self.is_reported, self.values)
+
+    @property
+    def reported_intervals(self) -> list[Interval | None]:
+        """The 95 % interval of each of the ten values; None where there is none."""
+        return reported_intervals(self.is_reported, self.intervals)
+
+    @property
+    def half_widths(self) -> list[float | None]:
+        """Distance from each value to the farther limit of its 95 % interval; None without one.
+
+        It is half of the interval, unless the interval is cut at what a body can have.
+        """
+        return half_widths(self.reported_values, self.reported_intervals)
+
+    @property
+    def why_impossible(self) -> str | None:
+        """Why no body can have these values; None where one can, or where too few are known."""
+        if self.is_physical or not self.is_reported[0]:
+            return None
+        if self.values[0] <= 0 or all(self.is_reported):
+            return why_impossible(self.values.tolist()) or "the estimate has not converged"
+        return None
+
+    def to_urdf(self) -> str:
+        """Returns the payload as the ``<inertial>`` of a URDF's link.
+
+        The link is one of its own, fixed to the link :attr:`frame` without a rotation or an offset.
+        The ``<inertial>`` that the link :attr:`frame` already has is that of the tool and stays as
+        it is: the payload is added to the robot and replaces nothing. See the README for the whole.
+        As in every format, a comment names the values that are uncertain.
+
+        >>> print(estimate.to_urdf())
+        <!-- payload in the frame tool0: for a link of its own, fixed to tool0 without an offset -->
+        <inertial>
+          <origin xyz="0.0 0.0 0.1" rpy="0 0 0"/>
+          <mass value="1.5"/>
+          <inertia ixx="0.02" ixy="0.0" ixz="0.0" iyy="0.03" iyz="0.0" izz="0.04"/>
+        </inertial>
+
+        Raises:
+            IdentificationError: A value is unknown, or no body can have these values.
+        """
+        return forms.urdf(self.reported_values, self.frame, self._uncertain_names)
+
+    def to_mujoco(self) -> str:
+        """Returns the payload as the ``<inertial>`` of a body in MuJoCo's MJCF.
+
+        The body is one of its own inside the body :attr:`frame`, without ``pos`` and ``quat``. The
+        inertial of the body :attr:`frame` is that of the tool and stays as it is.
+
+        >>> print(estimate.to_mujoco())
+        <!-- payload in the frame tool0: for a body of its own inside tool0 without an offset -->
+        <inertial pos="0.0 0.0 0.1" mass="1.5" fullinertia="0.02 0.03 0.04 0.0 0.0 0.0"/>
+
+        Raises:
+            IdentificationError: A value is unknown, or no body can have these values.
+        """
+        return forms.mujoco(self.reported_values, self.frame, self._uncertain_names)
+
+    def to_ros(self) -> str:
+        """Returns the payload as a ``geometry_msgs/msg/InertiaStamped`` in YAML.
+
+        The inertia is about the centre of mass, along the axes of :attr:`frame`.
+
+        >>> print(estimate.to_ros().splitlines()[1])
+          frame_id: "tool0"
+
+        Raises:
+            IdentificationError: A value is unknown, or no body can have these values.
+        """
+        return forms.ros(self.reported_values, self.frame, self._uncertain_names)
+
+    def to_controller(self, maker: str | None = None) -> str:
+        """Returns what a robot controller asks for, as text with units.
+
+        It gives the centre of mass in m and in mm, and the inertia about the centre of mass and
+        about the frame's origin, all along the frame's axes and without exponents. An unknown
+        inertia is marked as such, because most controllers accept a payload without one.
+
+        With ``maker``, the text is a line of the language of that maker's controllers.
+
+        >>> print(estimate.to_controller().splitlines()[2])
+        mass                 kg  1.50000000
+        >>> print(estimate.to_controller("abb").splitlines()[0])
+        ! payload for ABB: the frame tool0 must be the coordinate system of the tool in use
+
+        Args:
+            maker: ``"ur"`` for URScript's ``set_target_payload``, ``"franka"`` for libfranka's
+                ``setLoad``, ``"kuka"`` for KRL's ``LOAD_DATA``, ``"abb"`` for RAPID's ``loaddata``.
+
+        Raises:
+            ArgumentError: The maker is not known.
+            IdentificationError: A value that is needed is unknown, or no body can have the values.
+        """
+        payload = (self.reported_values, self.frame, self._uncertain_names)
+        if maker is None:
+            return forms.controller(*payload)
+        return controllers.controller(maker, *payload)
+
+    def __repr__(self) -> str:
+        return f"<tactid.PayloadEstimate: {self.summary}>"
+
+    def __str__(self) -> str:
+        return table.plain_text([self._column()], table.heading(self.frame))
+
+    def _repr_html_(self) -> str:
+        return table.html_table(self._column(), table.heading(self.frame))
+
+    @property
+    def summary(self) -> str:
+        """Mass, frame and number of identifiable values, on one line."""
+        mass = f"{table.number(self.values[0])} kg" if self.is_reported[0] else "unknown mass"
+        found = f"{sum(self.identifiable)} of {len(VALUE_NAMES)} values identifiable"
+        return f"{mass} in {self.frame}, {found}"
+
+    def _named(self, *states: Observability, names: Sequence[str] = VALUE_NAMES) -> list[str]:
+        pairs = zip(names, self.observability, strict=True)
+        return [name for name, each in pairs if each in states]
+
+    @property
+    def _uncertain_names(self) -> list[str]:
+        """The names for people of the values that are uncertain."""
+        return self._named("uncertain", names=NAMES)
+
+    def _column(self) -> table.Column:
+        return table.Column(
+            "value",
+            self.reported_values,
+            intervals=self.reported_intervals,
+            observability=self.observability,
+        )

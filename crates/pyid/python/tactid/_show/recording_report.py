@@ -1,0 +1,270 @@
+"""The report of a recording: one HTML file with the result and the reasons to trust it."""
+
+import html
+import math
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tactid._base.errors import IdentificationError
+from tactid._base.files import write_atomically
+from tactid._base.naming import Style, option_name
+from tactid._base.values import Z95, Interval, Values, digits_of
+from tactid._results.identification import IdentificationData
+from tactid._results.payload import PayloadEstimate
+from tactid._results.records import FitReport
+from tactid._show import body_plot, page, recording_plots, reported
+from tactid._show.outlook import WITHIN, outlook
+from tactid._show.remarks import calibration, gravity, knowledge, remarks, wrench_offset
+
+METHODS = {
+    "tactile": "measured wrenches, and motion",
+    "effort": "joint efforts, and motion",
+    "joint-sensing": "momentum of base and joints",
+    "combined": "wrenches, joint efforts and momentum together",
+}
+
+CAPTIONS = {
+    "fit": "Each channel as it was measured, and as the estimate predicts it. Held-out windows "
+    "were not used for the fit: there the two lines agree only if the estimate is right.",
+    "residuals": "The residual over time, and its spectrum beside that of the signal. A flat "
+    "spectrum is noise; a peak is a vibration, a cable or a wrong delay. The dotted line is the "
+    "cutoff of the low-pass.",
+    "parameters": "The estimate from all data up to each time. The dashed line is the result.",
+    "excitation": "Ten directions in the space of the parameters, each named by its largest "
+    "components; the inertia is that about the frame's origin here, and m*ax the first moment "
+    "along x. A faint direction is known badly.",
+    "ellipsoid": "The uniform solid ellipsoid with this mass and inertia in its place in the "
+    "frame. The payload should have about its size and attitude.",
+    "point": "The centre of mass in the frame.",
+}
+
+FRICTION = """Friction in the joints is the usual reason for large residuals of joint efforts: no
+interval contains its error. An unloaded recording of the same motion ({option}) subtracts most of
+it."""
+
+
+def write_report(
+    result: IdentificationData, path: Path, within: float = WITHIN, style: Style = "keyword"
+) -> None:
+    """Writes the report of a result."""
+    write_atomically(path, render(result, within, style))
+
+
+def render(result: IdentificationData, within: float = WITHIN, style: Style = "keyword") -> str:
+    """Returns the report as HTML, figures included.
+
+    Args:
+        result: The identification.
+        within: Target precision, as :meth:`Identification.remaining` takes it.
+        style: Who reads the sentences: it decides how they spell options.
+    """
+    values, half_widths = result.estimate.reported_values, result.estimate.half_widths
+    figures = recording_plots.figures(result)
+    frame = html.escape(result.estimate.frame)
+
+    def figure(name: str) -> str:
+        return page.figure(figures[name], CAPTIONS[name]) if name in figures else ""
+
+    fit = ""
+    if result.fit is not None:
+        fit = f"""<h2>Measured and predicted</h2>
+{_agreement(result.fit)}
+{figure("fit")}
+<h2>Residuals</h2>
+{_friction(result, style)}
+{figure("residuals")}"""
+    over_time = ""
+    if "parameters" in figures:
+        over_time = f"<h2>Over time</h2>\n{figure('parameters')}"
+    return page.document(
+        f"tactid: the payload at {result.estimate.frame}",
+        f"""<h1>The payload at <code>{frame}</code></h1>
+<p class="lead">From <code>{html.escape(result.source_name)}</code>. Everything is in the frame
+<code>{frame}</code> and along its axes, the inertia about the centre of mass.</p>
+{_table(result)}
+<h2>Remarks</h2>
+{_remarks(result, style)}
+<h2>Position and size</h2>
+{_body(result, values, half_widths)}
+{fit}
+{over_time}
+<h2>Excitation by the motion</h2>
+{_advice(result, within)}
+{figure("excitation")}
+<h2>Formats for other programs</h2>
+{payload_forms(result.estimate)}
+<h2>The identification</h2>
+{page.facts(_facts(result))}""",
+    )
+
+
+def with_interval(value: float, interval: Interval | None) -> tuple[str, str, str, str]:
+    """Formats value, half width and both ends of the interval to two figures of the half width.
+
+    An interval that is cut at what a body can have has no half width.
+    """
+    half_width = 0.0 if interval is None else interval.half_width(value)
+    if interval is None or not half_width:
+        return f"{value:.6g}", "–", "–", "–"
+    digits = digits_of(half_width, most=15)
+    numbers = (value, half_width, *interval)
+    shown = [f"{round(number, digits) + 0.0:.{digits}f}" for number in numbers]
+    return shown[0], "–" if interval.is_cut(value) else shown[1], shown[2], shown[3]
+
+
+def explained(fit: FitReport, windows: NDArray[np.bool_]) -> list[float | None]:
+    """Returns the fraction of each channel's variance in these windows that is predicted."""
+    measured, predicted = fit.measured[windows], fit.predicted[windows]
+    weight = np.nan_to_num(fit.weights[windows], nan=0.0, posinf=0.0)
+    # Held-out windows without any weight have the full one.
+    weight = weight if weight.any() else np.ones_like(weight)
+    total = weight.sum()
+    fractions: list[float | None] = []
+    for values, fitted in zip(measured.T, predicted.T, strict=True):
+        mean = weight @ values / total if total > 0 else 0.0
+        variance = weight @ (values - mean) ** 2
+        fraction = 1 - weight @ (values - fitted) ** 2 / variance if variance > 0 else math.nan
+        fractions.append(float(fraction) if math.isfinite(fraction) else None)
+    return fractions
+
+
+def _table(result: IdentificationData) -> str:
+    rows = []
+    for row in reported.column(result).rows:
+        cells = f'<td>{row.name}</td><td class="unit">{row.unit}</td>'
+        if row.value is None:
+            cells += f'<td class="none" colspan="4">{row.number}</td>'
+        else:
+            shown, around, low, high = with_interval(row.value, row.interval)
+            cells += f'<td class="value">{shown}</td><td>{around}</td><td>{low}</td><td>{high}</td>'
+        rows.append(f"<tr{' class=last' if row.ends_kind else ''}>{cells}</tr>\n")
+    return f"""<div class="wide"><table>
+<caption>The interval contains the true value with 95 % probability, if noise is the only error.
+Moments 1 to 3 are the principal moments of inertia about the centre of mass, ascending. Moments
+that noise could make equal have wider intervals, which contain the truth more often. No interval
+reaches further than a body can; one that is cut there has no ±.</caption>
+<thead><tr><th></th><th></th><th></th><th colspan="3">95 % interval</th></tr>
+<tr><th>parameter</th><th></th><th>value</th><th>±</th><th>from</th><th>to</th></tr></thead>
+<tbody>{"".join(rows)}</tbody></table></div>"""
+
+
+def _remarks(result: IdentificationData, style: Style) -> str:
+    lines = [*remarks(result, style), *(f"Damage: {line}" for line in result.damage)]
+    if not lines:
+        return "<p>Nothing was noticed: see the held-out windows below.</p>"
+    return f"<ul>{''.join(f'<li>{html.escape(line)}</li>' for line in lines)}</ul>"
+
+
+def _friction(result: IdentificationData, style: Style) -> str:
+    is_corrected = result.subtracts_unloaded or result.calibrated is not None
+    if result.method not in ("effort", "combined") or is_corrected:
+        return ""
+    return f"<p>{html.escape(FRICTION.format(option=option_name('unloaded', style)))}</p>"
+
+
+def _advice(result: IdentificationData, within: float) -> str:
+    sentence = outlook(result, within)
+    if sentence is None:
+        return ""
+    bias = "An error of the model, such as a sign or a frame, is a bias that no time reduces."
+    return f"<p>{html.escape(sentence)} {bias}</p>"
+
+
+def _body(result: IdentificationData, values: Values, half_widths: Values) -> str:
+    solid = None not in values and result.estimate.is_physical
+    drawn = body_plot.ellipsoid(values, half_widths, solid=solid)
+    if drawn is None:
+        return "<p>The centre of mass is not known.</p>"
+    if solid:
+        return page.figure(drawn, CAPTIONS["ellipsoid"])
+    reason = "the inertia is not known" if None in values else "no body can have this inertia"
+    return f"<p>There is no ellipsoid to draw: {reason}.</p>" + page.figure(
+        drawn, CAPTIONS["point"]
+    )
+
+
+def _agreement(fit: FitReport) -> str:
+    held_out = fit.held_out
+    seen, unseen = explained(fit, ~held_out), explained(fit, held_out)
+    rows = []
+    for index, channel in enumerate(fit.channels):
+        fitted, held = float(fit.residual_rms[index]), float(fit.held_out_rms[index])
+        rows.append(
+            f"<tr><td>{html.escape(channel.name)}</td>"
+            f'<td class="unit">{html.escape(channel.unit)}</td>'
+            f'<td>{_rms(fitted)}</td><td class="value">{_rms(held)}</td>'
+            f"<td>{_percent(seen[index])}</td>"
+            f'<td class="value">{_percent(unseen[index])}</td></tr>\n'
+        )
+    return f"""<div class="wide"><table>
+<caption>{np.count_nonzero(held_out)} of {len(held_out)} windows are held out. Residuals there
+should be as small as in the fit. A channel in which the motion changes nothing contains only noise,
+of which little is predicted.</caption>
+<thead><tr><th></th><th></th><th colspan="2">rms residual</th>
+<th colspan="2">variance predicted</th></tr>
+<tr><th>channel</th><th></th><th>fit</th><th>held out</th><th>fit</th><th>held out</th></tr></thead>
+<tbody>{"".join(rows)}</tbody></table></div>"""
+
+
+def _rms(value: float) -> str:
+    return f"{value:.3g}" if math.isfinite(value) else "–"
+
+
+def _percent(fraction: float | None) -> str:
+    return "–" if fraction is None else f"{round(100 * fraction, 2) + 0.0:.2f} %"
+
+
+def payload_forms(estimate: PayloadEstimate) -> str:
+    """Returns the payload in the formats of other programs as HTML, each to unfold."""
+    parts = []
+    forms = {
+        "For a robot controller": estimate.to_controller,
+        "URDF": estimate.to_urdf,
+        "MuJoCo": estimate.to_mujoco,
+    }
+    for title, form in forms.items():
+        try:
+            text = f"<pre>{html.escape(form())}</pre>"
+        except IdentificationError as error:
+            text = f"<p>{html.escape(str(error))}</p>"
+        parts.append(f"<details><summary>{title}</summary>{text}</details>\n")
+    return "".join(parts)
+
+
+def _facts(result: IdentificationData) -> dict[str, str]:
+    delay = _quantity(1e3 * result.delay_s, "ms")
+    if result.estimated_delay is not None:
+        delay += f" ± {1e3 * Z95 * result.estimated_delay.std_dev_s:.2g} ms"
+    windows = f"{result.estimate.windows}"
+    if result.fit is not None:
+        windows = f"{len(result.fit.times_s)}, one every {_quantity(result.fit.stride_s, 's')}"
+    return {
+        "frame": result.estimate.frame,
+        "method": METHODS.get(result.method, result.method),
+        "estimator": result.estimator,
+        "duration": _quantity(result.duration_s, "s"),
+        "windows": windows,
+        "cutoff": _quantity(result.cutoff_hz, "Hz"),
+        "delay of the wrenches": delay,
+        "wrench offset": wrench_offset(result) or "assumed to be zero",
+        **_calibration(result),
+        "given of the payload": ", ".join(knowledge(result)) or "nothing",
+        "gravity": gravity(result),
+    }
+
+
+def _calibration(result: IdentificationData) -> dict[str, str]:
+    fit = result.calibrated
+    if fit is None:
+        return {}
+    misfits = zip(fit.joints, fit.misfit, strict=True)
+    return {
+        "calibration": calibration(result),
+        "misfit of each joint": ", ".join(f"{joint} {misfit:.2g}" for joint, misfit in misfits),
+    }
+
+
+def _quantity(value: float, unit: str) -> str:
+    return f"{value:.4g} {unit}" if math.isfinite(value) else "not known"
