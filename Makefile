@@ -8,7 +8,7 @@ SOURCES := Cargo.toml Cargo.lock pyproject.toml README.md $(shell find crates -t
     \( -name '*.rs' -o -name '*.py' -o -name '*.pyi' -o -name '*.json' -o -name '*.toml' -o -name '*.urdf' -o -name '*.msg' \))
 
 .PHONY: help demo test miri instructions test-rust test-python lint lint-rust lint-python docs pictures bench bench-peers bench-seeds bench-study \
-    bench-study-logs bench-active bench-coverage bench-excite bench-hour bench-many bench-swap bench-update clean tools fuzz soak lint-supply
+    bench-study-logs bench-active bench-coverage bench-excite bench-hour bench-many bench-swap bench-update clean tools fuzz soak lint-supply wheel
 
 help: ## list the targets
 	@grep -E '^[a-z-]+:.*## ' $(MAKEFILE_LIST) | grep -v '^bench-' | sed -E 's/:.*## /\t/' | expand -t 14
@@ -23,6 +23,8 @@ test-rust: tools
 
 test-python: $(VENV)/tested
 	$(BIN)/python -m pytest --numprocesses logical --maxprocesses 4 --dist worksteal
+
+wheel: dist/built ## one wheel in dist/ for Python 3.10 and newer, for Linux of any distribution, which needs no Rust toolchain
 
 instructions: tools ## count the instructions of the main kernels and compare them with those that are stored; it needs valgrind
 	$(PYTHON) bench/instructions.py
@@ -115,13 +117,13 @@ bench-update: tools ## microseconds of one online update, from a sample to the e
 	cargo bench --locked -p tactid-identify --bench update
 
 clean: ## remove all that was built
-	rm -rf $(VENV) target fuzz/target demo site study.png
+	rm -rf $(VENV) target fuzz/target dist demo site study.png
 
 tools:
 	@command -v cargo >/dev/null || { echo "cargo is missing: install a Rust toolchain, 1.89 or newer (https://rustup.rs)" >&2; exit 1; }
 	@command -v cc >/dev/null || { echo "cc is missing: install a C compiler, which Rust links with (Debian: apt install build-essential)" >&2; exit 1; }
-	@command -v $(PYTHON) >/dev/null || { echo "$(PYTHON) is missing: install Python 3.11 or newer, or name it with make PYTHON=..." >&2; exit 1; }
-	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' || { echo "$(PYTHON) is older than 3.11: install Python 3.11 or newer, or name it with make PYTHON=..." >&2; exit 1; }
+	@command -v $(PYTHON) >/dev/null || { echo "$(PYTHON) is missing: install Python 3.10 or newer, or name it with make PYTHON=..." >&2; exit 1; }
+	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 10))' || { echo "$(PYTHON) is older than 3.10: install Python 3.10 or newer, or name it with make PYTHON=..." >&2; exit 1; }
 	@$(PYTHON) -c 'import venv, ensurepip' 2>/dev/null || { echo "$(PYTHON) lacks venv: install it (Debian: apt install python3-venv)" >&2; exit 1; }
 
 $(BIN)/python: | tools
@@ -132,9 +134,20 @@ $(VENV)/installed: $(SOURCES) | $(BIN)/python
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check .
 	@touch $@
 
-$(VENV)/tested: $(SOURCES) | $(BIN)/python
-	$(BIN)/python -m pip install --quiet --disable-pip-version-check '.[test]'
+# Tests have what others install: the wheel. pip keeps an installed version of the same number, if it is not forced.
+$(VENV)/tested: dist/built | $(BIN)/python
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check "$$(echo dist/*.whl)[test]"
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check --force-reinstall --no-deps dist/*.whl
 	@touch $(VENV)/installed $@
+
+# Zig links with the C library of 2014, which every distribution of Linux has.
+dist/built: $(SOURCES) | $(BIN)/python
+	@echo "building the wheel in dist/; the first build compiles all dependencies and takes some minutes" >&2
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check 'maturin[zig]>=1.9,<2'
+	rm -rf dist
+	PATH="$(CURDIR)/$(BIN):$$PATH" $(BIN)/maturin --quiet build --release --locked --out dist \
+	    $(if $(filter Linux,$(shell uname)),--zig --compatibility manylinux2014)
+	@touch $@
 
 # Peers that only a comparison needs: Eigen's headers for Pinocchio in C++, and a library of adaptive filters.
 $(VENV)/peers: $(VENV)/tested
@@ -142,7 +155,7 @@ $(VENV)/peers: $(VENV)/tested
 	@touch $@
 
 $(VENV)/linters: pyproject.toml | $(BIN)/python
-	$(BIN)/python -m pip install --quiet --disable-pip-version-check 'mypy>=1.13' 'ruff>=0.8' 'numpy>=1.26' 'typer>=0.12' 'rich>=13.7' 'matplotlib>=3.9' 'rerun-sdk>=0.41'
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check 'mypy>=1.13' 'ruff>=0.8' 'numpy>=1.26' 'typer>=0.12' 'rich>=13.7' 'matplotlib>=3.9' 'rerun-sdk>=0.39'
 	@touch $@
 
 # Not optimised, because it works for a second.

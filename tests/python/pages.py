@@ -124,13 +124,13 @@ def run_block(block: Block, folder: Path, names: dict[str, Any]) -> str:
     """Runs a block, and returns what it prints."""
     if block.language == "sh":
         return run_shell(block, folder)
-    printed = io.StringIO()
+    printed, before = io.StringIO(), Path.cwd()
+    os.chdir(folder)
     try:
-        with contextlib.chdir(folder), contextlib.redirect_stdout(printed):
+        with contextlib.redirect_stdout(printed):
             exec(compile(block.text, block.place, "exec"), names)
-    except Exception as error:
-        error.add_note(f"in {block.place}")
-        raise
+    finally:
+        os.chdir(before)
     return printed.getvalue()
 
 

@@ -2,7 +2,6 @@
 
 import dataclasses
 import re
-import tomllib
 from pathlib import Path
 
 import numpy as np
@@ -62,7 +61,7 @@ def test_nested_fields_are_replaced_and_the_others_stay() -> None:
         "friction = 0.8",
     ):
         assert line in text
-    assert tomllib.loads(text)["noise"]["base_position_m"] == [1e-5] * 3
+    assert changed.to_dict()["noise"]["base_position_m"] == [1e-5] * 3
     assert "joint_3" not in text
     assert changed.payload.mass == 50
     assert changed.payload.com[0] == 0.5
@@ -70,6 +69,19 @@ def test_nested_fields_are_replaced_and_the_others_stay() -> None:
     assert PAPER.replace(frequency=0.5).to_toml().count("frequency_hz = 0.5") == 3
     assert PAPER.replace(payload=None, seed=None) == PAPER
     assert PAPER.replace() == PAPER
+
+
+def test_the_dictionary_has_the_fields_of_the_file() -> None:
+    """Changing an experiment by its own dictionary changes nothing, and tables are dictionaries."""
+    fields = PAPER.to_dict()
+    tables = {name: fields[name] for name in re.findall(r"^\[(\w+)\]$", PAPER.to_toml(), re.M)}
+    assert {"robot", "payload", "gripper", "excitation", "noise", "bounds"} <= tables.keys()
+    assert PAPER.replace(payload={"mass_kg": 7}).replace(**tables) == PAPER
+    assert PAPER.replace(payload={"mass_kg": 7}).to_dict()["payload"]["mass_kg"] == 7.0
+    assert fields["excitation"]["joints"][0]["name"] == "joint_3"
+    assert fields["duration_s"] == PAPER.duration
+    assert "urdf" not in fields["robot"]
+    assert PAPER.replace(robot={"urdf": Path("arm.urdf")}).to_dict()["robot"]["urdf"] == "arm.urdf"
 
 
 def test_a_base_on_the_ground_has_gravity() -> None:

@@ -6,7 +6,6 @@ import doctest
 import inspect
 import subprocess
 import sys
-import tomllib
 from graphlib import TopologicalSorter
 from importlib import metadata
 from pathlib import Path
@@ -16,6 +15,11 @@ import pytest
 import pages
 import tactid
 from tactid._results import records
+
+if sys.version_info >= (3, 11):
+    import tomllib
+else:
+    import tomli as tomllib  # pytest needs it there, too
 
 PACKAGE = Path(tactid.__file__).parent
 ROOT = Path(__file__).parents[2]

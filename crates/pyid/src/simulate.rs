@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use numpy::PyArray1;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
+use pythonize::pythonize;
 use tactid_sim::{BaseMount, JointMotion};
 
 use crate::arrays::{Array, array};
@@ -109,6 +110,13 @@ impl Experiment {
     /// Returns the experiment as the text of a file.
     fn to_toml(&self) -> PyResult<String> {
         self.0.to_toml().map_err(IntoPyErr::into_py_err)
+    }
+
+    /// Returns the tables and fields of the experiment's file as dictionaries, units included.
+    ///
+    /// A field without a value, as ``urdf`` of the built-in robot, is left out.
+    fn to_dict<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+        Ok(pythonize(py, &self.0)?.cast_into()?)
     }
 
     /// Gravitational acceleration in world axes, (3,), m/s²: zero for a floating base.

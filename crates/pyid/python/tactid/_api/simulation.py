@@ -1,7 +1,6 @@
 """Simulation of experiments, which replaces no input."""
 
 import os
-import tomllib
 from collections.abc import Callable
 from pathlib import Path
 
@@ -47,7 +46,7 @@ def simulate(
 
 def files_of(experiment: Experiment) -> dict[str, Path]:
     """Returns the files that an experiment names, by what they are."""
-    fields = tomllib.loads(experiment.to_toml())
+    fields = experiment.to_dict()
     named = {
         "the experiment's URDF": fields["robot"].get("urdf"),
         "the experiment's motion": fields["excitation"].get("file"),

@@ -6,7 +6,7 @@ Its parameters are the options of an identification, and those below, which choo
 import shlex
 from collections.abc import Callable
 from dataclasses import dataclass
-from enum import StrEnum
+from enum import Enum
 from functools import partial
 from pathlib import Path
 from typing import Annotated, Any
@@ -43,7 +43,7 @@ from tactid._show import combination_text, reported, summary
 from tactid._show.outlook import needs_another_motion
 
 
-class Form(StrEnum):
+class Form(str, Enum):
     """Format in which a result is printed: a table, or a method ``Identification.to_...``."""
 
     TABLE = "table"

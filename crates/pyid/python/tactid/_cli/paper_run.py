@@ -1,6 +1,5 @@
 """The paper's experiment from log to report."""
 
-import tomllib
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -182,7 +181,7 @@ def _numbers(values: Any) -> str:
 
 def driving_phases(experiment: Experiment) -> list[paper_plots.Phase]:
     """Returns which joint is driven when."""
-    excitation = tomllib.loads(experiment.to_toml())["excitation"]
+    excitation = experiment.to_dict()["excitation"]
     names = [joint["name"].replace("_", " ") for joint in excitation["joints"]]
     if excitation["mode"] != "sequence" or not names:
         return []

@@ -1,6 +1,5 @@
 """The command ``tactid simulate``."""
 
-import tomllib
 from pathlib import Path
 from typing import Annotated
 
@@ -63,7 +62,7 @@ def _print_outcome(report: RunReport, experiment: Experiment) -> bool:
         if report.active.untested_shapes:
             shapes = abridged(report.active.untested_shapes)
             notes.print(f"Collisions are not tested for all shapes: {shapes}.", markup=False)
-    active = tomllib.loads(experiment.to_toml())["excitation"].get("active", {})
+    active = experiment.to_dict()["excitation"].get("active", {})
     base = base_text(report, active)
     if base is not None:
         notes.print(base.sentence, markup=False)
