@@ -25,7 +25,7 @@ Run = Callable[..., str]
 IMPORT_ALL = """
 import importlib, pkgutil, tactid
 for module in pkgutil.walk_packages(tactid.__path__, "tactid."):
-    if not module.name.startswith("tactid.view"):  # which needs the extra
+    if not module.name.startswith("tactid._view"):  # which needs the extra
         importlib.import_module(module.name)
 """
 
