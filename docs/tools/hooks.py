@@ -7,6 +7,7 @@ import os
 import re
 import subprocess
 import sys
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -34,6 +35,7 @@ EXTERNAL = re.compile(
 SCHEMA_TABLES = {
     "<!-- schema -->": (tables, result_schema),
     "<!-- findings -->": (finding_table, result_schema),
+    "<!-- paper schema -->": (tables, partial(result_schema, "nlms")),
     "<!-- combination schema -->": (combination_tables, combination_schema),
     "<!-- calibration schema -->": (tables, calibration_schema),
 }

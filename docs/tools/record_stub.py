@@ -62,7 +62,8 @@ def _aliases() -> Iterator[str]:
 def _classes() -> Iterator[str]:
     for name, schema in SCHEMAS.items():
         if schema.get("properties") and not name.startswith("TenValues_"):
-            yield f"@dataclass(frozen=True, eq=False)\nclass {name}(Record):"
+            base = schema.get("x-base", "Record")
+            yield f"@dataclass(frozen=True, eq=False)\nclass {name}({base}):"
             for key, part in in_order(schema).items():
                 default = " = ..." if "default" in part or is_nullable(part) else ""
                 yield f"    {key}: {annotation(part)}{default}"

@@ -4,7 +4,7 @@ Each is a ``tactid.Identification``, made to be shown; some are of what goes wro
 """
 
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import replace
+from dataclasses import fields, replace
 from typing import Any
 
 import numpy as np
@@ -18,11 +18,19 @@ from tactid import (
     Forecast,
     History,
     Identification,
+    LinearEstimate,
+    PaperEstimate,
+    PaperHistory,
+    PaperIdentification,
+    PaperSettings,
     PayloadEstimate,
     PrincipalMoments,
+    SharedErrors,
+    SingularValues,
 )
 from tactid._base.bodies import principal_moments
 from tactid._base.values import Observability, noise_intervals, values_of
+from tactid._results.records import RecordingReport
 
 Array = NDArray[np.float64]
 
@@ -33,6 +41,14 @@ BODY = tactid.MassProperties(
     [0.012, -0.031, 0.094],
     [[0.0112, 0.0011, -0.0009], [0.0011, 0.0093, 0.0014], [-0.0009, 0.0014, 0.0046]],
 )
+LINEAR = LinearEstimate(
+    parameters=np.array(BODY.parameters),
+    information=np.eye(10),
+    covariance=np.eye(10),
+    shared=SharedErrors([], np.zeros((0, 10))),
+    degrees_of_freedom=100.0,
+)
+"""What a combination takes, which no table shows."""
 LENGTH = 0.1
 SCALES = LENGTH ** np.array([0, 1, 1, 1, 2, 2, 2, 2, 2, 2])
 """By which a parameter is divided: a body of 0.1 m has them all of the size of its mass."""
@@ -71,15 +87,9 @@ def observability(known: Iterable[bool]) -> list[Observability]:
     return ["identifiable" if yes else "unobservable" for yes in known]
 
 
-def fit_of(found: Identification) -> FitReport:
-    """The fit, which every recording here has."""
-    assert found.fit is not None
-    return found.fit
-
-
 def with_fit(found: Identification, **changes: Any) -> Identification:
     """The result with another fit."""
-    return replace(found, fit=replace(fit_of(found), **changes))
+    return replace(found, fit=replace(found.fit, **changes))
 
 
 def with_history(found: Identification, **changes: Any) -> Identification:
@@ -133,7 +143,7 @@ def nothing_known() -> Identification:
     """A log in which nothing moved and nothing was felt, by an estimator that then gives NaN."""
     found = tactile(duration=2.0)
     nothing, infinite = np.full(10, np.nan), np.full(10, np.inf)
-    known, history = fit_of(found), found.history
+    known, history = found.fit, found.history
     dead = np.zeros_like(known.measured)
     found = with_estimate(
         found,
@@ -161,10 +171,10 @@ def nothing_known() -> Identification:
 
 def cut(found: Identification, windows: int, history: int) -> Identification:
     """The same with so many windows and points of history only."""
-    known, past = fit_of(found), found.history
+    known, past = found.fit, found.history
     names = ("times_s", "measured", "predicted", "weights", "held_out")
     found = with_fit(found, **{name: getattr(known, name)[:windows] for name in names})
-    names = ("epoch", "times_s", "values", "std_devs")
+    names = ("times_s", "values", "std_devs")
     return with_history(found, **{name: getattr(past, name)[:history] for name in names})
 
 
@@ -253,7 +263,7 @@ def _solved(
         method="tactile",
         estimator="least-squares",
         principal_moments=with_intervals(nothing, nothing),
-        history=History(np.zeros(len(points), dtype=np.uint32), time[points], values, std_devs),
+        history=History(time[points], values, std_devs),
         gravity_m_s2=GRAVITY.copy(),
         cutoff_hz=10.0,
         max_gap_s=0.1,
@@ -268,6 +278,7 @@ def _solved(
         estimated_delay=Delay(0.0123, 0.0004),
         start_ns=1_700_000_000_000_000_000,
         fit=fit,
+        linear=LINEAR,
     )
     return with_estimate(found)
 
@@ -300,7 +311,7 @@ def _values(parameters: Array) -> Array:
 def without_finite_numbers() -> Identification:
     """Values marked as known are NaN: no estimate should be so, and no page may break."""
     found = tactile(duration=2.0)
-    nothing, known = np.full(10, np.nan), fit_of(found)
+    nothing, known = np.full(10, np.nan), found.fit
     blank = np.full_like(found.history.values, np.nan)
     found = with_estimate(found, values=nothing, std_devs=nothing, is_physical=False)
     found = with_history(found, values=blank, std_devs=blank)
@@ -314,16 +325,23 @@ def without_finite_numbers() -> Identification:
     return replace(found, gravity_m_s2=np.full(3, np.nan))
 
 
-def by_the_papers_filter() -> Identification:
+def by_the_papers_filter() -> PaperIdentification:
     """What the paper's filter returns: no fit, no intervals, no forecast."""
     found = tactile(duration=4.0)
-    found = with_estimate(found, std_devs=np.full(10, np.nan))
-    found = with_history(found, std_devs=np.full_like(found.history.values, np.nan))
-    moments = with_intervals(found.principal_moments.values, np.full(3, np.nan))
-    return replace(found, estimator="nlms", fit=None, forecast=None, principal_moments=moments)
+    report = {each.name: getattr(found, each.name) for each in fields(RecordingReport)}
+    estimate, history = found.estimate, found.history
+    known = {name: getattr(estimate, name) for name in ("frame", "values", "observability")}
+    return PaperIdentification(
+        **report | {"estimator": "nlms"},
+        estimate=PaperEstimate(**known, is_physical=True),
+        principal_moments=found.principal_moments.values,
+        history=PaperHistory([0] * len(history.times_s), history.times_s, history.values),
+        singular_values=SingularValues(np.ones(4), np.ones(6)),
+        settings=PaperSettings(1.8, 0.9, 10.0, 2),
+    )
 
 
-DEGENERATE: dict[str, Callable[[], Identification]] = {
+DEGENERATE: dict[str, Callable[[], Identification | PaperIdentification]] = {
     "nothing known": nothing_known,
     "no finite number": without_finite_numbers,
     "impossible": impossible,

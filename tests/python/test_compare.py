@@ -28,7 +28,7 @@ def test_every_method_is_compared(command: TactidCommand, log: Path, tmp_path: P
         assert part in done.stdout
     record = json.loads((tmp_path / "comparison.json").read_text())
     assert list(record) == ["schema", "truth", "results", "not_possible"]
-    assert record["schema"] == "tactid.comparison/1"
+    assert record["schema"] == "tactid.comparison/2"
     for each in record["results"]:
         assert_fits_schema(each)
     assert record["truth"]["mass"] == pytest.approx(100)

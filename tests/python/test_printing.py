@@ -167,7 +167,9 @@ def test_a_notebook_shows_a_small_table() -> None:
     assert "Gravity of the opposite sign" in wrong
 
 
-@pytest.mark.parametrize("thing", [tactid.Identification, tactid.PayloadEstimate])
+@pytest.mark.parametrize(
+    "thing", [tactid.Identification, tactid.PaperIdentification, tactid.PayloadEstimate]
+)
 def test_the_help_lists_every_field_with_its_text(thing: type) -> None:
     text = " ".join(pydoc.plain(pydoc.render_doc(thing)).replace("|", " ").split())
     for field in fields(thing):

@@ -148,13 +148,13 @@ def test_names_may_be_of_any_script_and_hold_no_formula() -> None:
 
 def test_a_long_recording_makes_no_larger_report() -> None:
     found = doubles.tactile(duration=400.0)
-    assert len(doubles.fit_of(found).times_s) == 20_000
+    assert len(found.fit.times_s) == 20_000
     assert len(recording_report.render(found)) < 3_000_000
 
 
 def test_a_peak_in_what_is_left_is_found_across_gaps() -> None:
     """A sine of 0.1 N at 3.1 Hz over noise of 0.12 N, and its level: 2 s / √2 of white noise."""
-    found = doubles.fit_of(doubles.tactile(duration=100.0))
+    found = doubles.tactile(duration=100.0).fit
     left = (found.measured - found.predicted)[:, 0]
     left[recording_plots.outliers(found)] = np.nan
     kept = np.ones(len(left), dtype=bool)
@@ -170,7 +170,7 @@ def test_a_peak_in_what_is_left_is_found_across_gaps() -> None:
 
 def test_weak_directions_are_named_by_what_they_are_made_of() -> None:
     found = doubles.turned_about_one_axis()
-    fit, observed = doubles.fit_of(found), recording_plots.observed(found.estimate)
+    fit, observed = found.fit, recording_plots.observed(found.estimate)
     relative, weak = recording_plots.relative_excitation(fit, observed)
     names = [recording_plots.composition(row) for row in fit.excitation_directions]
     assert relative[0] == 1
@@ -183,12 +183,12 @@ def test_weak_directions_are_named_by_what_they_are_made_of() -> None:
     assert recording_plots.composition(np.sqrt([0.6, 0, 0, 0.35, 0.05, *[0] * 5])) == (
         "60 % m, 35 % m*az, 5 % Ixx"
     )
-    moving = doubles.fit_of(doubles.tactile())
+    moving = doubles.tactile().fit
     assert not recording_plots.relative_excitation(moving, [True] * 10)[1].any()
 
 
 def test_windows_that_count_less_are_marked_where_they_were_used() -> None:
-    found = doubles.fit_of(doubles.tactile())
+    found = doubles.tactile().fit
     marked = recording_plots.outliers(found)
     assert marked.any()
     assert not marked[found.held_out].any()

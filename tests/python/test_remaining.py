@@ -50,9 +50,14 @@ def test_what_is_known_takes_no_time_and_what_is_not_excited_for_ever() -> None:
             moving.remaining(wrong)
 
 
-def test_the_paper_s_filter_knows_of_no_intervals(log: Path) -> None:
+def test_the_paper_s_filter_knows_of_no_intervals(log: Path, tmp_path: Path) -> None:
     found = tactid.identify(log, estimator="nlms")
-    assert np.isnan(found.remaining()).all()
-    assert outlook.outlook(found) is None
-    assert np.isfinite(found.principal_moments.values).all()
-    assert np.isnan(found.principal_moments.std_devs).all()
+    assert isinstance(found, tactid.PaperIdentification)
+    assert np.isfinite(found.principal_moments).all()
+    assert set(found.estimate.reported_intervals) == {None}
+    assert "known within" not in str(found)
+    # The log of the estimates is that of the last presentation, and without intervals.
+    found.write_estimates(tmp_path / "estimates.mcap")
+    counts = {each.name: each.count for each in tactid.info(tmp_path / "estimates.mcap").topics}
+    assert counts["/tactid/payload"] == np.count_nonzero(np.array(found.history.epoch) == 1)
+    assert counts["/tactid/payload_half_width_95"] == 0

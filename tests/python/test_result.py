@@ -127,7 +127,7 @@ def test_series_hold_fit_and_history_of_a_recording() -> None:
     shown = json.loads(result_json.to_json(result_json.record(found, series=True)))
     assert shown["start_ns"] == found.start_ns
     fit, history = shown["fit"], shown["history"]
-    known = doubles.fit_of(found)
+    known = found.fit
     assert fit["times_s"] == pytest.approx(known.times_s)
     assert fit["held_out"] == known.held_out.tolist()
     assert [c["unit"] for c in fit["channels"]] == [channel.unit for channel in known.channels]
@@ -145,7 +145,7 @@ def test_series_hold_fit_and_history_of_a_recording() -> None:
 
 def test_a_long_series_is_thinned_and_keeps_its_ends() -> None:
     found = doubles.tactile(duration=250.0)
-    fit_time = doubles.fit_of(found).times_s
+    fit_time = found.fit.times_s
     assert len(fit_time) == 12_500
     shown = result_json.record(found, series=True)
     for part, time in (("fit", fit_time), ("history", found.history.times_s)):
@@ -166,17 +166,10 @@ def test_what_is_not_known_yet_is_null_in_the_history() -> None:
 
 
 def test_an_estimator_without_standard_deviations_still_has_values() -> None:
-    """As the paper's filter: every standard deviation is infinite, and yet nothing is unknown."""
-    found = doubles.tactile()
-    silent = doubles.with_history(
-        doubles.with_estimate(found, std_devs=np.full(10, np.inf)),
-        std_devs=np.full_like(found.history.values, np.inf),
-    )
-    shown = result_json.record(silent, series=True)
+    shown = result_json.record(doubles.by_the_papers_filter(), series=True)
     assert None not in values.flat(shown["estimate"]["values"])
-    assert shown["estimate"]["std_devs"]["mass"] is None
     assert None not in shown["history"]["values"][-1]
-    assert set(shown["history"]["std_devs"][-1]) == {None}
+    assert "std_devs" not in {**shown["estimate"], **shown["history"]}
 
 
 @pytest.mark.parametrize("name", doubles.DEGENERATE)

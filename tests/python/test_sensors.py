@@ -6,7 +6,6 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-import doubles
 import tactid
 from conftest import TactidCommand
 from test_cli import assert_refused
@@ -24,7 +23,7 @@ def test_an_offset_is_suspected_and_found() -> None:
     found = identified(EARLY, 1, offset=OFFSET, wrench_offset=True)
     assert np.abs(normalised(taken_for_none)).max() > 10
     assert np.abs(normalised(found)).max() < 3.5
-    offset = doubles.fit_of(found).wrench_offset
+    offset = found.fit.wrench_offset
     assert offset is not None
     assert offset.frame == found.estimate.frame
     assert (np.abs(offset.values - OFFSET) < 3.5 * offset.std_devs).all()
@@ -40,8 +39,8 @@ def test_an_offset_is_suspected_and_found() -> None:
     np.testing.assert_allclose(
         found.history.values[-1], found.estimate.values, rtol=1e-3, atol=1e-5
     )
-    without = doubles.fit_of(identified(EARLY, 1))
-    assert (doubles.fit_of(found).residual_rms < 1.2 * without.residual_rms).all()
+    without = identified(EARLY, 1).fit
+    assert (found.fit.residual_rms < 1.2 * without.residual_rms).all()
 
 
 def test_an_offset_has_the_sign_of_the_recorded_wrenches() -> None:
@@ -49,15 +48,13 @@ def test_an_offset_has_the_sign_of_the_recorded_wrenches() -> None:
     for asked in ({}, {"wrench_offset": True}):
         found = identified(EARLY, 1, **recorded, **asked)
         suspected = [each.data for each in found.findings if each.kind == "offset_suspected"]
-        offset = doubles.fit_of(found).wrench_offset
+        offset = found.fit.wrench_offset
         values = suspected[0]["values"] if offset is None else offset.values
         assert np.linalg.norm(values[:3] + OFFSET[:3]) < 0.1 * np.linalg.norm(OFFSET[:3])
         tared = identified(EARLY, 1, **(recorded | {"offset": -OFFSET - values}))
         assert tared.findings == []
         # What is left of the offset is within its own uncertainty, and the residuals are noise.
-        residuals, of_noise = (
-            doubles.fit_of(each).residual_rms for each in (tared, identified(EARLY, 1))
-        )
+        residuals, of_noise = (each.fit.residual_rms for each in (tared, identified(EARLY, 1)))
         assert (residuals < 1.02 * of_noise).all()
         assert np.abs(tared.estimate.body.com - BODY.com).max() < 2e-3
 
@@ -65,7 +62,7 @@ def test_an_offset_has_the_sign_of_the_recorded_wrenches() -> None:
 def test_without_an_offset_nothing_is_suspected_and_asking_costs_little() -> None:
     plain, asked = identified(EARLY, 2), identified(EARLY, 2, wrench_offset=True)
     assert plain.findings == asked.findings == []
-    assert doubles.fit_of(plain).wrench_offset is None
+    assert plain.fit.wrench_offset is None
     # Variances that are estimated window by window scatter.
     assert (asked.estimate.std_devs >= 0.8 * plain.estimate.std_devs).all()
     assert np.abs(normalised(asked)).max() < 3.5

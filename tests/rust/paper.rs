@@ -10,7 +10,7 @@ use tactid_dynamics::MassProperties;
 use tactid_identify::Method;
 use tactid_logs::messages::{Odometry, WrenchStamped};
 use tactid_logs::{Durability, LogReader, LogWriter};
-use tactid_recordings::{EstimatorKind, Identification, Request, identify_log};
+use tactid_recordings::{EstimatorKind, Identified, Request, identify_log};
 use tactid_sim::{Experiment, NamedPosture, Posture, run};
 use tactid_tests::{errors_percent, worst_percent};
 
@@ -46,12 +46,15 @@ fn least_squares(method: Method) -> Request {
     }
 }
 
-fn identify(log: &Path, request: &Request) -> Identification {
+fn identify(log: &Path, request: &Request) -> Identified {
     identify_log(log, request, &mut |_| ControlFlow::Continue(())).unwrap()
 }
 
 fn worst(log: &Path, request: &Request) -> (f64, [f64; 10]) {
-    let body = identify(log, request).estimate.body;
+    let body = match identify(log, request) {
+        Identified::LeastSquares(found) => found.estimate.body,
+        Identified::Paper(found) => found.estimate.body,
+    };
     (
         worst_percent(&body, &payload()),
         errors_percent(&body, &payload()),
@@ -101,7 +104,10 @@ fn at_the_posture_of_table_1() {
     experiment.duration_s = 15.0;
     simulate(&experiment, &log);
     let found = identify(&log, &paper(Method::Tactile));
-    let unknown: Vec<_> = found.estimate.not_identifiable().collect();
+    let Identified::Paper(found) = found else {
+        panic!("not the paper's filter")
+    };
+    let unknown: Vec<_> = found.estimate.unobservable().collect();
     assert_eq!(unknown, ["Ixx"], "{:?}", found.singular_values);
 }
 
@@ -119,7 +125,8 @@ fn from_measurements_alone_and_aligned() {
     copy(&log, &measured, 0);
     copy(&log, &late, 20_000_000);
     let request = least_squares(Method::Tactile);
-    let (whole, without) = (identify(&log, &request), identify(&measured, &request));
+    let [whole, without] =
+        [&log, &measured].map(|log| identify(log, &request).into_least_squares().unwrap());
     assert_eq!(whole.estimate, without.estimate);
     let (aligned, _) = worst(&log, &request);
     let (shifted, errors) = worst(&late, &request);

@@ -174,9 +174,8 @@ impl Hour {
                 "the covariance is not positive definite: {covariance}"
             ));
         }
-        let std_devs = estimate.std_devs.ok_or("no standard deviations")?;
         let (values, truth) = (values_of_body(&estimate.body), values_of_body(payload));
-        for ((value, truth), std_dev) in values.iter().zip(&truth).zip(std_devs) {
+        for ((value, truth), std_dev) in values.iter().zip(&truth).zip(estimate.std_devs) {
             if !std_dev.is_finite() {
                 return Err("a value has no interval after 20 s".to_owned());
             }

@@ -73,7 +73,7 @@ fn identify(
 ) -> [(f64, f64); 10] {
     let found = calibration.identify(loaded, unloaded, settings).unwrap();
     let estimate = found.result.estimate;
-    let (values, std_devs) = (estimate.values(), estimate.std_devs.unwrap());
+    let (values, std_devs) = (estimate.values(), estimate.std_devs);
     std::array::from_fn(|k| (values[k], std_devs[k]))
 }
 
@@ -94,7 +94,7 @@ fn knowledge_of_the_payload_enters() {
     let free = calibration
         .identify(&loaded, &[], &BatchSettings::default())
         .unwrap();
-    let [mass_std_dev, x_std_dev, ..] = free.result.estimate.std_devs.unwrap();
+    let [mass_std_dev, x_std_dev, ..] = free.result.estimate.std_devs;
     let fractions = free.noise_fraction;
     assert!(
         fractions

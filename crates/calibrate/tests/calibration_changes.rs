@@ -37,7 +37,7 @@ impl Errors {
         self.gains.push(found.gain_change);
         let estimate = found.result.estimate;
         let pairs = estimate.values().into_iter().zip(values(body));
-        let pairs = pairs.zip(estimate.std_devs.unwrap());
+        let pairs = pairs.zip(estimate.std_devs);
         self.relative.extend(
             pairs
                 .take(4)
@@ -173,10 +173,7 @@ fn an_unloaded_recording_that_does_not_fit() {
             assert!(!ratio.is_some_and(|ratio| ratio < 6.0), "{ratio:?}");
             let (estimate, std_devs) = (&together.result.estimate, alone.result.estimate.std_devs);
             let error = estimate.values()[0] - body.mass_kg;
-            assert!(
-                error.abs() < HALF_WIDTH_95 * std_devs.unwrap()[0],
-                "{error}"
-            );
+            assert!(error.abs() < HALF_WIDTH_95 * std_devs[0], "{error}");
         }
     }
     let mut world = World::new(75);

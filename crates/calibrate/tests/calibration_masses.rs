@@ -46,7 +46,7 @@ impl Recordings {
         let calibration = calibrate(&given, &uncertain_gains()).unwrap().calibration;
         let found = calibration.identify(&self.with_body, &[], &BatchSettings::default());
         let estimate = found.unwrap().result.estimate;
-        let [std_dev, ..] = estimate.std_devs.unwrap();
+        let [std_dev, ..] = estimate.std_devs;
         [estimate.values()[0], HALF_WIDTH_95 * std_dev]
     }
 }

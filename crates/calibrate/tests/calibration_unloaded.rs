@@ -24,7 +24,7 @@ fn masses_have_no_bias_and_intervals_hold() {
         let loaded = record(&mut world, Some(&body), 6.0);
         let found = calibration.identify(&[loaded], &[], &BatchSettings::default());
         let estimate = found.unwrap().result.estimate;
-        let of_values = estimate.std_devs.unwrap();
+        let of_values = estimate.std_devs;
         let errors = estimate.values().into_iter().zip(values(&body));
         let errors = errors.map(|(value, truth)| value - truth);
         let errors: Vec<f64> = errors

@@ -30,7 +30,7 @@ impl Errors {
             let found = found.unwrap();
             let estimate = found.result.estimate;
             let pairs = estimate.values().into_iter().zip(values(&body));
-            for ((value, truth), std_dev) in pairs.zip(estimate.std_devs.unwrap()).take(4) {
+            for ((value, truth), std_dev) in pairs.zip(estimate.std_devs).take(4) {
                 self.values += 1;
                 self.relative_squares += ((value - truth) / (HALF_WIDTH_95 * std_dev)).powi(2);
                 self.held += usize::from((value - truth).abs() <= HALF_WIDTH_95 * std_dev);

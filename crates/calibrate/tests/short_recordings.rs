@@ -20,7 +20,7 @@ fn errors(duration_s: f64) -> Vec<f64> {
             let found = calibration.identify(&loaded, &[], &BatchSettings::default());
             let estimate = found.unwrap().result.estimate;
             let pairs = estimate.values().into_iter().zip(values(&body));
-            let pairs = pairs.zip(estimate.std_devs.unwrap());
+            let pairs = pairs.zip(estimate.std_devs);
             errors.extend(pairs.map(|((value, truth), std_dev)| (value - truth) / std_dev));
         }
     }

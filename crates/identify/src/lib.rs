@@ -108,7 +108,7 @@ pub use prior::{BoundingBox, KnownMass, PriorKnowledge};
 pub use range::Range;
 pub use result::{
     HistoryPoint, Observability, PayloadEstimate, VALUE_NAMES, WrenchOffset, body_of_values,
-    is_physical, subtract_known_body, values_of_body,
+    is_physical, serialize_body, serialize_composite, subtract_known_body, values_of_body,
 };
 pub use sampling::Sampling;
 pub use solve::{HALF_WIDTH_95, PrincipalMoments, largest_of_kind, value_jacobian};

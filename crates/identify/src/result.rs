@@ -56,22 +56,20 @@ pub struct PayloadEstimate {
     pub observability: [Observability; 10],
     /// Limits of the 95 % interval of each of [`VALUE_NAMES`], in its unit: 1.96 standard deviations to each side, but no
     /// further than a body can reach that fits into the bounding box, if one is given. A limit is infinite where nothing
-    /// bounds the value. Unknown for the paper's filter.
-    #[serde(serialize_with = "serial::limits_or_nan")]
+    /// bounds the value.
     #[schemars(with = "TenValues<[f64; 2]>", extend("default" = []))]
-    pub intervals: Option<[[f64; 2]; 10]>,
+    pub intervals: [[f64; 2]; 10],
     /// Standard deviation of each of [`VALUE_NAMES`], in its unit, infinite where the value is unobservable, or divided by
-    /// a mass that is not known to a quarter; unknown for the paper's filter, which estimates none.
-    #[serde(serialize_with = "serial::or_nan")]
+    /// a mass that is not known to a quarter.
     #[schemars(with = "TenValues<f64>")]
-    pub std_devs: Option<[f64; 10]>,
+    pub std_devs: [f64; 10],
     /// Whether a body with these parameters can exist, within 1 % of its largest principal moment.
     pub is_physical: bool,
     /// Number of averaging windows so far. Online least squares counts those before a payload change, too,
     /// which the estimate no longer uses.
     #[schemars(extend("default" = 0))]
     pub windows: u64,
-    /// Number of payload changes that online least squares has detected; zero for the other solvers.
+    /// Number of payload changes that online least squares has detected; zero for a recording.
     #[schemars(extend("default" = 0))]
     pub payload_changes: u64,
     /// Time of the last payload change on the samples' clock, s, or minus infinity: the estimate uses
@@ -127,19 +125,6 @@ impl PayloadEstimate {
             .filter(move |(_, of)| **of == expected)
             .map(|(name, _)| *name)
     }
-
-    /// Returns the estimate without a known body, in `frame`, that `body` contains besides the payload.
-    ///
-    /// For estimates without standard deviations: those of the centre of mass and the inertia would change.
-    #[must_use]
-    pub fn without(&self, known: &MassProperties) -> Self {
-        let body = subtract_known_body(&self.body, &(*known).into());
-        Self {
-            body,
-            is_physical: is_physical(&body),
-            ..self.clone()
-        }
-    }
 }
 
 /// Constant offset of the wrenches: what the sensor measures when nothing acts on it. Subtracting it from every
@@ -185,28 +170,12 @@ impl WrenchOffset {
 /// The estimate at one time of a recording.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct HistoryPoint {
-    /// Index of the presentation of the recording to the paper's filter; 0 for least squares.
-    pub epoch: u32,
     /// Time on the clock of the samples, s.
     pub time_s: f64,
-    /// The ten values, in the order and the units of [`PayloadEstimate::values`]; not averaged.
+    /// The ten values, in the order and the units of [`PayloadEstimate::values`].
     pub values: [f64; 10],
-    /// Standard deviations of the values; `None` for the paper's filter.
-    pub std_devs: Option<[f64; 10]>,
-}
-
-impl HistoryPoint {
-    /// Returns the point without a known body, as [`PayloadEstimate::without`] does.
-    #[must_use]
-    pub fn without(&self, known: &MassProperties) -> Self {
-        Self {
-            values: values_of_body(&subtract_known_body(
-                &body_of_values(&self.values),
-                &(*known).into(),
-            )),
-            ..*self
-        }
-    }
+    /// Standard deviations of the values: infinite where a value was not determined yet.
+    pub std_devs: [f64; 10],
 }
 
 /// Serialises force, N, and moment, N m, as one sequence.
@@ -215,21 +184,31 @@ fn serialize_wrench<S: Serializer>(wrench: &Wrench, serializer: S) -> Result<S::
     [f.x, f.y, f.z, n.x, n.y, n.z].serialize(serializer)
 }
 
-/// Serialises the ten values of a body.
-fn serialize_body<S: Serializer>(body: &MassProperties, serializer: S) -> Result<S::Ok, S::Error> {
-    values_of_body(body).serialize(serializer)
+/// Serialises the [ten values](VALUE_NAMES) of a body.
+///
+/// # Errors
+/// Returns the errors of the serializer.
+pub fn serialize_body<S: Serializer>(
+    of: &MassProperties,
+    serializer: S,
+) -> Result<S::Ok, S::Error> {
+    values_of_body(of).serialize(serializer)
 }
 
-/// Serialises a body as a structure of its name around its ten values.
-fn serialize_composite<S: Serializer>(
-    body: &Option<MassProperties>,
+/// Serialises a body as a structure of its name around its [ten values](VALUE_NAMES).
+///
+/// # Errors
+/// Returns the errors of the serializer.
+pub fn serialize_composite<S: Serializer>(
+    of: &Option<MassProperties>,
     serializer: S,
 ) -> Result<S::Ok, S::Error> {
     #[derive(Serialize)]
     #[serde(rename = "MassProperties")]
     struct Values([f64; 10]);
-    let values = body.as_ref().map(|body| Values(values_of_body(body)));
-    values.serialize(serializer)
+    of.as_ref()
+        .map(|body| Values(values_of_body(body)))
+        .serialize(serializer)
 }
 
 /// Returns the ten values of a body, in the order of [`VALUE_NAMES`].

@@ -98,15 +98,6 @@ pub(crate) fn or_nan<const N: usize, S: Serializer>(
         .serialize(serializer)
 }
 
-/// Serialises limits that an estimator may not know; as NaN where it does not.
-pub(crate) fn limits_or_nan<const N: usize, S: Serializer>(
-    known: &Option<[[f64; 2]; N]>,
-    serializer: S,
-) -> Result<S::Ok, S::Error> {
-    let limits = known.unwrap_or([[f64::NAN; 2]; N]);
-    limits.as_slice().serialize(serializer)
-}
-
 /// Numbers in rows of equal length.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Table {

@@ -125,7 +125,7 @@ fn identified(
 /// Returns the ten errors of a result, each in its reported standard deviations.
 fn errors(result: &BatchResult, truth: &[f64; 10]) -> [f64; 10] {
     let estimate = &result.estimate;
-    let (values, std_devs) = (estimate.values(), estimate.std_devs.unwrap());
+    let (values, std_devs) = (estimate.values(), estimate.std_devs);
     std::array::from_fn(|k| (values[k] - truth[k]) / std_devs[k])
 }
 

@@ -76,7 +76,7 @@ fn std_devs_have_the_size_of_the_errors() {
             for estimate in estimates {
                 let truth = Vec::from(values(&payload()));
                 let found = estimate.values();
-                let std_devs = estimate.std_devs.unwrap();
+                let std_devs = estimate.std_devs;
                 for k in (0..10).filter(|&k| std_devs[k].is_finite()) {
                     squares[k] += ((found[k] - truth[k]) / std_devs[k]).powi(2);
                 }
@@ -229,7 +229,7 @@ fn a_bump_is_not_a_payload_change() {
         estimates[0].clone()
     };
     let (calm, bumped) = (estimate(0.0), estimate(2000.0));
-    let std_devs = calm.std_devs.unwrap();
+    let std_devs = calm.std_devs;
     for (k, std_dev) in std_devs.iter().enumerate() {
         let moved = (bumped.values()[k] - calm.values()[k]) / std_dev;
         assert!(moved.abs() < 1.0, "{k}: {moved}");
@@ -266,7 +266,7 @@ fn rest_is_not_a_payload_change() {
         let samples = noisy(&instants, Noise::fraction(0.001), seed);
         let (estimates, changes) = run(&mut identifier, samples, &[5.0, 35.0, 42.0]);
         assert!(changes.is_empty(), "{seed}: {changes:?}");
-        let mass = |k: usize| estimates[k].std_devs.unwrap()[0];
+        let mass = |k: usize| estimates[k].std_devs[0];
         // 1000 windows of rest, 150 of motion.
         assert!(
             (0.5..2.0).contains(&(mass(1) / mass(0))),
@@ -315,7 +315,7 @@ fn an_offset_is_separated_from_the_payload() {
             let (estimates, changes) = run(&mut identifier, samples, &[4.5, 8.0]);
             let found = estimates[0].values();
             let truth = Vec::from(values(&payload()));
-            let std_devs = estimates[0].std_devs.unwrap();
+            let std_devs = estimates[0].std_devs;
             for k in (0..10).filter(|&k| std_devs[k].is_finite()) {
                 squares[case] += ((found[k] - truth[k]) / std_devs[k]).powi(2);
                 counts[case] += 1.0;
@@ -350,7 +350,7 @@ fn the_covariance_agrees_with_the_std_devs() {
         &[5.0],
     );
     let covariance = identifier.covariance().unwrap();
-    let std_dev = estimates[0].std_devs.unwrap()[0];
+    let std_dev = estimates[0].std_devs[0];
     assert!((covariance[(0, 0)].sqrt() / std_dev - 1.0).abs() < 1e-12);
     assert!((covariance - covariance.transpose()).norm() < 1e-12 * covariance.norm());
     assert!(covariance.symmetric_eigenvalues().min() > 0.0);

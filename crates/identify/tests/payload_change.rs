@@ -94,7 +94,7 @@ impl Statistics {
                     instant.time_s
                 )
             });
-            let std_dev = estimate.std_devs.unwrap()[0];
+            let std_dev = estimate.std_devs[0];
             if let Some(from_s) = alarm_s.filter(|_| std_dev < 0.05 * estimate.body.mass_kg + 0.02)
             {
                 self.mass_known_after_s.push(instant.time_s - from_s);
@@ -121,7 +121,7 @@ impl Statistics {
         let after = u64::from(estimate.payload_changes > 0);
         assert!(estimate.is_physical || estimate.body.mass_kg <= 0.0);
         let (found, expected) = (estimate.values(), values(truth));
-        let std_devs = estimate.std_devs.unwrap();
+        let std_devs = estimate.std_devs;
         for k in (0..10).filter(|&k| std_devs[k].is_finite()) {
             let ratio = (found[k] - expected[k]).abs() / std_devs[k];
             self.known += 1;

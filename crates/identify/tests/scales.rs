@@ -285,7 +285,7 @@ struct Relative {
 impl Relative {
     fn new(name: String, units: &Units, estimate: &PayloadEstimate) -> Self {
         let of_values = units.of_values();
-        let (values, std_devs) = (estimate.values(), estimate.std_devs.unwrap());
+        let (values, std_devs) = (estimate.values(), estimate.std_devs);
         Self {
             name,
             values: std::array::from_fn(|k| values[k] / of_values[k]),

@@ -176,7 +176,7 @@ fn check(noise: [f64; 2], duration_s: f64, widest_kg: f64) {
         let result = identify(seed, duration_s, noise);
         let about = format!("{noise:?}, {duration_s} s, {seed}: {result:?}");
         let mass_kg = result.estimate.values()[0];
-        let half_width = HALF_WIDTH_95 * result.estimate.std_devs.unwrap()[0];
+        let half_width = HALF_WIDTH_95 * result.estimate.std_devs[0];
         assert!((mass_kg - 2.0).abs() < 2.0 * half_width, "{about}");
         assert!(half_width < widest_kg, "{about}");
         assert!(result.findings.is_empty(), "{about}");
@@ -209,7 +209,7 @@ fn compare(still: &Still, random: &mut SmallRng) -> Comparison {
             return;
         }
         let estimate = online.estimate();
-        let [mass_kg, std_dev] = [estimate.body.mass_kg, estimate.std_devs.unwrap()[0]];
+        let [mass_kg, std_dev] = [estimate.body.mass_kg, estimate.std_devs[0]];
         let is_near = |mass_kg: f64| (mass_kg - still.mass_kg).abs() < 0.02;
         if let Some([mass_before_kg, std_dev_before]) = before {
             let change = (mass_kg - mass_before_kg).abs() / std_dev.max(std_dev_before);
@@ -223,7 +223,7 @@ fn compare(still: &Still, random: &mut SmallRng) -> Comparison {
     online.finish();
     assert_eq!(online.estimate().payload_changes, 0);
     let recorded = batch.solve().unwrap().estimate;
-    let unit = recorded.std_devs.unwrap()[0];
+    let unit = recorded.std_devs[0];
     let error = |mass_kg: f64| (mass_kg - still.mass_kg) / unit;
     Comparison {
         errors: [online.estimate(), recorded].map(|estimate| error(estimate.body.mass_kg)),

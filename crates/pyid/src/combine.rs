@@ -27,7 +27,9 @@ pub(crate) fn identify_logs(
         tactid_recordings::identify_logs(&logs, &request, observer)
     });
     let found = urdf_errors(py, &request, result)?;
-    found.iter().map(|run| identification(py, run)).collect()
+    let runs = found.iter();
+    runs.map(|run| identification(py, run, &run.recording))
+        .collect()
 }
 
 /// Combines the estimates of several recordings: see :func:`tactid.combine`.

@@ -2,20 +2,33 @@
 
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
-use tactid_recordings::{Forecast, Identification};
+use serde::Serialize;
+use tactid_recordings::{Forecast, Identified, RecordingReport};
 
 use crate::errors::ArgumentError;
 use crate::faults::fault_data;
 use crate::findings::finding_data;
 use crate::record::fields;
 
-/// Returns the fields of `tactid.Identification`.
-pub(crate) fn identification(py: Python<'_>, found: &Identification) -> PyResult<Py<PyDict>> {
+/// Returns the fields of `tactid.Identification`, or of `tactid.PaperIdentification`.
+pub(crate) fn identified(py: Python<'_>, found: &Identified) -> PyResult<Py<PyDict>> {
+    match found {
+        Identified::LeastSquares(found) => identification(py, found, &found.recording),
+        Identified::Paper(found) => identification(py, found, &found.recording),
+    }
+}
+
+/// Returns the fields of a result, of which the report on the recording is a part.
+pub(crate) fn identification(
+    py: Python<'_>,
+    found: &impl Serialize,
+    recording: &RecordingReport,
+) -> PyResult<Py<PyDict>> {
     let data = fields(py, found)?;
-    let findings = found.findings.iter();
+    let findings = recording.findings.iter();
     let findings = findings.map(|each| finding_data(py, each));
     data.set_item("findings", findings.collect::<PyResult<Vec<_>>>()?)?;
-    data.set_item("faults", fault_data(py, &found.faults)?)?;
+    data.set_item("faults", fault_data(py, &recording.faults)?)?;
     Ok(data.unbind())
 }
 

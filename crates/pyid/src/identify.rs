@@ -5,13 +5,13 @@ use std::path::PathBuf;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use tactid_dynamics::BaseKind;
-use tactid_recordings::{Arrays, HistoryPoint, Observer, RecordingError, Request, UnloadedArrays};
+use tactid_recordings::{Arrays, Observer, RecordingError, Request, UnloadedArrays};
 
 use crate::arguments::{borrowed, read_joints, read_robot, read_sensors, read_wrenches};
 use crate::arrays::{Sampled, Series, common_length};
 use crate::dynamics::Manipulator;
 use crate::errors::{IntoPyErr, detached, option_error, urdf_is_at_fault, with_option};
-use crate::identification::identification;
+use crate::identification::identified;
 use crate::interruption::InterruptionCheck;
 use crate::joint_arrays::JointArrays;
 use crate::options;
@@ -32,7 +32,7 @@ pub(crate) fn identify_log(
     let result = run(py, progress, |observer| {
         tactid_recordings::identify_log(&log, &request, observer)
     });
-    identification(py, &urdf_errors(py, &request, result)?)
+    identified(py, &urdf_errors(py, &request, result)?)
 }
 
 /// Adds the option of the URDF to an error that is about the given one.
@@ -110,7 +110,7 @@ pub(crate) fn identify_arrays(
     let found = run(py, progress, |observer| {
         tactid_recordings::identify_arrays(&arrays, &request, observer)
     })?;
-    identification(py, &found)
+    identified(py, &found)
 }
 
 /// Returns the number of joints of the robot, which is given or read from the URDF; `None` where there is no robot.
@@ -185,13 +185,13 @@ pub(crate) fn run<T: Send>(
 ///     start_ns: Stamp of time zero, ns since the epoch.
 ///     times: Times of the estimates, (H,), s.
 ///     values: The ten values at each time, (H, 10).
-///     std_devs: Their standard deviations, (H, 10); NaN where none are known.
+///     std_devs: Their standard deviations, (H, 10), if the estimator has any.
 ///
 /// Raises:
 ///     LogError: The file cannot be written.
 ///     ArgumentError: A shape does not fit.
 #[pyfunction]
-#[pyo3(signature = (path, *, frame, start_ns, times, values, std_devs))]
+#[pyo3(signature = (path, *, frame, start_ns, times, values, std_devs=None))]
 pub(crate) fn write_estimates(
     py: Python<'_>,
     path: PathBuf,
@@ -199,25 +199,20 @@ pub(crate) fn write_estimates(
     start_ns: i64,
     times: &Bound<'_, PyAny>,
     values: &Bound<'_, PyAny>,
-    std_devs: &Bound<'_, PyAny>,
+    std_devs: Argument<'_, '_>,
 ) -> PyResult<()> {
     let times = Series::read(times, "times", &[])?;
     let values = Series::read(values, "values", &[10])?;
-    let std_devs = Series::read(std_devs, "std_devs", &[10])?;
-    let count = common_length(&[&times, &values, &std_devs])?.unwrap_or(1);
+    let std_devs = std_devs.map(|given| Series::read(given, "std_devs", &[10]));
+    let std_devs = std_devs.transpose()?;
+    let mut all: Vec<&dyn Sampled> = vec![&times, &values];
+    all.extend(std_devs.iter().map(|series| series as &dyn Sampled));
+    let count = common_length(&all)?.unwrap_or(1);
     let ten = |series: &Series, k| std::array::from_fn(|entry| series.at(k)[entry]);
-    let point = |k| {
-        let uncertain: [f64; 10] = ten(&std_devs, k);
-        HistoryPoint {
-            epoch: 0,
-            time_s: times.at(k)[0],
-            values: ten(&values, k),
-            std_devs: (!uncertain.iter().any(|entry| entry.is_nan())).then_some(uncertain),
-        }
-    };
-    let points: Vec<_> = (0..count).map(point).collect();
+    let uncertainty = |k| std_devs.as_ref().map(|series| ten(series, k));
+    let points = (0..count).map(|k| (times.at(k)[0], ten(&values, k), uncertainty(k)));
     detached(py, || {
-        tactid_recordings::write_estimates(&path, frame, start_ns, &points)
+        tactid_recordings::write_estimates(&path, frame, start_ns, points)
     })?
     .map_err(IntoPyErr::into_py_err)
 }

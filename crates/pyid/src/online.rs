@@ -7,7 +7,7 @@ use numpy::PyArrayDyn;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use tactid_dynamics::{BaseKind, Wrench};
-use tactid_identify::{BaseState, IdentifyError, PayloadEstimate, PushOutcome, Sample};
+use tactid_identify::{BaseState, IdentifyError, PushOutcome, Sample};
 use tactid_recordings::{OnlineSetup, RecordingError, Request};
 
 use crate::arguments::{borrowed, read_joints, read_robot, read_sensors, read_wrenches};
@@ -24,8 +24,7 @@ type Argument<'a, 'py> = Option<&'a Bound<'py, PyAny>>;
 trait Solver: Send {
     fn push(&mut self, sample: &Sample<'_>) -> Result<PushOutcome, IdentifyError>;
     /// Does the work that pushing has deferred.
-    fn finish(&mut self);
-    fn estimate(&self) -> PayloadEstimate;
+    fn finish(&mut self) {}
 }
 
 impl Solver for tactid_identify::Identifier {
@@ -35,22 +34,15 @@ impl Solver for tactid_identify::Identifier {
     fn finish(&mut self) {
         self.finish();
     }
-    fn estimate(&self) -> PayloadEstimate {
-        self.estimate()
-    }
 }
 
 impl Solver for tactid_recordings::PaperFilter {
     fn push(&mut self, sample: &Sample<'_>) -> Result<PushOutcome, IdentifyError> {
         self.push(sample)
     }
-    fn finish(&mut self) {}
-    fn estimate(&self) -> PayloadEstimate {
-        self.estimate()
-    }
 }
 
-/// Base class of the online solvers: samples in, an estimate at any time.
+/// Base class of the online solvers: samples in.
 #[pyclass(module = "tactid._native", frozen, subclass)]
 pub(crate) struct OnlineSolver {
     /// The solver, which the subclass shares under its own type.
@@ -90,11 +82,6 @@ impl OnlineSolver {
         let samples = Samples::read(self.expects, time, joints, wrench, base)?;
         detached(py, || samples.push_to(&mut *lock(&self.solver)))?
     }
-
-    /// Returns the payload as known now.
-    fn estimate<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
-        fields(py, &detached(py, || lock(&self.solver).estimate())?)
-    }
 }
 
 /// Online least squares: see :class:`tactid.Identifier`.
@@ -114,6 +101,11 @@ impl Identifier {
         let solver = setup.identifier().map_err(IntoPyErr::into_py_err)?;
         let (solver, base) = shared(expects, solver);
         Ok(PyClassInitializer::from(base).add_subclass(Self(solver)))
+    }
+
+    /// Returns the payload as known now.
+    fn estimate<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+        fields(py, &detached(py, || lock(&self.0).estimate())?)
     }
 
     /// Returns the covariance of the payload's linear parameters, (10, 10); None before the noise is known.
@@ -167,6 +159,11 @@ impl PaperFilter {
         })?;
         let (solver, base) = shared(expects, solver);
         Ok(PyClassInitializer::from(base).add_subclass(Self(solver)))
+    }
+
+    /// Returns the payload as known now.
+    fn estimate<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+        fields(py, &detached(py, || lock(&self.0).estimate())?)
     }
 
     /// Prepares for the same samples once more.

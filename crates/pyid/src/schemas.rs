@@ -2,7 +2,7 @@
 
 use pyo3::prelude::*;
 use schemars::generate::SchemaSettings;
-use tactid_recordings::{Combination, Identification};
+use tactid_recordings::{Combination, Identification, PaperIdentification, RecordingReport};
 use tactid_sim::RunReport;
 
 use crate::arm_model::Calibration;
@@ -14,7 +14,9 @@ use crate::motion::DesignedMotion;
 pub(crate) fn record_schemas() -> String {
     let settings = SchemaSettings::draft2020_12().for_serialize();
     let mut generator = settings.into_generator();
+    generator.subschema_for::<RecordingReport>();
     generator.subschema_for::<Identification>();
+    generator.subschema_for::<PaperIdentification>();
     generator.subschema_for::<Combination>();
     generator.subschema_for::<DesignedMotion>();
     generator.subschema_for::<Calibration>();

@@ -7,7 +7,7 @@ use std::ops::ControlFlow;
 use std::path::PathBuf;
 use std::process::ExitCode;
 
-use tactid_recordings::{Request, VALUE_NAMES, identify_log};
+use tactid_recordings::{Identification, Request, VALUE_NAMES, identify_log};
 
 fn main() -> ExitCode {
     let Some(path) = std::env::args_os().nth(1).map(PathBuf::from) else {
@@ -19,20 +19,8 @@ fn main() -> ExitCode {
     });
     match result {
         Ok(result) => {
-            let estimate = &result.estimate;
-            let std_devs = estimate.std_devs.unwrap_or([f64::NAN; 10]);
-            println!("Payload in the frame {}, SI units:", estimate.frame);
-            for (k, name) in VALUE_NAMES.iter().enumerate() {
-                println!(
-                    "{name:>6} {:12.6} ± {:.6}",
-                    estimate.values()[k],
-                    std_devs[k]
-                );
-            }
-            for finding in &result.findings {
-                println!("{finding}");
-            }
-            println!("{:#?}", result.faults);
+            // The request leaves the estimator at its default.
+            result.into_least_squares().as_ref().map(print);
             ExitCode::SUCCESS
         }
         Err(error) => {
@@ -40,4 +28,17 @@ fn main() -> ExitCode {
             ExitCode::FAILURE
         }
     }
+}
+
+fn print(result: &Identification) {
+    let estimate = &result.estimate;
+    println!("Payload in the frame {}, SI units:", estimate.frame);
+    let rows = VALUE_NAMES.iter().zip(estimate.values());
+    for ((name, value), std_dev) in rows.zip(estimate.std_devs) {
+        println!("{name:>6} {value:12.6} ± {std_dev:.6}");
+    }
+    for finding in &result.recording.findings {
+        println!("{finding}");
+    }
+    println!("{:#?}", result.recording.faults);
 }

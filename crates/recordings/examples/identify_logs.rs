@@ -21,11 +21,10 @@ fn main() -> Result<(), Box<dyn Error>> {
     let runs = identify_logs(&logs, &request, &mut |_| ControlFlow::Continue(()))?;
     let whole = combine(&runs)?;
     let mut out = std::io::stdout().lock();
-    let std_devs = whole.estimate.std_devs.unwrap_or([f64::INFINITY; 10]);
     let values = VALUE_NAMES
         .iter()
         .zip(whole.estimate.values())
-        .zip(std_devs);
+        .zip(whole.estimate.std_devs);
     for ((name, value), std_dev) in values {
         writeln!(out, "{name:6} {value:10.5} ± {:.5}", 1.96 * std_dev)?;
     }

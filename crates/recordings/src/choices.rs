@@ -4,49 +4,26 @@
 use std::path::PathBuf;
 
 use nalgebra::{Isometry3, Quaternion, Translation3, Vector4};
-use serde::{Deserialize, Deserializer};
+use schemars::JsonSchema;
+use serde::{Deserialize, Deserializer, Serialize};
 
 use crate::arm_calibration::ArmCalibration;
 use crate::options::{Kind, Value, read_as};
-use crate::paper::PaperSettings;
 use crate::{RecordingError, unit_quaternion};
 
 /// How equations become parameters.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub enum Estimator {
-    /// Robust weighted least squares over the whole recording.
-    #[default]
-    LeastSquares,
-    /// The paper's two-stage NLMS filter.
-    Paper(PaperSettings),
-}
-
-impl Estimator {
-    /// Returns the name: `least-squares` or `nlms`.
-    #[must_use]
-    pub fn name(&self) -> &'static str {
-        match self {
-            Self::LeastSquares => LEAST_SQUARES,
-            Self::Paper(_) => NLMS,
-        }
-    }
-}
-
-const LEAST_SQUARES: &str = "least-squares";
-const NLMS: &str = "nlms";
-
-/// Which estimator a request asks for.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum EstimatorKind {
     /// Robust weighted least squares over the whole recording: `least-squares`.
+    #[default]
     LeastSquares,
     /// The paper's two-stage NLMS filter: `nlms`.
     Nlms,
 }
 
 impl Value for EstimatorKind {
-    read_as!(Kind::Choice(&[LEAST_SQUARES, NLMS]), Self);
+    read_as!(Kind::Choice(&["least-squares", "nlms"]), Self);
 }
 
 /// Body on which a measured wrench acts.

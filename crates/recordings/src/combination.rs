@@ -1,6 +1,6 @@
 //! One payload from the results of several recordings.
 
-use tactid_identify::{LinearEstimate, PriorKnowledge};
+use tactid_identify::PriorKnowledge;
 
 use crate::combine::{Combination, combine_estimates};
 use crate::{Identification, RecordingError};
@@ -13,14 +13,9 @@ use crate::{Identification, RecordingError};
 ///
 /// # Errors
 /// Returns [`RecordingError::NotTheSame`] if the results have different frames, known masses or bounding boxes,
-/// [`RecordingError::NothingToCombine`] if one is that of the paper's filter, which estimates no uncertainty, or was interrupted before there
-/// was an estimate, and [`RecordingError::Identify`] if there is no result.
+/// and [`RecordingError::Identify`] if there is no result.
 pub fn combine(results: &[Identification]) -> Result<Combination, RecordingError> {
-    let mut runs: Vec<LinearEstimate> = Vec::with_capacity(results.len());
-    for (run, result) in results.iter().enumerate() {
-        let linear = result.linear.clone();
-        runs.push(linear.ok_or(RecordingError::NothingToCombine { run })?);
-    }
+    let runs: Vec<_> = results.iter().map(|result| result.linear.clone()).collect();
     let first = results.first();
     for (run, result) in results.iter().enumerate() {
         let same = |what, is_same: fn(&Identification, &Identification) -> bool| match first {

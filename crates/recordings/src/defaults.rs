@@ -4,7 +4,7 @@ use nalgebra::Vector3;
 use tactid_dynamics::{BaseKind, Manipulator, list_similar};
 use tactid_identify::{EquationSettings, Method};
 
-use crate::{ActsOn, Estimator, Finding, NotUsedBecause, RecordingError, Request};
+use crate::{ActsOn, EstimatorKind, Finding, NotUsedBecause, RecordingError, Request};
 
 /// The end-effector frame of a robot where a request names none, as ROS-Industrial names it.
 pub(crate) const DEFAULT_TIP: &str = "tool0";
@@ -65,7 +65,7 @@ impl Contents {
 /// recording.
 #[derive(Clone, Debug)]
 pub(crate) struct Options {
-    pub(crate) estimator: Estimator,
+    pub(crate) estimator: EstimatorKind,
     pub(crate) tip: String,
     /// Settings of the equations, complete but for the cutoff where that is still to be chosen.
     pub(crate) equations: EquationSettings,
@@ -81,11 +81,11 @@ pub(crate) struct Options {
 impl Options {
     /// Resolves a request for a recording. This is the only place where defaults are chosen.
     pub(crate) fn resolve(request: &Request, contents: &Contents) -> Self {
-        let estimator = request.estimator();
+        let estimator = request.estimator.unwrap_or_default();
         let method = method(request.method, contents);
         let period_s = contents.slowest_period_s(method);
         // The paper's filter assumes clocks that agree, and has the paper's filter settings.
-        let is_paper = matches!(estimator, Estimator::Paper(_));
+        let is_paper = estimator == EstimatorKind::Nlms;
         let mut equations = request.equation_settings(method);
         equations.effort_is_net = contents.has_unloaded;
         if !method.uses_wrench() {
@@ -136,7 +136,7 @@ impl Options {
     /// Returns the options for the period of the slowest stream, s, on which the longest bridged gap depends.
     fn with_period(mut self, request: &Request, period_s: f64) -> Self {
         self.period_s = period_s;
-        if self.estimator == Estimator::LeastSquares {
+        if self.estimator == EstimatorKind::LeastSquares {
             let gap_s = (GAP_PERIODS * period_s).max(SHORTEST_GAP_S);
             self.equations.max_gap_s = request.max_gap_s.unwrap_or(gap_s);
         }

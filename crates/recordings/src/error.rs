@@ -60,14 +60,11 @@ pub enum RecordingError {
         /// Why it may be given once only.
         because: &'static str,
     },
-    /// A result has nothing that could be combined with others.
+    /// Several recordings are to be identified by the paper's filter.
     #[error(
-        "the result of recording {run} has no information to combine: several recordings need least squares, and windows in each"
+        "several recordings need least squares, because the paper's filter estimates no uncertainty by which they could be weighted"
     )]
-    NothingToCombine {
-        /// Index of the recording.
-        run: usize,
-    },
+    CombinationNeedsLeastSquares,
     /// Results to combine do not have something in common.
     #[error("recording {run} has another {what} than the first one")]
     NotTheSame {

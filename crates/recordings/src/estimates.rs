@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use tactid_identify::{HALF_WIDTH_95, HistoryPoint, VALUE_NAMES};
+use tactid_identify::{HALF_WIDTH_95, VALUE_NAMES};
 use tactid_logs::messages::{
     Float64MultiArray, Header, Inertia, InertiaStamped, MultiArrayDimension, MultiArrayLayout, Time,
 };
@@ -19,8 +19,8 @@ const INTERVAL_TOPIC: &str = "/tactid/payload_half_width_95";
 /// frame `frame`, and half the width of the 95 % interval of each value on
 /// `/tactid/payload_half_width_95` where standard deviations are known.
 ///
-/// Times of the `points` are relative to `start_ns`, the time zero of the recording in ns since the epoch. Those of a
-/// result are in [`Identification::history`](crate::Identification::history).
+/// Each point has a time, s, relative to `start_ns`, the time zero of the recording in ns since the epoch; the ten values;
+/// and their standard deviations, if the estimator has any.
 ///
 /// # Errors
 /// Returns [`RecordingError::Log`] if the file cannot be written.
@@ -28,20 +28,16 @@ pub fn write_estimates(
     path: &Path,
     frame: &str,
     start_ns: i64,
-    points: &[HistoryPoint],
+    points: impl IntoIterator<Item = (f64, [f64; 10], Option<[f64; 10]>)>,
 ) -> Result<(), RecordingError> {
     let mut log = LogWriter::create(path)?;
     let inertia = log.channel::<InertiaStamped>(INERTIA_TOPIC, Durability::Volatile)?;
     let intervals = log.channel::<Float64MultiArray>(INTERVAL_TOPIC, Durability::Volatile)?;
-    for point in points {
-        let stamp_ns = start_ns.saturating_add((point.time_s * 1e9).round() as i64);
+    for (time_s, values, std_devs) in points {
+        let stamp_ns = start_ns.saturating_add((time_s * 1e9).round() as i64);
         let time_ns = u64::try_from(stamp_ns).unwrap_or(0);
-        log.write(
-            &inertia,
-            time_ns,
-            &inertia_message(frame, time_ns, &point.values),
-        )?;
-        if let Some(std_devs) = point.std_devs {
+        log.write(&inertia, time_ns, &inertia_message(frame, time_ns, &values))?;
+        if let Some(std_devs) = std_devs {
             log.write(&intervals, time_ns, &half_widths(&std_devs))?;
         }
     }

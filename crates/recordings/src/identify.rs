@@ -5,12 +5,13 @@ use std::path::Path;
 use crate::arrays::ArrayRecording;
 use crate::calibration::{identify_calibrated_arrays, identify_calibrated_log};
 use crate::log::LogRecording;
+use crate::paper_identification::PaperRun;
 use crate::parallel::in_parallel;
 use crate::plan::Plan;
 use crate::recording::Recording;
-use crate::run::{Run, Solver};
+use crate::run::Run;
 use crate::same_log::same_log;
-use crate::{Arrays, Identification, Observer, RecordingError, Request};
+use crate::{Arrays, EstimatorKind, Identification, Identified, Observer, RecordingError, Request};
 
 /// Identifies the payload from a log: the folder of a rosbag2 bag, or an `.mcap` or `.db3` file.
 ///
@@ -25,7 +26,7 @@ use crate::{Arrays, Identification, Observer, RecordingError, Request};
 /// # Errors
 /// Returns [`RecordingError::Log`] if the log cannot be opened, [`RecordingError::Identify`] if a value of the request
 /// is out of range, [`RecordingError::NoOverlap`] if the streams share no time, the errors of too little data (see
-/// below), [`RecordingError::Interrupted`] if the observer stops the work before the reading, and the variant that says what
+/// below), [`RecordingError::Interrupted`] if the observer stops the work before there is enough for an estimate, and the variant that says what
 /// is wrong if the log lacks what the method needs or contradicts its own URDF.
 ///
 /// Too little data are [`RecordingError::FarStamps`] if most stamps are far from the times of logging,
@@ -35,14 +36,14 @@ use crate::{Arrays, Identification, Observer, RecordingError, Request};
 /// [`TooFewSamples`](tactid_identify::IdentifyError::TooFewSamples) in
 /// [`RecordingError::Identify`].
 ///
-/// Messages that cannot be used are no error, but are counted in [`Identification::faults`]; a log that ends early
-/// is used up to its end, see [`Identification::damage`]. If the observer stops the reading, what was read so far is
-/// identified.
+/// Messages that cannot be used are no error, but are counted in [`faults`](crate::RecordingReport::faults); a log that ends early
+/// is used up to its end, see [`damage`](crate::RecordingReport::damage). If the observer stops the reading, what was read so far is
+/// identified, unless it is too little.
 pub fn identify_log(
     path: &Path,
     request: &Request,
     observer: &mut Observer<'_>,
-) -> Result<Identification, RecordingError> {
+) -> Result<Identified, RecordingError> {
     request.check()?;
     if let Some(calibration) = &request.calibration {
         return identify_calibrated_log(path, request, calibration, observer);
@@ -56,11 +57,13 @@ pub fn identify_log(
 /// Each log has its own topics, cutoff, delay and findings, and the prior knowledge of the request. An unloaded reference is that of
 /// all logs, and must have the motion of each. As many logs are identified at once as there are cores, so that memory is that of one
 /// log for each core and of the results. The observer is called on this thread with the fraction of all logs. Where it stops the
-/// reading, the logs that follow the first one that was stopped are left out.
+/// reading, the logs that follow the first one that was stopped are left out; [`RecordingError::Interrupted`] is returned if too
+/// little of that one was read.
 ///
 /// # Errors
 /// Returns [`RecordingError::InRecording`] with the error of the first log that cannot be identified, as [`identify_log`] lists them,
-/// [`RecordingError::Identify`] for an option that no recording could use, and [`RecordingError::SameRecording`] if two paths are the
+/// [`RecordingError::Identify`] for an option that no recording could use, [`RecordingError::CombinationNeedsLeastSquares`] for the
+/// paper's filter, and [`RecordingError::SameRecording`] if two paths are the
 /// same log: its noise would count as agreement. A copy of a log gives the same result, which [`combine`](crate::combine) refuses.
 pub fn identify_logs<P: AsRef<Path>>(
     paths: &[P],
@@ -74,17 +77,24 @@ pub fn identify_logs<P: AsRef<Path>>(
         });
     }
     request.check()?;
+    if request.estimator == Some(EstimatorKind::Nlms) {
+        return Err(RecordingError::CombinationNeedsLeastSquares);
+    }
     let paths: Vec<&Path> = paths.iter().map(AsRef::as_ref).collect();
     let identify_one = |index: usize, observer: &mut Observer<'_>| {
         let run = identify_log(paths[index], request, observer);
-        run.map_err(|error| error.in_recording(paths[index]))
+        let run = run.map_err(|error| error.in_recording(paths[index]))?;
+        let run = run.into_least_squares();
+        run.ok_or(RecordingError::CombinationNeedsLeastSquares)
     };
-    in_parallel(paths.len(), observer, identify_one, |run| run.interrupted)
+    let is_last = |run: &Identification| run.recording.interrupted;
+    in_parallel(paths.len(), observer, identify_one, is_last)
 }
 
 /// Identifies the payload from arrays, with the checks and the defaults of [`identify_log`].
 ///
-/// The observer is called every 4096 samples. Where it stops the reading, what was read so far is identified.
+/// The observer is called every 4096 samples. Where it stops the reading, what was read so far is identified,
+/// unless it is too little.
 ///
 /// # Errors
 /// Returns [`RecordingError::NotForArrays`] if the request asks for what only a log has,
@@ -97,12 +107,12 @@ pub fn identify_logs<P: AsRef<Path>>(
 /// little data that [`identify_log`] lists.
 ///
 /// Values that are not finite and times that do not increase are no error, but are counted in
-/// [`Identification::faults`] under the name of the array.
+/// [`faults`](crate::RecordingReport::faults) under the name of the array.
 pub fn identify_arrays(
     arrays: &Arrays<'_>,
     request: &Request,
     observer: &mut Observer<'_>,
-) -> Result<Identification, RecordingError> {
+) -> Result<Identified, RecordingError> {
     request.check()?;
     if let Some(calibration) = &request.calibration {
         return identify_calibrated_arrays(arrays, request, calibration, observer);
@@ -115,9 +125,19 @@ fn identify(
     recording: &impl Recording,
     request: &Request,
     observer: &mut Observer<'_>,
-) -> Result<Identification, RecordingError> {
+) -> Result<Identified, RecordingError> {
     let plan = Plan::new(recording, request, observer)?;
-    let mut solver = Solver::new(&plan)?;
-    let run = Run::new(recording, &plan, &mut solver, observer)?;
-    Identification::new(plan, run, &solver)
+    match plan.estimator {
+        EstimatorKind::LeastSquares => {
+            let mut batch = plan.batch_identifier()?;
+            let run = Run::new(recording, &plan, &mut batch, observer)?;
+            let found = Identification::new(plan, run, &batch)?;
+            Ok(Identified::LeastSquares(Box::new(found)))
+        }
+        EstimatorKind::Nlms => {
+            let mut filter = PaperRun::new(&plan)?;
+            let run = Run::new(recording, &plan, &mut filter, observer)?;
+            Ok(Identified::Paper(Box::new(filter.finish(plan, run)?)))
+        }
+    }
 }

@@ -4,7 +4,8 @@
 //! A [`Request`] says what to identify and how. All of its fields are optional: topics, method, filter and the
 //! delay between the clocks are chosen from the recording, with the same defaults for logs and arrays. The
 //! result is an [`Identification`]: the payload with its uncertainty, what was noticed about the recording
-//! ([`Finding`]) and what could not be used ([`DataFault`]).
+//! ([`Finding`]) and what could not be used ([`DataFault`]). The paper's filter, which knows no uncertainty, has a
+//! [`PaperIdentification`].
 //!
 //! ```
 //! use std::ops::ControlFlow;
@@ -35,6 +36,7 @@
 //! };
 //! let mut observer = |_| ControlFlow::Continue(());
 //! let result = identify_arrays(&arrays, &Request::default(), &mut observer)?;
+//! let result = result.into_least_squares().expect("the estimator unless another is requested");
 //! let payload = &result.estimate;
 //! assert!((payload.body.mass_kg - 2.0).abs() < 1e-3);
 //! assert!((payload.body.center_of_mass - center).norm() < 1e-4);
@@ -75,6 +77,7 @@ mod online;
 mod options;
 mod orientation;
 mod paper;
+mod paper_identification;
 mod parallel;
 mod phrases;
 mod plan;
@@ -82,6 +85,7 @@ mod preview;
 mod progress;
 mod rates;
 mod recording;
+mod recording_report;
 mod request;
 mod request_checks;
 mod run;
@@ -98,7 +102,7 @@ pub use calibration::{
     CalibrationRecording, CalibrationRun, CalibrationSource, CalibrationSources, RecordingRole,
     calibrate_arm,
 };
-pub use choices::{ActsOn, Estimator, EstimatorKind, SensorFrame};
+pub use choices::{ActsOn, EstimatorKind, SensorFrame};
 pub use clock::Clock;
 pub use combination::combine;
 pub use combine::{Agreement, Combination, RunDistance, ValueDifference, combine_estimates};
@@ -106,13 +110,15 @@ pub use error::RecordingError;
 pub use estimates::write_estimates;
 pub use fault::{DataFault, FaultKind};
 pub use finding::{ArmChanged, Finding, NotUsedBecause};
-pub use identification::{CalibratedFit, Identification};
+pub use identification::{CalibratedFit, Identification, Identified};
 pub use identify::{identify_arrays, identify_log, identify_logs};
 pub use online::OnlineSetup;
 pub use options::{Declaration, Kind, Use};
 pub use orientation::unit_quaternion;
-pub use paper::{PaperFilter, PaperSettings, SingularValues};
+pub use paper::{PaperEstimate, PaperFilter, PaperSettings, SingularValues};
+pub use paper_identification::{PaperHistory, PaperIdentification};
 pub use progress::{Observer, Progress};
+pub use recording_report::RecordingReport;
 pub use request::Request;
 pub use tactid_identify::{
     BoundingBox, Delay, FitReport, Forecast, HALF_WIDTH_95, HistoryPoint, KnownMass,

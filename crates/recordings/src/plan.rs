@@ -1,20 +1,20 @@
 //! The plan of an identification: all options, chosen from the request and the beginning of the recording.
 
-use tactid_identify::{BatchSettings, Delay, EquationSettings};
+use tactid_identify::{BatchIdentifier, BatchSettings, Delay, EquationSettings, IdentifyError};
 
 use crate::alignment::{Event, Streams};
 use crate::defaults::Options;
 use crate::preview::{DelayEstimate, Preview, is_significant};
 use crate::rates::contradicted_rates;
 use crate::recording::{Recording, Selection, Sources};
-use crate::{Estimator, Finding, Observer, RecordingError, Request};
+use crate::{EstimatorKind, Finding, Observer, RecordingError, Request};
 
 /// How a recording is identified.
 #[derive(Clone, Debug)]
 pub(crate) struct Plan<'a> {
     pub(crate) request: &'a Request,
     pub(crate) sources: &'a Sources,
-    pub(crate) estimator: Estimator,
+    pub(crate) estimator: EstimatorKind,
     pub(crate) tip: String,
     /// The streams that are used.
     pub(crate) streams: Streams,
@@ -95,6 +95,21 @@ impl<'a> Plan<'a> {
             bounding_box: self.request.bounding_box,
             delay: self.estimated_delay.is_some(),
         }
+    }
+
+    /// Creates the identifier by least squares.
+    ///
+    /// # Errors
+    /// Returns the errors of [`BatchIdentifier::new`].
+    pub(crate) fn batch_identifier(&self) -> Result<BatchIdentifier, IdentifyError> {
+        let (equations, settings) = (self.equations.clone(), self.batch_settings());
+        let (robot, sensors) = (&self.sources.robot, self.sensors());
+        BatchIdentifier::new(robot, &self.tip, &sensors, equations, settings)
+    }
+
+    /// Returns the links of the sensors.
+    pub(crate) fn sensors(&self) -> Vec<&str> {
+        self.sources.sensors.iter().map(String::as_str).collect()
     }
 
     /// Returns which events are read.

@@ -9,7 +9,7 @@ use tactid_dynamics::MassProperties;
 use tactid_identify::{BoundingBox, EquationSettings, KnownMass, Method, Range};
 
 use crate::arm_calibration::ArmCalibration;
-use crate::choices::{ActsOn, Estimator, EstimatorKind, SensorFrame};
+use crate::choices::{ActsOn, EstimatorKind, SensorFrame};
 use crate::clock::LONGEST_STAMP_DELAY_S;
 use crate::options::{About, Kind, Use, options};
 use crate::paper::PaperSettings;
@@ -281,14 +281,6 @@ impl Request {
         Self {
             estimator: Some(EstimatorKind::Nlms),
             ..Self::default()
-        }
-    }
-
-    /// Returns the estimator with its settings.
-    pub(crate) fn estimator(&self) -> Estimator {
-        match self.estimator {
-            None | Some(EstimatorKind::LeastSquares) => Estimator::LeastSquares,
-            Some(EstimatorKind::Nlms) => Estimator::Paper(self.paper_settings()),
         }
     }
 

@@ -3,7 +3,7 @@
 use tactid_dynamics::{InertialParameters, Manipulator, Urdf};
 use tactid_identify::{BatchSettings, IdentifyError, Method};
 
-use crate::choices::{Estimator, EstimatorKind};
+use crate::choices::EstimatorKind;
 use crate::options::{About, Declaration, Use};
 use crate::request::FILTER;
 use crate::{RecordingError, Request};
@@ -95,8 +95,8 @@ impl Request {
     /// Checks the settings of the paper's filter, and that nothing is given that the estimator does
     /// not have.
     fn check_estimator(&self) -> Result<(), RecordingError> {
-        if let Estimator::Paper(settings) = self.estimator() {
-            settings.check()?;
+        if self.estimator == Some(EstimatorKind::Nlms) {
+            self.paper_settings().check()?;
             if self.known_mass_kg.is_some() {
                 return Err(IdentifyError::PriorNeedsLeastSquares("a known mass").into());
             }

@@ -5,27 +5,18 @@ use std::sync::mpsc::{SyncSender, sync_channel};
 use std::thread;
 
 use tactid_calibrate::EffortRecorder;
-use tactid_dynamics::MassProperties;
 use tactid_identify::checks::{ChannelMonitor, ConstantChannels};
-use tactid_identify::{BatchIdentifier, EquationStream, HistoryPoint, PayloadEstimate, Sample};
+use tactid_identify::{BatchIdentifier, Sample};
 
 use crate::alignment::{Aligned, Aligner, Event, Measured};
 use crate::fault::{FaultCounts, FaultKind};
-use crate::paper::{PaperFilter, PaperSettings};
 use crate::plan::Plan;
 use crate::recording::{Reading, Recording, Sources};
 use crate::unloaded::UnloadedSubtraction;
-use crate::{Estimator, Finding, Observer, Progress, RecordingError};
+use crate::{Finding, Observer, Progress, RecordingError};
 
 /// Topic of the fault that a sample could not be aligned.
 const SAMPLES: &str = "samples";
-
-/// Time between two points of the history of the paper's filter, s.
-const HISTORY_STEP_S: f64 = 0.1;
-/// Time between two points near the end of the recording, where figures show the filter's ripple, s.
-const FINE_STEP_S: f64 = 0.01;
-/// Length of the fine part of the history, s.
-const FINE_SPAN_S: f64 = 10.0;
 
 /// Number of samples that go from the aligning to the estimating thread at a time.
 const BATCH: usize = 512;
@@ -43,149 +34,20 @@ pub(crate) trait Receiver: Send {
     fn push(&mut self, sample: &Sample<'_>) -> Result<(), RecordingError>;
 
     /// Prepares for the same samples once more, of which the last was at `end_s`.
-    fn rewind(&mut self, end_s: f64);
+    fn rewind(&mut self, _end_s: f64) {}
 }
 
-/// Window means for a calibration need one presentation.
 impl Receiver for EffortRecorder {
     fn push(&mut self, sample: &Sample<'_>) -> Result<(), RecordingError> {
         self.push(sample)?;
         Ok(())
     }
-
-    fn rewind(&mut self, _: f64) {}
 }
 
-/// The estimator of a run.
-pub(crate) enum Solver {
-    LeastSquares(Box<BatchIdentifier>),
-    Paper(Box<PaperRun>),
-}
-
-/// The paper's filter with its history.
-pub(crate) struct PaperRun {
-    pub(crate) filter: PaperFilter,
-    pub(crate) history: Vec<HistoryPoint>,
-    settings: PaperSettings,
-    /// A body that is subtracted from all estimates.
-    known_tool: Option<MassProperties>,
-    epoch: u32,
-    next_point_s: f64,
-    /// Time of the last event, s; infinite while it is not known.
-    end_s: f64,
-}
-
-impl Receiver for Solver {
-    /// Least squares keeps all equations of one presentation.
-    fn epochs(&self) -> u32 {
-        match self {
-            Self::LeastSquares(_) => 1,
-            Self::Paper(run) => run.settings.epochs,
-        }
-    }
-
+impl Receiver for BatchIdentifier {
     fn push(&mut self, sample: &Sample<'_>) -> Result<(), RecordingError> {
-        match self {
-            Self::LeastSquares(batch) => {
-                batch.push(sample)?;
-            }
-            Self::Paper(run) => run.push(sample)?,
-        }
+        self.push(sample)?;
         Ok(())
-    }
-
-    fn rewind(&mut self, end_s: f64) {
-        if let Self::Paper(run) = self {
-            run.rewind(end_s);
-        }
-    }
-}
-
-impl Solver {
-    /// Creates the estimator of a plan.
-    ///
-    /// # Errors
-    /// Returns [`RecordingError::Identify`] if a setting does not fit the robot.
-    pub(crate) fn new(plan: &Plan<'_>) -> Result<Self, RecordingError> {
-        let (robot, tip) = (&plan.sources.robot, plan.tip.as_str());
-        let sensors: Vec<&str> = plan.sources.sensors.iter().map(String::as_str).collect();
-        Ok(match plan.estimator {
-            Estimator::LeastSquares => {
-                let (equations, settings) = (plan.equations.clone(), plan.batch_settings());
-                let batch = BatchIdentifier::new(robot, tip, &sensors, equations, settings)?;
-                Self::LeastSquares(Box::new(batch))
-            }
-            Estimator::Paper(settings) => Self::Paper(Box::new(PaperRun {
-                filter: PaperFilter::new(robot, tip, &sensors, &plan.equations, settings)?,
-                history: Vec::new(),
-                settings,
-                known_tool: plan.request.known_tool,
-                epoch: 0,
-                next_point_s: f64::NEG_INFINITY,
-                end_s: plan.sources.end_s.unwrap_or(f64::INFINITY),
-            })),
-        })
-    }
-
-    /// Number of averaging windows of the last presentation.
-    pub(crate) fn windows(&self) -> u64 {
-        match self {
-            Self::LeastSquares(batch) => batch.windows(),
-            Self::Paper(run) => run.filter.estimate().windows,
-        }
-    }
-
-    /// The equation stream behind the solver.
-    pub(crate) fn stream(&self) -> &EquationStream {
-        match self {
-            Self::LeastSquares(batch) => batch.stream(),
-            Self::Paper(run) => run.filter.stream(),
-        }
-    }
-}
-
-impl PaperRun {
-    fn push(&mut self, sample: &Sample<'_>) -> Result<(), RecordingError> {
-        self.filter.push(sample)?;
-        let time_s = sample.time_s;
-        if time_s >= self.next_point_s {
-            let is_fine = time_s > self.end_s - FINE_SPAN_S;
-            self.next_point_s = time_s + if is_fine { FINE_STEP_S } else { HISTORY_STEP_S };
-            let point = HistoryPoint {
-                epoch: self.epoch,
-                time_s,
-                values: self.filter.latest_values(),
-                std_devs: None,
-            };
-            let tool = self.known_tool.as_ref();
-            self.history
-                .push(tool.map_or(point, |tool| point.without(tool)));
-        }
-        Ok(())
-    }
-
-    /// Returns the estimate of the payload, without the known tool.
-    pub(crate) fn estimate(&self) -> PayloadEstimate {
-        let estimate = self.filter.estimate();
-        match &self.known_tool {
-            Some(tool) => estimate.without(tool),
-            None => estimate,
-        }
-    }
-
-    /// Returns what the filter noticed about the data.
-    pub(crate) fn findings(&self) -> Vec<Finding> {
-        let known_bodies_kg = self.known_tool.map_or(0.0, |tool| tool.mass_kg);
-        let findings = self.filter.findings(known_bodies_kg).into_iter();
-        findings.map(Finding::Data).collect()
-    }
-
-    /// Prepares for the same samples once more, of which the last was at `end_s`.
-    fn rewind(&mut self, end_s: f64) {
-        self.filter.rewind();
-        self.epoch += 1;
-        self.next_point_s = f64::NEG_INFINITY;
-        self.end_s = end_s;
     }
 }
 

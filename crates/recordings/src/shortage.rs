@@ -1,8 +1,8 @@
 //! Why a recording gives too little for an estimate: stamps of another clock or unit, times that do not increase, gaps,
 //! samples that come too seldom, damage.
 
-use tactid_identify::IdentifyError;
 use tactid_identify::equations::window;
+use tactid_identify::{EquationStream, IdentifyError};
 
 use crate::error::RecordingError;
 use crate::fault::FaultKind;
@@ -17,7 +17,42 @@ const COMMON_PERIODS_S: std::ops::RangeInclusive<f64> = 1e-4..=0.2;
 /// Longest time between two samples of a slow recording whose times are in seconds, s.
 const LONGEST_PERIOD_S: f64 = 1.0;
 
+/// Checks that a recording that was run through gave the estimator any windows.
+///
+/// # Errors
+/// Returns [`RecordingError::NoOverlap`] if the streams share no time, and otherwise the errors of [`explain`].
+pub(crate) fn check_windows(
+    windows: u64,
+    stream: &EquationStream,
+    plan: &Plan<'_>,
+    run: &Run,
+) -> Result<(), RecordingError> {
+    if windows > 0 {
+        return Ok(());
+    }
+    let nothing = no_overlap(plan, run)
+        .unwrap_or_else(|| RecordingError::Identify(stream.too_few_windows(0)));
+    Err(explain(nothing, plan, run))
+}
+
+/// Returns the error that the streams of a recording share no time; `None` where they do.
+pub(crate) fn no_overlap(plan: &Plan<'_>, run: &Run) -> Option<RecordingError> {
+    let unused = plan.sources.optional_acceleration.as_ref();
+    let unused = unused.filter(|_| !plan.streams.acceleration);
+    let names = plan.sources.names.iter();
+    let used = names.filter(|name| Some(*name) != unused);
+    (run.samples == 0).then(|| RecordingError::NoOverlap {
+        topics: used.cloned().collect(),
+        delay_s: plan.request.delay_s.unwrap_or(0.0),
+        faults: run.faults.to_vec(),
+    })
+}
+
 /// Returns the cause of an error that says that there are too few windows or samples; other errors as they are.
+///
+/// The cause is [`RecordingError::Interrupted`] where the reading was interrupted, and otherwise what the times show:
+/// [`RecordingError::FarStamps`], [`RecordingError::TimesNotIncreasing`], [`RecordingError::TooManyGaps`] or
+/// [`RecordingError::RareSamples`].
 pub(crate) fn explain(error: RecordingError, plan: &Plan<'_>, run: &Run) -> RecordingError {
     let found = match &error {
         RecordingError::Identify(error) if is_too_little(error) => {
@@ -26,6 +61,9 @@ pub(crate) fn explain(error: RecordingError, plan: &Plan<'_>, run: &Run) -> Reco
         RecordingError::NoOverlap { .. } => cause_in_times(plan, run),
         _ => return error,
     };
+    if run.interrupted {
+        return RecordingError::Interrupted;
+    }
     let explained = found.unwrap_or(error);
     if run.damage.is_empty() {
         return explained;
@@ -44,7 +82,7 @@ fn cause_in_times(plan: &Plan<'_>, run: &Run) -> Option<RecordingError> {
 }
 
 /// Returns whether the data are too short, or too sparse, for an estimate.
-pub(crate) fn is_too_little(error: &IdentifyError) -> bool {
+fn is_too_little(error: &IdentifyError) -> bool {
     matches!(
         error,
         IdentifyError::TooFewWindows { .. } | IdentifyError::TooFewSamples { .. }

@@ -13,7 +13,7 @@ use recorded_arrays::common::{Experiment, SENSORS, TOOL, errors_percent};
 use recorded_arrays::{CARRIED_AT, CARRIED_KG, Recording, carried, quick, recorded};
 use tactid_dynamics::BaseKind;
 use tactid_recordings::{
-    Arrays, FaultKind, Finding, Method, RecordingError, Request, identify_arrays,
+    Arrays, FaultKind, Finding, Identified, Method, RecordingError, Request, identify_arrays,
 };
 
 /// Exact arrays give the payload, by both estimators' defaults, in the frame of the default tip.
@@ -23,17 +23,21 @@ fn arrays_are_identified() {
     let errors = errors_percent(&result.estimate.body);
     assert!(errors.iter().all(|error| error.abs() < 1e-2), "{errors:?}");
     assert_eq!(&*result.estimate.frame, TOOL);
-    assert_eq!(result.method, Method::Tactile);
-    assert_eq!(result.gravity_m_s2, Vector3::zeros());
+    assert_eq!(result.recording.method, Method::Tactile);
+    assert_eq!(result.recording.gravity_m_s2, Vector3::zeros());
     assert!(
-        (result.max_gap_s - 5e-3).abs() < 1e-9,
+        (result.recording.max_gap_s - 5e-3).abs() < 1e-9,
         "{}",
-        result.max_gap_s
+        result.recording.max_gap_s
     );
-    assert_eq!(result.delay_s, 0.0);
-    assert!(result.faults.is_empty(), "{:?}", result.faults);
-    assert!((result.duration_s - 2.0).abs() < 0.01);
-    assert!(!result.interrupted && result.damage.is_empty());
+    assert_eq!(result.recording.delay_s, 0.0);
+    assert!(
+        result.recording.faults.is_empty(),
+        "{:?}",
+        result.recording.faults
+    );
+    assert!((result.recording.duration_s - 2.0).abs() < 0.01);
+    assert!(!result.recording.interrupted && result.recording.damage.is_empty());
 }
 
 /// A sensor alone is on the ground, its frame is the tip, and its velocities follow from its poses.
@@ -41,7 +45,7 @@ fn arrays_are_identified() {
 fn a_sensor_alone_is_on_the_ground() {
     let recording = carried();
     let result = recording.identify(&Request::default()).unwrap();
-    assert_eq!(result.gravity_m_s2, Vector3::new(0.0, 0.0, -9.81));
+    assert_eq!(result.recording.gravity_m_s2, Vector3::new(0.0, 0.0, -9.81));
     assert_eq!(&*result.estimate.frame, "sensor");
     let body = result.estimate.body;
     assert!((body.mass_kg - CARRIED_KG).abs() < 1e-4, "{}", body.mass_kg);
@@ -63,12 +67,12 @@ fn delays_of_any_length_are_found() {
         }
         let result = late.identify(&Request::default()).unwrap();
         let delay_s = 0.002 * samples as f64;
-        let error_s = (result.delay_s - delay_s).abs();
+        let error_s = (result.recording.delay_s - delay_s).abs();
         assert!(
             error_s < 1e-3,
             "{delay_s} {} {:?}",
-            result.delay_s,
-            result.findings
+            result.recording.delay_s,
+            result.recording.findings
         );
     }
 }
@@ -83,12 +87,16 @@ fn a_delay_is_corrected() {
         *value = if k % 6 == 2 { 19.62 } else { 0.0 };
     }
     let result = recording.identify(&Request::default()).unwrap();
-    assert!((result.delay_s - 0.008).abs() < 1e-4, "{}", result.delay_s);
-    let is_correction = |finding: &Finding| matches!(finding, Finding::DelayCorrected { applied_s, .. } if *applied_s == result.delay_s);
     assert!(
-        result.findings.iter().any(is_correction),
+        (result.recording.delay_s - 0.008).abs() < 1e-4,
+        "{}",
+        result.recording.delay_s
+    );
+    let is_correction = |finding: &Finding| matches!(finding, Finding::DelayCorrected { applied_s, .. } if *applied_s == result.recording.delay_s);
+    assert!(
+        result.recording.findings.iter().any(is_correction),
         "{:?}",
-        result.findings
+        result.recording.findings
     );
 }
 
@@ -244,8 +252,9 @@ fn wild_arrays_do_not_panic() {
             }
         }
         for request in [Request::default(), Request::paper()] {
-            match changed.identify(&request) {
-                Ok(result) => assert!(result.estimate.windows > 0),
+            match changed.identified(&request) {
+                Ok(Identified::LeastSquares(result)) => assert!(result.estimate.windows > 0),
+                Ok(Identified::Paper(result)) => assert!(result.estimate.windows > 0),
                 Err(error) => assert!(!error.to_string().is_empty()),
             }
         }
@@ -268,7 +277,7 @@ fn constant_channels_are_reported() {
         for wrench in recording.wrenches.chunks_exact_mut(6) {
             (wrench[0], wrench[4]) = (value, value);
         }
-        let findings = recording.identify(&quick()).unwrap().findings;
+        let findings = recording.identify(&quick()).unwrap().recording.findings;
         let found = findings.iter().find_map(|finding| match finding {
             Finding::Data(tactid_identify::Finding::ConstantChannels {
                 source,
@@ -284,7 +293,7 @@ fn constant_channels_are_reported() {
     }
 }
 
-/// Interrupted before there is enough for a fit, nothing is identifiable, and that is no error.
+/// Interrupted before there is enough for a fit, there is no result.
 #[test]
 fn interrupted_early_nothing_is_known() {
     let recording = carried();
@@ -299,10 +308,7 @@ fn interrupted_early_nothing_is_known() {
         &Request::default(),
         &mut |_| ControlFlow::Break(()),
     );
-    let result = result.unwrap();
-    assert!(result.interrupted);
-    assert_eq!(result.estimate.not_identifiable().count(), 10);
-    assert!(result.fit.is_none() && result.forecast.is_none());
+    assert!(matches!(result, Err(RecordingError::Interrupted)));
 }
 
 /// The efforts of the arm alone, standing in gravity, are no payload.
@@ -321,6 +327,6 @@ fn efforts_are_the_default_without_wrenches() {
     recording.twists.clear();
     recording.sensors = None;
     let result = recording.identify(&quick()).unwrap();
-    assert_eq!(result.method, Method::Effort);
-    assert_eq!(result.gravity_m_s2, Vector3::new(0.0, 0.0, -9.81));
+    assert_eq!(result.recording.method, Method::Effort);
+    assert_eq!(result.recording.gravity_m_s2, Vector3::new(0.0, 0.0, -9.81));
 }

@@ -60,7 +60,7 @@ fn recordings_of_several_days_agree() {
         let found = combined(&runs);
         agreed += u32::from(found.agreement.agree);
         let pairs = found.estimate.values().into_iter().zip(values(&body));
-        let pairs = pairs.zip(found.estimate.std_devs.unwrap()).take(4);
+        let pairs = pairs.zip(found.estimate.std_devs).take(4);
         held += pairs
             .filter(|((value, truth), std_dev)| (value - truth).abs() <= HALF_WIDTH_95 * std_dev)
             .count();
@@ -88,7 +88,7 @@ fn recordings_share_the_calibration_and_their_unloaded_recordings() {
     assert!(0.0 < of_calibration && of_calibration < of_both);
     for (run, variance) in [(another_day, of_calibration), (same_day, of_both)] {
         let found = combined(&[one.clone(), run]);
-        let std_dev = found.estimate.std_devs.unwrap()[0];
+        let std_dev = found.estimate.std_devs[0];
         assert!(
             std_dev > 0.9 * variance.sqrt(),
             "{std_dev} {}",

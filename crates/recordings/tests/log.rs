@@ -11,16 +11,28 @@ use std::path::{Path, PathBuf};
 
 use common::{Experiment, Instant, SENSORS, TOOL, errors_percent, identifier, worst_percent};
 use recorded_log::Recording;
-use tactid_identify::{EquationSettings, PayloadEstimate};
+use tactid_identify::{EquationSettings, values_of_body};
 use tactid_logs::LogReader;
 use tactid_logs::messages::InertiaStamped;
 use tactid_recordings::{
-    Clock, Estimator, EstimatorKind, Finding, Identification, Method, PaperFilter, PaperSettings,
+    Clock, EstimatorKind, Finding, Identification, Identified, Method, PaperFilter, PaperSettings,
     RecordingError, Request, TopicKind, identify_log, write_estimates,
 };
 
-fn identify(path: &Path, request: &Request) -> Result<Identification, RecordingError> {
+fn identified(path: &Path, request: &Request) -> Result<Identified, RecordingError> {
     identify_log(path, request, &mut |_| ControlFlow::Continue(()))
+}
+
+fn identify(path: &Path, request: &Request) -> Result<Identification, RecordingError> {
+    identified(path, request).map(|found| found.into_least_squares().unwrap())
+}
+
+/// Windows and values of either estimator.
+fn windows_and_values(found: &Identified) -> (u64, [f64; 10]) {
+    match found {
+        Identified::LeastSquares(found) => (found.estimate.windows, found.estimate.values()),
+        Identified::Paper(found) => (found.estimate.windows, values_of_body(&found.estimate.body)),
+    }
 }
 
 /// Both estimators, with the filter of the online identifier and no delay.
@@ -67,24 +79,25 @@ fn recorded(change: impl FnOnce(&mut Recording<'_>)) -> (tempfile::TempDir, Path
 fn a_log_gives_what_its_samples_give() {
     let (_folder, path, instants) = recorded(|_| {});
     for request in requests() {
-        let from_log = identify(&path, &request).unwrap();
+        let from_log = windows_and_values(&identified(&path, &request).unwrap());
         let by_hand = pushed_by_hand(&instants, request.estimator);
-        assert_eq!(from_log.estimate.windows, by_hand.windows);
-        for (a, b) in from_log.estimate.values().iter().zip(by_hand.values()) {
+        assert_eq!(from_log.0, by_hand.0);
+        for (a, b) in from_log.1.iter().zip(by_hand.1) {
             assert!((a - b).abs() < 2e-7 * (1.0 + b.abs()), "{a} {b}");
         }
     }
 }
 
-/// The estimate of an online estimator from the samples themselves.
-fn pushed_by_hand(instants: &[Instant], estimator: Option<EstimatorKind>) -> PayloadEstimate {
+/// The number of windows and the ten values of an online estimator from the samples themselves.
+fn pushed_by_hand(instants: &[Instant], estimator: Option<EstimatorKind>) -> (u64, [f64; 10]) {
     let (experiment, settings) = (Experiment::default(), EquationSettings::default());
     if estimator.is_none() {
         let mut online = identifier(&experiment, &settings);
         for instant in instants {
             online.push(&instant.sample()).unwrap();
         }
-        return online.estimate();
+        let estimate = online.estimate();
+        return (estimate.windows, estimate.values());
     }
     let mut filter = paper_filter(&experiment, &settings);
     for _ in 0..PaperSettings::default().epochs {
@@ -93,7 +106,8 @@ fn pushed_by_hand(instants: &[Instant], estimator: Option<EstimatorKind>) -> Pay
             filter.push(&instant.sample()).unwrap();
         }
     }
-    filter.estimate()
+    let estimate = filter.estimate();
+    (estimate.windows, values_of_body(&estimate.body))
 }
 
 /// The paper's filter with the paper's settings.
@@ -109,15 +123,11 @@ fn the_history_is_the_estimate_over_time() {
     let result = identify(&path, &least_squares()).unwrap();
     let last = result.history.last().unwrap();
     assert!((last.time_s - 1.95).abs() < 0.05, "{}", last.time_s);
-    assert!((result.duration_s - 2.0).abs() < 1e-9);
+    assert!((result.recording.duration_s - 2.0).abs() < 1e-9);
     assert_eq!(result.history.len(), 62);
-    let std_devs = last.std_devs.unwrap();
-    assert!(
-        std_devs.iter().all(|std_dev| *std_dev < 0.01),
-        "{std_devs:?}"
-    );
+    assert!(last.std_devs.iter().all(|std_dev| *std_dev < 0.01));
     assert!((last.values[0] - 100.0).abs() < 0.01);
-    assert!(!result.interrupted && result.damage.is_empty());
+    assert!(!result.recording.interrupted && result.recording.damage.is_empty());
 }
 
 /// Stamps of zero fall back on the log's time.
@@ -126,8 +136,8 @@ fn log_time_replaces_a_missing_stamp() {
     let (_folder, path, _) = recorded(|recording| recording.stamps = false);
     let result = identify(&path, &least_squares()).unwrap();
     assert!(worst_percent(&result.estimate.body) < 1e-2);
-    assert_eq!(result.clock, Clock::LogTimes);
-    assert!(result.findings.contains(&Finding::NoStamps));
+    assert_eq!(result.recording.clock, Clock::LogTimes);
+    assert!(result.recording.findings.contains(&Finding::NoStamps));
 }
 
 /// A log that was cut is used up to the cut, which is reported.
@@ -138,11 +148,11 @@ fn a_cut_log_is_used_up_to_the_cut() {
     std::fs::write(&path, &bytes[..bytes.len() * 2 / 3]).unwrap();
     let result = identify(&path, &least_squares()).unwrap();
     assert!(
-        result.duration_s > 0.2 && result.duration_s < 2.0,
+        result.recording.duration_s > 0.2 && result.recording.duration_s < 2.0,
         "{}",
-        result.duration_s
+        result.recording.duration_s
     );
-    assert_eq!(result.damage.len(), 1);
+    assert_eq!(result.recording.damage.len(), 1);
 }
 
 /// A message that a recorder logged at the end of time, or messages in pairs, change neither the cutoff nor the result.
@@ -160,8 +170,8 @@ fn times_of_logging_change_no_default() {
     for change in [late, in_pairs] {
         let (_folder, path, _) = recorded(change);
         let result = identify(&path, &request).unwrap();
-        assert!((result.cutoff_hz / expected.cutoff_hz - 1.0).abs() < 1e-2);
-        assert!((result.max_gap_s / expected.max_gap_s - 1.0).abs() < 1e-2);
+        assert!((result.recording.cutoff_hz / expected.recording.cutoff_hz - 1.0).abs() < 1e-2);
+        assert!((result.recording.max_gap_s / expected.recording.max_gap_s - 1.0).abs() < 1e-2);
         assert!(worst_percent(&result.estimate.body) < 1e-2);
     }
 }
@@ -193,7 +203,7 @@ fn the_observer_can_stop() {
             }
         });
         let result = result.unwrap();
-        assert!(result.interrupted && result.estimate.windows > 0);
+        assert!(result.recording().interrupted && windows_and_values(&result).0 > 0);
         let result = identify_log(&path, &request, &mut |_| ControlFlow::Break(()));
         assert!(matches!(result, Err(RecordingError::Interrupted)));
     }
@@ -231,7 +241,7 @@ fn a_log_that_lacks_something_says_what() {
     ];
     for (expected, change) in cases {
         let (_folder, path, _) = recorded(change);
-        let error = identify(&path, &paper()).unwrap_err().to_string();
+        let error = identified(&path, &paper()).unwrap_err().to_string();
         assert!(
             error.contains(expected),
             "expected `{expected}`, got `{error}`"
@@ -281,14 +291,14 @@ fn wrenches_that_are_not_of_fingers_must_be_named() {
 /// A path without a log is an error that names it.
 #[test]
 fn no_log_no_panic() {
-    let error = identify(Path::new("/nonexistent/run.mcap"), &paper()).unwrap_err();
+    let error = identified(Path::new("/nonexistent/run.mcap"), &paper()).unwrap_err();
     assert!(
         error.to_string().contains("/nonexistent/run.mcap"),
         "{error}"
     );
 }
 
-/// Interrupted before there is enough for a fit, nothing is identifiable, and that is no error.
+/// Interrupted before there is enough for a fit, there is no result.
 #[test]
 fn interrupted_early_nothing_is_known() {
     let (_folder, path, _) = recorded(|_| {});
@@ -300,11 +310,7 @@ fn interrupted_early_nothing_is_known() {
                 ControlFlow::Continue(())
             }
         });
-        let result = result.unwrap();
-        assert!(result.interrupted);
-        assert_eq!(result.estimate.windows, 0);
-        assert_eq!(result.estimate.not_identifiable().count(), 10);
-        assert!(result.fit.is_none() && result.history.is_empty());
+        assert!(matches!(result, Err(RecordingError::Interrupted)));
     }
 }
 
@@ -346,18 +352,26 @@ fn the_papers_filter_rejects_a_known_mass() {
 fn the_defaults_identify_a_log() {
     let (_folder, path, _) = recorded(|_| {});
     let result = identify(&path, &Request::default()).unwrap();
-    assert_eq!(result.method, Method::Tactile);
-    assert_eq!(result.estimator, Estimator::LeastSquares);
+    assert_eq!(result.recording.method, Method::Tactile);
+    assert_eq!(result.recording.estimator, EstimatorKind::LeastSquares);
     assert_eq!(&*result.estimate.frame, TOOL);
-    assert!((result.max_gap_s - 5e-3).abs() < 1e-9);
-    assert_eq!(result.clock, Clock::Stamps);
-    assert_eq!(result.start_ns, 1_800_000_000_000_000_000);
+    assert!((result.recording.max_gap_s - 5e-3).abs() < 1e-9);
+    assert_eq!(result.recording.clock, Clock::Stamps);
+    assert_eq!(result.recording.start_ns, 1_800_000_000_000_000_000);
     let worst = errors_percent(&result.estimate.body);
     assert!(worst.iter().all(|error| error.abs() < 1e-2), "{worst:?}");
-    assert!(result.faults.is_empty(), "{:?}", result.faults);
+    assert!(
+        result.recording.faults.is_empty(),
+        "{:?}",
+        result.recording.faults
+    );
     let sum = |finding: &Finding| matches!(finding, Finding::WrenchesSummed { topics } if topics.len() == 2);
-    assert!(result.findings.iter().any(sum), "{:?}", result.findings);
-    let (values, std_devs) = (result.estimate.values(), result.estimate.std_devs.unwrap());
+    assert!(
+        result.recording.findings.iter().any(sum),
+        "{:?}",
+        result.recording.findings
+    );
+    let (values, std_devs) = (result.estimate.values(), result.estimate.std_devs);
     let forecast = result.forecast.unwrap();
     assert_eq!(forecast.remaining_s(&values, &std_devs, 10.0), [0.0; 10]);
 }
@@ -368,10 +382,10 @@ fn a_doubtful_delay_is_reported_and_not_corrected() {
     let (_folder, path, _) = recorded(|recording| recording.sensors = &["finger_left_link"]);
     let result = identify(&path, &Request::default()).unwrap();
     let is_doubtful = |finding: &Finding| matches!(finding, Finding::DelayDoubtful { is_at_end: true, delay_s, .. } if *delay_s < -0.4);
-    let findings = &result.findings;
+    let findings = &result.recording.findings;
     assert!(findings.iter().any(is_doubtful), "{findings:?}");
     assert_eq!(result.estimated_delay, None);
-    assert_eq!(result.delay_s, 0.0);
+    assert_eq!(result.recording.delay_s, 0.0);
 }
 
 /// The estimates over time come back from the log that they are written to.
@@ -381,7 +395,11 @@ fn estimates_are_written_as_a_log() {
     let result = identify(&path, &least_squares()).unwrap();
     let written = folder.path().join("estimates.mcap");
     let points = &result.history;
-    write_estimates(&written, &result.estimate.frame, result.start_ns, points).unwrap();
+    let (frame, start_ns) = (&result.estimate.frame, result.recording.start_ns);
+    let given = points
+        .iter()
+        .map(|p| (p.time_s, p.values, Some(p.std_devs)));
+    write_estimates(&written, frame, start_ns, given).unwrap();
     let log = LogReader::open(&written).unwrap();
     let messages: Vec<_> = log.messages_on(["/tactid/payload"]).unwrap().collect();
     assert_eq!(messages.len(), points.len());
@@ -389,7 +407,7 @@ fn estimates_are_written_as_a_log() {
     let stamped: InertiaStamped = last.decode().unwrap();
     assert_eq!(stamped.header.frame_id, TOOL);
     assert_eq!(stamped.inertia.m, points[points.len() - 1].values[0]);
-    let end_ns = result.start_ns + (points[points.len() - 1].time_s * 1e9).round() as i64;
+    let end_ns = result.recording.start_ns + (points[points.len() - 1].time_s * 1e9).round() as i64;
     assert_eq!(stamped.header.stamp.as_ns(), end_ns);
     let widths = log.messages_on(["/tactid/payload_half_width_95"]).unwrap();
     assert_eq!(widths.count(), points.len());

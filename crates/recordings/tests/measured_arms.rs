@@ -238,7 +238,7 @@ fn identified_errors(
     let identified = identified.unwrap();
     assert_eq!(identified.moved_zero, None);
     let estimate = identified.result.estimate;
-    let (values, std_devs) = (estimate.values(), estimate.std_devs.unwrap());
+    let (values, std_devs) = (estimate.values(), estimate.std_devs);
     let c = &payload.center_of_mass;
     let [xx, xy, xz, yy, yz, zz] = symmetric_entries(&payload.inertia);
     let truth = [payload.mass_kg, c.x, c.y, c.z, xx, xy, xz, yy, yz, zz];

@@ -16,13 +16,6 @@ fn paper_filter(experiment: &Experiment, settings: &EquationSettings) -> PaperFi
     PaperFilter::new(&robot, TOOL, &SENSORS, settings, PaperSettings::default()).unwrap()
 }
 
-/// The filter estimates no uncertainty.
-#[test]
-fn the_filter_has_no_std_devs() {
-    let filter = paper_filter(&Experiment::default(), &EquationSettings::default());
-    assert!(filter.estimate().std_devs.is_none());
-}
-
 /// Neither a sample nor an estimate allocates.
 #[test]
 fn push_and_estimate_allocate_nothing() {
@@ -139,7 +132,7 @@ fn ixx_is_not_identifiable_at_the_posture_of_table_1() {
             filter.push(&instant.sample()).unwrap();
         }
         let estimate = filter.estimate();
-        let found: Vec<_> = estimate.not_identifiable().collect();
+        let found: Vec<_> = estimate.unobservable().collect();
         assert_eq!(found, missing, "{:?}", filter.singular_values());
     }
 }

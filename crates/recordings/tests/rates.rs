@@ -24,7 +24,7 @@ const JOINTS: usize = 8;
 
 /// The findings about velocities among those of a recording.
 fn about_velocities(recording: &Recording) -> Vec<Finding> {
-    let mut findings = recording.identify(&quick()).unwrap().findings;
+    let mut findings = recording.identify(&quick()).unwrap().recording.findings;
     findings.retain(is_about_velocities);
     findings
 }
@@ -217,7 +217,7 @@ fn odometry_in_world_axes_is_reported() {
         recording.write(&path);
         let mut observer = |_| ControlFlow::Continue(());
         let result = identify_log(&path, &Request::default(), &mut observer).unwrap();
-        let findings = result.findings;
+        let findings = &result.recording().findings;
         let found: Vec<&Finding> = findings.iter().filter(|f| is_about_velocities(f)).collect();
         let is_named = |finding: &&Finding| {
             matches!(finding, Finding::Data(DataFinding::TwistContradicted { source, contradiction })

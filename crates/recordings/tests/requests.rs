@@ -8,20 +8,21 @@ use nalgebra::{Matrix3, Vector3};
 use recorded_arrays::{CARRIED_KG, Recording, carried, quick, recorded};
 use tactid_dynamics::{MassProperties, Wrench};
 use tactid_identify::{EquationSettings, Finding as Data, IdentifyError, Sample, states_of_poses};
-use tactid_recordings::{ActsOn, Estimator, Finding, Method, OnlineSetup, RecordingError, Request};
+use tactid_recordings::{
+    ActsOn, EstimatorKind, Finding, Method, OnlineSetup, RecordingError, Request,
+};
 
 /// The paper's filter has the paper's cutoff, gap and delay, as on a log.
 #[test]
 fn the_papers_filter_has_its_own_defaults() {
-    let result = recorded().identify(&Request::paper()).unwrap();
-    assert!(matches!(result.estimator, Estimator::Paper(_)));
+    let result = recorded().filtered(&Request::paper());
+    let report = &result.recording;
+    assert_eq!(report.estimator, EstimatorKind::Nlms);
     assert_eq!(
-        (result.cutoff_hz, result.max_gap_s, result.delay_s),
+        (report.cutoff_hz, report.max_gap_s, report.delay_s),
         (10.0, 0.1, 0.0)
     );
-    assert!(result.estimated_delay.is_none() && result.fit.is_none());
-    assert!(result.singular_values.is_some());
-    assert!(result.history.iter().any(|point| point.epoch == 1));
+    assert!(result.history.epoch.contains(&1));
 }
 
 /// The paper's filter subtracts a known tool from the estimate and from all of its history, and judges what
@@ -34,7 +35,7 @@ fn the_papers_filter_subtracts_a_known_tool() {
         ..Request::paper()
     };
     let recording = recorded();
-    let all = recording.identify(&request(None)).unwrap();
+    let all = recording.filtered(&request(None));
     let all_kg = all.estimate.body.mass_kg;
     for tool_kg in [0.25 * all_kg, 2.0 * all_kg] {
         let tool = MassProperties {
@@ -42,14 +43,14 @@ fn the_papers_filter_subtracts_a_known_tool() {
             center_of_mass: Vector3::zeros(),
             inertia: Matrix3::zeros(),
         };
-        let result = recording.identify(&request(Some(tool))).unwrap();
+        let result = recording.filtered(&request(Some(tool)));
         let rest_kg = result.estimate.body.mass_kg;
         assert!((rest_kg - (all_kg - tool_kg)).abs() < 1e-12, "{rest_kg}");
         if tool_kg > all_kg {
             assert!(!result.estimate.is_physical);
         }
-        for (point, whole) in result.history.iter().zip(&all.history) {
-            let (rest_kg, whole_kg) = (point.values[0], whole.values[0]);
+        for (values, whole) in result.history.values.iter().zip(&all.history.values) {
+            let (rest_kg, whole_kg) = (values[0], whole[0]);
             let tolerance = 1e-12 * whole_kg.abs();
             assert!((rest_kg + tool_kg - whole_kg).abs() <= tolerance || !whole_kg.is_finite());
         }
@@ -60,7 +61,7 @@ fn the_papers_filter_subtracts_a_known_tool() {
 #[test]
 fn the_papers_filter_reports_a_negative_mass() {
     let findings = |recording: &Recording, request: &Request| {
-        let mut findings = recording.identify(request).unwrap().findings;
+        let mut findings = recording.filtered(request).recording.findings;
         findings.retain(|finding| matches!(finding, Finding::Data(_)));
         findings
     };
@@ -74,7 +75,7 @@ fn the_papers_filter_reports_a_negative_mass() {
         }),
         ..Request::paper()
     };
-    let rest_kg = recording.identify(&heavy).unwrap().estimate.body.mass_kg;
+    let rest_kg = recording.filtered(&heavy).estimate.body.mass_kg;
     match findings(&recording, &heavy)[..] {
         [
             Finding::Data(Data::KnownBodiesTooHeavy {
@@ -229,7 +230,7 @@ fn counts_of_noise_are_checked() {
         ..quick()
     };
     let is_reported = |finding: &Finding| matches!(finding, Finding::OptionNotUsed { option, .. } if option == "wrench_noise");
-    let findings = recording.identify(&momentum).unwrap().findings;
+    let findings = recording.identify(&momentum).unwrap().recording.findings;
     assert!(findings.iter().any(is_reported), "{findings:?}");
 }
 

@@ -27,9 +27,9 @@ fn request() -> Request {
 }
 
 /// Logs of the same motion, each with noise of its own.
-fn recorded(folder: &tempfile::TempDir, count: u64) -> Vec<PathBuf> {
+fn recorded(folder: &tempfile::TempDir, count: u64, duration_s: f64) -> Vec<PathBuf> {
     let instants = Experiment {
-        duration_s: 2.0,
+        duration_s,
         ..Experiment::default()
     }
     .run();
@@ -54,7 +54,7 @@ fn identified(paths: &[PathBuf], request: &Request) -> Result<Vec<Identification
 #[test]
 fn several_logs_give_one_payload() {
     let folder = tempfile::tempdir().unwrap();
-    let paths = recorded(&folder, 3);
+    let paths = recorded(&folder, 3, 2.0);
     let mut fractions = Vec::new();
     let mut observer = |progress: Progress| {
         fractions.push(progress.fraction);
@@ -62,17 +62,14 @@ fn several_logs_give_one_payload() {
     };
     let runs = identify_logs(&paths, &request(), &mut observer).unwrap();
     assert!(fractions.is_sorted() && *fractions.last().unwrap() > 0.9);
-    let alone = identify_log(&paths[1], &request(), &mut |_| ControlFlow::Continue(())).unwrap();
+    let alone = identified(&paths[1..2], &request()).unwrap().remove(0);
     assert_eq!(alone.estimate, runs[1].estimate);
     let whole = combine(&runs).unwrap();
     assert!(whole.agreement.agree && whole.findings.is_empty());
     let freedom = whole.agreement.degrees_of_freedom;
     assert!((10.0..20.01).contains(&freedom), "{freedom}");
     assert_eq!(whole.estimate.windows, 3 * alone.estimate.windows);
-    let (all, one) = (
-        whole.estimate.std_devs.unwrap(),
-        alone.estimate.std_devs.unwrap(),
-    );
+    let (all, one) = (whole.estimate.std_devs, alone.estimate.std_devs);
     let payload = common::payload();
     // A value that differs by chance keeps its interval: all together are narrower.
     let ratio: f64 = (0..10).map(|k| (all[k] / one[k]).ln()).sum::<f64>() / 10.0;
@@ -85,7 +82,7 @@ fn several_logs_give_one_payload() {
 #[test]
 fn an_error_names_its_log() {
     let folder = tempfile::tempdir().unwrap();
-    let mut paths = recorded(&folder, 1);
+    let mut paths = recorded(&folder, 1, 2.0);
     let broken = folder.path().join("broken.mcap");
     std::fs::write(&broken, b"this is no log").unwrap();
     paths.push(broken.clone());
@@ -107,7 +104,7 @@ fn an_error_names_its_log() {
 #[test]
 fn an_interruption_leaves_out_the_logs_that_follow() {
     let folder = tempfile::tempdir().unwrap();
-    let paths = recorded(&folder, 2);
+    let paths = recorded(&folder, 2, 10.0);
     let mut observer = |progress: Progress| {
         // The reading of both has begun, because no fraction exceeds one.
         if progress.fraction > 0.5 {
@@ -118,14 +115,14 @@ fn an_interruption_leaves_out_the_logs_that_follow() {
     };
     let runs = identify_logs(&paths, &request(), &mut observer).unwrap();
     let (last, before) = runs.split_last().unwrap();
-    assert!(last.interrupted && before.iter().all(|run| !run.interrupted));
+    assert!(last.recording.interrupted && before.iter().all(|run| !run.recording.interrupted));
 }
 
 /// Results that cannot be combined are errors that name the recording.
 #[test]
 fn results_that_do_not_fit_are_errors() {
     let folder = tempfile::tempdir().unwrap();
-    let paths = recorded(&folder, 1);
+    let paths = recorded(&folder, 1, 2.0);
     let result = identified(&paths, &request()).unwrap().remove(0);
     let with = |change: &dyn Fn(&mut Identification)| {
         let mut other = result.clone();
@@ -146,9 +143,8 @@ fn results_that_do_not_fit_are_errors() {
         estimator: Some(EstimatorKind::Nlms),
         ..request()
     };
-    let paper = identified(&paths, &paper).unwrap();
     assert!(matches!(
-        combine(&paper),
-        Err(RecordingError::NothingToCombine { run: 0 })
+        identified(&paths, &paper),
+        Err(RecordingError::CombinationNeedsLeastSquares)
     ));
 }

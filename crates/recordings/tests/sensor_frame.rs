@@ -65,7 +65,8 @@ fn the_frame_of_messages_may_be_given() {
         let mut recording = recorded_log::Recording::of(&instants);
         recording.sensors = sensor;
         recording.write(&path);
-        identify_log(&path, request, &mut |_| ControlFlow::Continue(()))
+        let found = identify_log(&path, request, &mut |_| ControlFlow::Continue(()));
+        found.map(|found| found.into_least_squares().unwrap())
     };
     let right = identify(&["finger_left_link"], &quick()).unwrap();
     match identify(&["thumb"], &quick()) {

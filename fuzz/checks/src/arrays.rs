@@ -2,7 +2,7 @@
 
 use std::ops::ControlFlow;
 
-use crate::{Number, arm_urdf, estimate::assert_estimate, numbers, parsed, robot};
+use crate::{Number, arm_urdf, estimate::assert_identified, numbers, parsed, robot};
 use arbitrary::Arbitrary;
 use nalgebra::{Isometry3, Vector3};
 use tactid_dynamics::BaseKind;
@@ -108,7 +108,7 @@ pub fn run(bytes: &[u8]) {
     };
     let mut observer = |_| ControlFlow::Continue(());
     if let Ok(result) = identify_arrays(&arrays, &request(&input), &mut observer) {
-        assert_estimate(&result.estimate);
+        assert_identified(&result);
     }
 }
 

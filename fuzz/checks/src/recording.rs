@@ -8,7 +8,7 @@ use tactid_logs::messages::{Header, JointState, StringMsg, Time, Wrench, WrenchS
 use tactid_logs::{Durability, LogError, LogWriter};
 use tactid_recordings::{Request, identify_log};
 
-use crate::{Number, arm_urdf, estimate::assert_estimate, in_folder, numbers, parsed};
+use crate::{Number, arm_urdf, estimate::assert_identified, in_folder, numbers, parsed};
 
 #[derive(Arbitrary, Debug)]
 struct Input {
@@ -65,7 +65,7 @@ fn check(input: &Input, path: &Path) {
     }
     let mut observer = |_| ControlFlow::Continue(());
     if let Ok(result) = identify_log(path, &Request::default(), &mut observer) {
-        assert_estimate(&result.estimate);
+        assert_identified(&result);
     }
 }
 

@@ -180,7 +180,7 @@ impl Planner {
     pub fn largest_ratio(&self, estimate: &PayloadEstimate) -> (usize, f64) {
         let targets = targets_within(&estimate.body.into(), self.settings.within);
         let targets = targets.unwrap_or([0.0; 10]);
-        let std_devs = estimate.std_devs.unwrap_or([f64::INFINITY; 10]);
+        let std_devs = estimate.std_devs;
         let ratio = |k: usize| match HALF_WIDTH_95 * std_devs[k] / targets[k] {
             // A value without a number is not known.
             ratio if ratio.is_nan() => f64::INFINITY,

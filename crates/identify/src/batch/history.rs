@@ -34,10 +34,9 @@ pub(crate) fn history(
         }
         if let Some((values, std_devs)) = solve(&normal_equations, fit, known, bounding_box) {
             points.push(HistoryPoint {
-                epoch: 0,
                 time_s: equation.time_s,
                 values,
-                std_devs: Some(std_devs),
+                std_devs,
             });
         }
     }

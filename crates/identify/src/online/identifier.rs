@@ -129,7 +129,7 @@ const MIN_SAMPLES_TO_DEFER: u32 = 2 * Identifier::DEFERRED_STAGES as u32;
 ///
 /// let estimate = identifier.estimate();
 /// assert_eq!(estimate.not_identifiable().count(), 0);
-/// let half_width_kg = HALF_WIDTH_95 * estimate.std_devs.expect("least squares estimates them")[0];
+/// let half_width_kg = HALF_WIDTH_95 * estimate.std_devs[0];
 /// assert!((estimate.body.mass_kg - 2.0).abs() < half_width_kg);
 /// assert!(half_width_kg < 0.005);
 /// # Ok::<(), tactid_identify::IdentifyError>(())

@@ -8,7 +8,6 @@ use tactid_dynamics::InertialParameters;
 use super::intervals::moment_intervals;
 use super::subspace::NullSpace;
 use super::uncertainty::{HALF_WIDTH_95, std_dev, value_jacobian};
-use crate::serial;
 
 /// The three principal moments of inertia about the centre of mass.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, JsonSchema)]
@@ -16,8 +15,7 @@ pub struct PrincipalMoments {
     /// The moments, ascending, kg m².
     pub values: [f64; 3],
     /// Standard deviations of the moments, kg m², in the same order. All are infinite where the motion does not
-    /// determine the whole inertia, because then not even the order of the moments is known. Unknown for the
-    /// paper's filter.
+    /// determine the whole inertia, because then not even the order of the moments is known.
     ///
     /// A moment that is well separated from the others has the standard deviation of `vᵀ dI v`, its derivative,
     /// where `v` is its unit axis. Moments that are nearer to each other than their noise have no derivatives,
@@ -25,27 +23,13 @@ pub struct PrincipalMoments {
     /// norm), where `V` has all axes of the group. No moment of the group errs by more than the norm of that
     /// matrix (Weyl's inequality), so an interval of 1.96 standard deviations contains it with a probability of
     /// 95 % or more (Székely and Bakirov 2003, doi 10.1007/s00440-003-0262-6).
-    #[serde(serialize_with = "serial::or_nan")]
-    #[schemars(with = "[f64; 3]")]
-    pub std_devs: Option<[f64; 3]>,
+    pub std_devs: [f64; 3],
     /// Lower and upper limit of the 95 % interval of each moment, kg m²: 1.96 standard deviations to each side, but not below
-    /// zero. Unknown for the paper's filter.
-    #[serde(serialize_with = "serial::limits_or_nan")]
-    #[schemars(with = "[[f64; 2]; 3]")]
-    pub intervals: Option<[[f64; 2]; 3]>,
+    /// zero.
+    pub intervals: [[f64; 2]; 3],
 }
 
 impl PrincipalMoments {
-    /// Returns the moments of a body without uncertainty; `None` where its inertia is not finite.
-    #[must_use]
-    pub fn of(body: &InertialParameters) -> Option<Self> {
-        Some(Self {
-            values: body.principal_moments()?.into(),
-            std_devs: None,
-            intervals: None,
-        })
-    }
-
     /// Returns the moments of parameters with their covariance; `None` for a mass of zero.
     pub(crate) fn with_std_devs(
         parameters: &SVector<f64, 10>,
@@ -75,8 +59,8 @@ impl PrincipalMoments {
         let std_devs = std_devs(&values, &variances);
         Some(Self {
             values,
-            std_devs: Some(std_devs),
-            intervals: Some(moment_intervals(&values, &std_devs)),
+            std_devs,
+            intervals: moment_intervals(&values, &std_devs),
         })
     }
 }
@@ -138,7 +122,7 @@ mod tests {
                 let found =
                     PrincipalMoments::with_std_devs(&estimate, &covariance, &without(&[])).unwrap();
                 for k in 0..3 {
-                    let half_width = HALF_WIDTH_95 * found.std_devs.unwrap()[k];
+                    let half_width = HALF_WIDTH_95 * found.std_devs[k];
                     contained[k] += u32::from((found.values[k] - moments[k]).abs() <= half_width);
                 }
             }
@@ -188,6 +172,6 @@ mod tests {
         let covariance = SMatrix::identity() * 1e-6;
         let found = PrincipalMoments::with_std_devs(&estimate, &covariance, &null_space).unwrap();
         assert_eq!(found.values, [1.0, 2.0, 2.5]);
-        assert_eq!(found.std_devs, Some([f64::INFINITY; 3]));
+        assert_eq!(found.std_devs, [f64::INFINITY; 3]);
     }
 }

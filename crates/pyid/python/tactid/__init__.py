@@ -48,7 +48,7 @@ from tactid._api.designed_motion import DesignedMotion
 from tactid._api.excitation import design_excitation
 from tactid._api.offline import identify
 from tactid._api.online import Identifier, PaperFilter
-from tactid._api.result import Identification
+from tactid._api.result import Identification, PaperIdentification
 from tactid._api.simulation import simulate
 from tactid._base.errors import (
     ArgumentError,
@@ -91,7 +91,7 @@ from tactid._native import (
 from tactid._options.excitation_arguments import Grip
 from tactid._options.options import Options
 from tactid._results.calibration_data import CalibrationRecording
-from tactid._results.payload import PayloadEstimate
+from tactid._results.payload import PaperEstimate, PayloadEstimate
 from tactid._results.records import (
     ActiveContradiction,
     ActiveReport,
@@ -110,6 +110,7 @@ from tactid._results.records import (
     LinearEstimate,
     Margin,
     MotionHistory,
+    PaperHistory,
     PaperSettings,
     PrincipalMoments,
     RunDistance,
@@ -168,7 +169,10 @@ __all__ = [
     "MotionHistory",
     "Nlms",
     "Options",
+    "PaperEstimate",
     "PaperFilter",
+    "PaperHistory",
+    "PaperIdentification",
     "PaperSettings",
     "PayloadEstimate",
     "PrincipalMoments",

@@ -25,8 +25,7 @@ pub(super) fn check_empty(
         Err(IdentifyError::TooFewWindows { .. }) => return Ok(()),
         Err(error) => return Err(error),
     };
-    let std_devs = found.result.estimate.std_devs;
-    let is_determined = std_devs.is_some_and(|each| each[0].is_finite());
+    let is_determined = found.result.estimate.std_devs[0].is_finite();
     let std_dev_kg = found.covariance[(0, 0)].sqrt();
     let mass_kg = found.parameters[0];
     let count = comparison.times_s.len() as f64;

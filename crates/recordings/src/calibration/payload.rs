@@ -12,7 +12,8 @@ use crate::identification::CalibratedFit;
 use crate::log::LogRecording;
 use crate::recording::Recording;
 use crate::{
-    Arrays, Finding, Identification, Observer, Progress, RecordingError, Request, UnloadedArrays,
+    Arrays, Finding, Identification, Identified, Observer, Progress, RecordingError, Request,
+    UnloadedArrays,
 };
 
 /// Identifies the payload from a log. The unloaded log of the request updates the calibration.
@@ -25,7 +26,7 @@ pub(crate) fn identify_calibrated_log(
     request: &Request,
     calibration: &ArmCalibration,
     observer: &mut Observer<'_>,
-) -> Result<Identification, RecordingError> {
+) -> Result<Identified, RecordingError> {
     let efforts = request_with(request, calibration)?;
     let unloaded = match &request.unloaded {
         Some(unloaded) => {
@@ -50,7 +51,7 @@ pub(crate) fn identify_calibrated_arrays(
     request: &Request,
     calibration: &ArmCalibration,
     observer: &mut Observer<'_>,
-) -> Result<Identification, RecordingError> {
+) -> Result<Identified, RecordingError> {
     if request.unloaded.is_some() {
         return Err(RecordingError::NotForArrays("unloaded"));
     }
@@ -143,7 +144,7 @@ fn identify(
     calibration: &ArmCalibration,
     unloaded: Option<EffortRecording>,
     observer: &mut Observer<'_>,
-) -> Result<Identification, RecordingError> {
+) -> Result<Identified, RecordingError> {
     check(recording, request, calibration)?;
     let Recorded { plan, run, windows } =
         Recorded::new(recording, request, &calibration.settings(), observer)?;
@@ -176,9 +177,10 @@ fn identify(
     let shortages = &calibration.report.shortages;
     let mut identified = Identification::of_calibrated(plan, run, found.result, fit, shortages);
     identified
+        .recording
         .findings
         .extend(contradictions.chain(moved).chain(left_out).chain(used));
-    Ok(identified)
+    Ok(Identified::LeastSquares(Box::new(identified)))
 }
 
 /// Checks that the calibration is of the robot of a recording.

@@ -2,11 +2,10 @@
 
 use tactid_calibrate::{CalibrationSettings, EffortRecorder, EffortRecording};
 
-use crate::identification::no_overlap;
 use crate::plan::Plan;
 use crate::recording::Recording;
 use crate::run::Run;
-use crate::shortage::explain;
+use crate::shortage::{explain, no_overlap};
 use crate::{Observer, RecordingError, Request};
 
 /// A recording of joint efforts that was read.

@@ -83,7 +83,7 @@ fn a_shared_error_is_not_divided() {
             let mass = found.estimate.body.mass_kg;
             held += u32::from((mass - 2.0).abs() <= half_widths(&found)[0]);
             agreed += u32::from(found.agreement.agree);
-            let std_dev = found.estimate.std_devs.unwrap()[0];
+            let std_dev = found.estimate.std_devs[0];
             if found.agreement.agree && found.between_runs[0] == 0.0 {
                 assert!((std_dev / expected - 1.0).abs() < 0.05, "{std_dev}");
             }

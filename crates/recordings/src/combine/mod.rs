@@ -102,7 +102,7 @@ pub struct Combination {
 /// assert!(!found.agreement.agree);
 /// assert_eq!(found.agreement.largest.unwrap().run, 2);
 /// assert!((found.estimate.body.mass_kg - 2.067).abs() < 1e-3);
-/// let half_width = 1.96 * found.estimate.std_devs.unwrap()[0];
+/// let half_width = 1.96 * found.estimate.std_devs[0];
 /// assert!(half_width > 0.2); // of two degrees of freedom
 /// assert!((found.estimate.body.center_of_mass.z - 0.1).abs() < 1e-6);
 /// # Ok::<(), Box<dyn std::error::Error>>(())

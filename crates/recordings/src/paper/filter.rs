@@ -8,14 +8,14 @@ use serde::Serialize;
 use tactid_dynamics::{Manipulator, MassProperties, symmetric_matrix};
 use tactid_nlms::{Estimator, Nlms, PAPER_ALPHA, PAPER_BETA};
 
+use super::estimate::PaperEstimate;
 use super::recent_mean::RecentMean;
 use super::rows::{inertia_rows, mass_rows};
 use super::singular_values::{RowProducts, SingularValues};
 use tactid_identify::equations::{Equation, EquationSettings, EquationStream, PushOutcome, Sample};
 use tactid_identify::{Finding, IdentifyError, Method};
 use tactid_identify::{
-    Observability, PayloadEstimate, body_of_values, is_physical, subtract_known_body,
-    values_of_body,
+    Observability, body_of_values, is_physical, subtract_known_body, values_of_body,
 };
 
 /// Settings of the paper's filter.
@@ -188,29 +188,25 @@ impl PaperFilter {
 
     /// Returns the estimate: the mean over the last [`PaperSettings::average_s`], or the latest value.
     #[must_use]
-    pub fn estimate(&self) -> PayloadEstimate {
+    pub fn estimate(&self) -> PaperEstimate {
         let mean = self.recent.as_ref().and_then(RecentMean::mean);
         let body = mean.map_or(self.latest.body, |values| body_of_values(&values));
-        PayloadEstimate {
+        PaperEstimate {
             frame: self.frame.clone(),
             body,
             composite: self.latest.composite,
             observability: self.products.assess().1,
-            intervals: None,
-            std_devs: None,
             is_physical: is_physical(&body),
             windows: self.windows,
-            payload_changes: 0,
-            since_s: f64::NEG_INFINITY,
             rejected: self.stream.rejected(),
             gaps: self.stream.gaps(),
         }
     }
 
-    /// Returns the latest ten values, not averaged, in the order of [`VALUE_NAMES`](tactid_identify::VALUE_NAMES).
+    /// Returns the latest estimate of the payload alone, not averaged.
     #[must_use]
-    pub fn latest_values(&self) -> [f64; 10] {
-        values_of_body(&self.latest.body)
+    pub fn latest_body(&self) -> MassProperties {
+        self.latest.body
     }
 
     /// Returns the strength with which the motion has excited mass and inertia. Cost: two eigenvalue problems.

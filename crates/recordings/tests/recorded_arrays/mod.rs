@@ -11,7 +11,8 @@ use common::{Experiment, Instant, SENSORS};
 use nalgebra::{Isometry3, UnitQuaternion, Vector3};
 use tactid_dynamics::Manipulator;
 use tactid_recordings::{
-    Arrays, FaultKind, Identification, RecordingError, Request, identify_arrays,
+    Arrays, FaultKind, Identification, Identified, PaperIdentification, RecordingError, Request,
+    identify_arrays,
 };
 
 /// A recording whose arrays a test can change.
@@ -56,7 +57,21 @@ impl Recording {
         }
     }
 
+    /// The result of least squares.
     pub(crate) fn identify(&self, request: &Request) -> Result<Identification, RecordingError> {
+        let found = self.identified(request)?;
+        Ok(found.into_least_squares().unwrap())
+    }
+
+    /// The result of the paper's filter.
+    pub(crate) fn filtered(&self, request: &Request) -> PaperIdentification {
+        match self.identified(request).unwrap() {
+            Identified::Paper(found) => *found,
+            Identified::LeastSquares(_) => panic!("least squares"),
+        }
+    }
+
+    pub(crate) fn identified(&self, request: &Request) -> Result<Identified, RecordingError> {
         let arrays = Arrays {
             robot: self.robot.as_ref(),
             sensors: self.sensors.as_deref(),
@@ -77,12 +92,12 @@ impl Recording {
     pub(crate) fn error(&self, change: impl FnOnce(&mut Self)) -> RecordingError {
         let mut changed = self.clone();
         change(&mut changed);
-        changed.identify(&Request::default()).unwrap_err()
+        changed.identified(&Request::default()).unwrap_err()
     }
 
     pub(crate) fn count_faults(&self, name: &str, kind: &FaultKind) -> u64 {
         let result = self.identify(&quick()).unwrap();
-        let faults = result.faults.iter();
+        let faults = result.recording.faults.iter();
         let of_kind = faults.filter(|fault| fault.topic == name && fault.kind == *kind);
         of_kind.map(|fault| fault.count).sum()
     }

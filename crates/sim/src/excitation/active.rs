@@ -230,7 +230,7 @@ impl ActiveControl {
             }
             Err(error) => return Err(planning(error)),
         };
-        let std_devs = result.estimate.std_devs.unwrap_or([f64::INFINITY; 10]);
+        let std_devs = result.estimate.std_devs;
         let is_known = std_devs.iter().all(|std_dev| std_dev.is_finite());
         let covariance = is_known.then_some(result.linear.covariance);
         Ok((result.estimate, covariance))

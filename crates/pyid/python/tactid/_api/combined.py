@@ -14,9 +14,8 @@ from tactid._documents import combination_json, result_json
 from tactid._results.combination import CombinationData
 from tactid._results.field_docs import with_fields
 from tactid._results.formats import Formats
-from tactid._results.identification import IdentificationData
+from tactid._results.identification import IdentificationData, Recorded
 from tactid._results.payload import PayloadEstimate
-from tactid._results.records import LinearEstimate
 from tactid._show import combination_text
 from tactid._show.outlook import WITHIN
 
@@ -44,7 +43,7 @@ class Combination(Formats, CombinationData):
         >>> import json
         >>> record = json.loads(both.to_json())
         >>> record["schema"], record["names"]
-        ('tactid.combination/2', ['one.mcap', 'two.mcap'])
+        ('tactid.combination/3', ['one.mcap', 'two.mcap'])
 
         Args:
             within: Target of ``remaining_s`` of each recording.
@@ -99,7 +98,7 @@ class Combination(Formats, CombinationData):
         return combination_text.html(self)
 
 
-def combine(results: Sequence[IdentificationData]) -> Combination:
+def combine(results: Sequence[Recorded]) -> Combination:
     """Combines the results of several recordings of one payload.
 
     The results are those of :func:`tactid.identify`, of logs or of arrays, by least squares and in
@@ -127,29 +126,27 @@ def combine(results: Sequence[IdentificationData]) -> Combination:
     Raises:
         ArgumentError: There is no result, or the results have different frames, known masses or
             bounding boxes, or two are the same recording.
-        IdentificationError: A result has no information, as that of the paper's filter.
+        IdentificationError: A result is that of the paper's filter, which has no information.
     """
-    results = _checked(results)
-    names = _names(results)
-    linear = [_linear(name, result) for name, result in zip(names, results, strict=True)]
-    for name, result in zip(names, results, strict=True):
-        _check_same(name, result, results[0])
-    first = results[0]
+    given = _checked(results)
+    names = _names(given)
+    runs = [_by_least_squares(name, result) for name, result in zip(names, given, strict=True)]
+    first = runs[0]
+    for name, run in zip(names, runs, strict=True):
+        _check_same(name, run, first)
     data = _native.combine(
         first.estimate.frame,
         names,
-        [listed_fields(each) for each in linear],
+        [listed_fields(run.linear) for run in runs],
         None if first.known_mass is None else listed_fields(first.known_mass),
         None if first.bounding_box is None else listed_fields(first.bounding_box),
     )
     findings = [Finding(kind, found) for kind, found in data.pop("findings")]
-    estimate = _with_counts(data.pop("estimate"), results)
-    return Combination(
-        **data, estimate=estimate, findings=findings, runs=tuple(results), names=names
-    )
+    estimate = _with_counts(data.pop("estimate"), runs)
+    return Combination(**data, estimate=estimate, findings=findings, runs=tuple(runs), names=names)
 
 
-def _checked(results: Sequence[IdentificationData]) -> Sequence[IdentificationData]:
+def _checked(results: Sequence[Recorded]) -> Sequence[Recorded]:
     """Checks that there are results, and that each is one of a recording."""
     expected = "expected a list of results of tactid.identify, one for each recording"
     if isinstance(results, str | bytes) or not isinstance(results, Iterable):
@@ -162,7 +159,7 @@ def _checked(results: Sequence[IdentificationData]) -> Sequence[IdentificationDa
             raise ArgumentError(
                 f"`results[{index}]` is a combination: combine its `runs` together with the others"
             )
-        if not isinstance(result, IdentificationData):
+        if not isinstance(result, Recorded):
             raise ArgumentError(f"`results[{index}]` is {_kind(result)}: {expected}")
     return results
 
@@ -171,7 +168,7 @@ def _kind(given: object) -> str:
     return f"of type {type(given).__name__}"
 
 
-def _names(results: Sequence[IdentificationData]) -> list[str]:
+def _names(results: Sequence[Recorded]) -> list[str]:
     """Returns a different name for each recording: that of its log, or its path, or its number."""
     logs = [result.inputs.get("the log") for result in results]
     short = [None if log is None else log.name for log in logs]
@@ -186,13 +183,12 @@ def _names(results: Sequence[IdentificationData]) -> list[str]:
     return names
 
 
-def _linear(name: str, result: IdentificationData) -> LinearEstimate:
-    if result.linear is None:
+def _by_least_squares(name: str, result: Recorded) -> IdentificationData:
+    if not isinstance(result, IdentificationData):
         raise IdentificationError(
-            f"{name} has no information to combine: several recordings need least squares, and"
-            " windows in each"
+            f"{name} has no information to combine: several recordings need least squares"
         )
-    return result.linear
+    return result
 
 
 def _check_same(name: str, result: IdentificationData, first: IdentificationData) -> None:

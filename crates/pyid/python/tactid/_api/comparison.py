@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from tactid._api.offline import identify
-from tactid._api.result import Identification
+from tactid._api.result import Identification, PaperIdentification
 from tactid._base.equality import ComparedByValue
 from tactid._base.errors import ArgumentError, LogError, TactidError
 from tactid._base.naming import Style, option_name
@@ -33,7 +33,7 @@ class Attempt(ComparedByValue):
     """Measurements that the payload was to be identified from."""
     estimator: Estimator
     """How equations were to become parameters."""
-    result: Identification | None
+    result: Identification | PaperIdentification | None
     """The identification; None where the recording does not permit it."""
     error: TactidError | None
     """Why the recording does not permit it; None where there is a result."""

@@ -3,13 +3,13 @@
 import os
 from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import Any, TypeGuard, cast, overload
+from typing import Any, Literal, TypeGuard, cast, overload
 
 from numpy.typing import ArrayLike
 
 from tactid import _native
 from tactid._api.combined import Combination, combine
-from tactid._api.result import Identification
+from tactid._api.result import Identification, PaperIdentification
 from tactid._base.errors import ArgumentError
 from tactid._base.findings import DataFault, Finding
 from tactid._native import Manipulator
@@ -24,6 +24,16 @@ FROM_ARRAYS = ("robot", "q", "qd", "effort", "wrench", "pose", "twist", "acceler
 LogPath = str | os.PathLike[str]
 
 
+@overload
+def identify(
+    source: LogPath | ArrayLike,
+    /,
+    *,
+    estimator: Literal["nlms"],
+    options: Options | None = None,
+    progress: Callable[[float], object] | None = None,
+    **keywords: Any,
+) -> PaperIdentification: ...
 @overload
 def identify(
     source: LogPath,
@@ -78,7 +88,7 @@ def identify(  # noqa: D417 - arrays and options are documented by their declara
     options: Options | None = None,
     progress: Callable[[float], object] | None = None,
     **keywords: Any,
-) -> Identification | Combination:
+) -> Identification | PaperIdentification | Combination:
     """Identifies the payload from a log, from several logs, or from arrays.
 
     A log is the folder of a rosbag2 bag or one of its files, ``.mcap`` or ``.db3``, compressed or
@@ -155,15 +165,9 @@ def _are_logs(source: object) -> TypeGuard[Sequence[LogPath]]:
 
 def _from_logs(
     logs: Sequence[LogPath], options: Options, progress: Callable[[float], object] | None
-) -> Identification | Combination:
+) -> Identification | PaperIdentification | Combination:
     if len(logs) == 1:
         return identify(logs[0], options=options, progress=progress)
-    if options.estimator == "nlms":
-        raise ArgumentError(
-            "several recordings need least squares, because the paper's filter estimates no"
-            " uncertainty by which they could be weighted: `estimator` chooses the estimator",
-            "estimator",
-        )
     found = _native.identify_logs(logs, options.plain(), progress)
     return combine(
         [
@@ -188,8 +192,9 @@ def _inputs(source: str | os.PathLike[str], options: Options) -> dict[str, Path]
     }
 
 
-def _identification(data: dict[str, Any]) -> Identification:
+def _identification(data: dict[str, Any]) -> Identification | PaperIdentification:
     """Builds the result from the fields that the native part hands over."""
     faults = [DataFault(**fault) for fault in data["faults"]]
     findings = [Finding(kind, found) for kind, found in data["findings"]]
-    return Identification(**data | {"faults": faults, "findings": findings})
+    result = PaperIdentification if data["estimator"] == "nlms" else Identification
+    return result(**data | {"faults": faults, "findings": findings})

@@ -14,12 +14,12 @@ from tactid._native import Manipulator
 from tactid._options.arrays import with_arrays
 from tactid._options.declaration import documented
 from tactid._options.options import OPTIONS, Options, collect
-from tactid._results.payload import PayloadEstimate
+from tactid._results.payload import PaperEstimate, PayloadEstimate
 from tactid._results.records import SingularValues, WrenchOffset
 
 
 class _Online:
-    """Base class of the online solvers: samples in, an estimate at any time."""
+    """Base class of the online solvers: samples in."""
 
     _native: _native.OnlineSolver
 
@@ -54,10 +54,6 @@ class _Online:
         """
         base = {"pose": pose, "twist": twist, "acceleration": acceleration}
         return self._native.push(time, q, qd, wrench, effort=effort, **base)
-
-    def estimate(self) -> PayloadEstimate:
-        """Returns the payload as known now."""
-        return PayloadEstimate(**self._native.estimate())
 
 
 @documented(OPTIONS, "online")
@@ -101,6 +97,10 @@ class Identifier(_Online):
     ) -> None:
         collected = collect(options, keywords, "online", ("robot", "sensors", "effort", "options"))
         self._native = _native.Identifier(robot, sensors, effort, collected.plain())
+
+    def estimate(self) -> PayloadEstimate:
+        """Returns the payload as known now."""
+        return PayloadEstimate(**self._native.estimate())
 
     def covariance(self) -> Array | None:
         """Returns the covariance of the payload's linear parameters, (10, 10).
@@ -174,6 +174,10 @@ class PaperFilter(_Online):
     ) -> None:
         collected = collect(options, keywords, "paper filter", ("robot", "sensors", "options"))
         self._native = _native.PaperFilter(robot, sensors, collected.plain())
+
+    def estimate(self) -> PaperEstimate:
+        """Returns the payload as known now."""
+        return PaperEstimate(**self._native.estimate())
 
     def rewind(self) -> None:
         """Prepares for the same samples once more.

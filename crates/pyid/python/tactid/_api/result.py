@@ -2,6 +2,7 @@
 
 import os
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -10,41 +11,31 @@ from tactid._base.files import atomic_path
 from tactid._base.naming import Style, counted
 from tactid._base.output_files import checked_output
 from tactid._documents import result_json
+from tactid._results import records
 from tactid._results.field_docs import with_fields
 from tactid._results.formats import Formats
-from tactid._results.identification import IdentificationData
+from tactid._results.identification import IdentificationData, Recorded
+from tactid._results.payload import PaperEstimate
 from tactid._show import summary
 from tactid._show.outlook import WITHIN
 from tactid._show.remarks import remarks
 
 
-@with_fields
-@dataclass(frozen=True, eq=False, repr=False)
-class Identification(Formats, IdentificationData):
-    """The payload identified from a recording, with the reasons to trust it.
-
-    ``print`` shows the table of the command line, with a line for each thing to know. ``to_...``
-    returns a text, ``write_...`` writes a file; each is an option of ``tactid identify``, too.
-
-    >>> experiment = tactid.Experiment.paper().replace(duration=2.0, frequency=0.5)
-    >>> _ = tactid.simulate(experiment, "run.mcap")
-    >>> result = tactid.identify("run.mcap")
-    >>> result
-    <tactid.Identification: ... kg in tool0, 10 of 10 values identifiable, tactile...>
-    """
+class Result(Formats, Recorded):
+    """What every result of one recording offers, by whichever estimator."""
 
     def to_json(self, within: float = WITHIN) -> str:
         """Returns the result as a JSON document, without time series.
 
-        ``tactid.result_schema()`` is its JSON schema, which describes every key.
+        ``tactid.result_schema(estimator)`` is its JSON schema, which describes every key.
 
         >>> import json
         >>> record = json.loads(result.to_json())
         >>> record["schema"], record["estimate"]["frame"], record["units"]["mass"]
-        ('tactid.result/2', 'tool0', 'kg')
+        ('tactid.result/3', 'tool0', 'kg')
 
         Args:
-            within: Target of ``remaining_s``, as :meth:`remaining` takes it.
+            within: Target of ``remaining_s``, as :meth:`Identification.remaining` takes it.
         """
         return result_json.to_json(result_json.record(self, within))
 
@@ -55,7 +46,7 @@ class Identification(Formats, IdentificationData):
 
         Args:
             path: The file to write.
-            within: Target of ``remaining_s``, as :meth:`remaining` takes it.
+            within: Target of ``remaining_s``, as :meth:`Identification.remaining` takes it.
 
         Raises:
             ArgumentError: The folder does not exist, or the file is one that was read.
@@ -69,7 +60,7 @@ class Identification(Formats, IdentificationData):
 
         Args:
             path: The file to write.
-            within: Target of the remaining time, as :meth:`remaining` takes it.
+            within: Target of the remaining time, as :meth:`Identification.remaining` takes it.
 
         Raises:
             ArgumentError: The folder does not exist, or the file is one that was read.
@@ -81,9 +72,10 @@ class Identification(Formats, IdentificationData):
     def write_estimates(self, path: str | os.PathLike[str]) -> None:
         """Writes the estimate over time as a log.
 
-        The log has ``geometry_msgs/msg/InertiaStamped`` on ``/tactid/payload``, and half the width
-        of each value's 95 % interval on ``/tactid/payload_half_width_95``. Stamps are those of the
-        recording; the last message is the final estimate.
+        The log has ``geometry_msgs/msg/InertiaStamped`` on ``/tactid/payload`` and, where the
+        estimator has intervals, half the width of that of each value on
+        ``/tactid/payload_half_width_95``. Stamps are those of the recording; the last message is
+        the final estimate.
 
         >>> result.write_estimates("payload.mcap")
 
@@ -94,24 +86,23 @@ class Identification(Formats, IdentificationData):
             ArgumentError: The folder does not exist, or the file is one that was read.
             LogError: The file cannot be written.
         """
-        history = self.history
-        epoch = np.array(history.epoch)
-        last = epoch == (epoch[-1] if len(epoch) else 0)
-        times, values, std_devs = (
-            history.times_s[last],
-            history.values[last],
-            history.std_devs[last],
-        )
+        history, final = self.history, self.estimate
+        last, names = slice(None), ["values", "std_devs"]
+        if isinstance(history, records.PaperHistory):
+            last, names = np.array(history.epoch) == max(history.epoch, default=0), ["values"]
+        times = history.times_s[last]
         # The final estimate takes the place of the last point.
         end = times[-1:] if len(times) else np.zeros(1)
         with atomic_path(checked_output(path, self.inputs)) as temporary:
             _native.write_estimates(
                 temporary,
-                frame=self.estimate.frame,
+                frame=final.frame,
                 start_ns=self.start_ns,
                 times=np.concatenate([times[:-1], end]),
-                values=np.vstack([values[:-1].reshape(-1, 10), self.estimate.values]),
-                std_devs=np.vstack([std_devs[:-1].reshape(-1, 10), self.estimate.std_devs]),
+                **{
+                    name: np.vstack([*getattr(history, name)[last][:-1], getattr(final, name)])
+                    for name in names
+                },
             )
 
     def worded_remarks(self, style: Style = "keyword") -> list[str]:
@@ -120,7 +111,7 @@ class Identification(Formats, IdentificationData):
 
     def __repr__(self) -> str:
         shown = f"{self.estimate.summary}, {self.method}, {self.estimator}"
-        return f"<tactid.Identification: {shown}{self._noticed()}>"
+        return f"<tactid.{type(self).__name__}: {shown}{self._noticed()}>"
 
     def __str__(self) -> str:
         return summary.text(self)
@@ -131,3 +122,32 @@ class Identification(Formats, IdentificationData):
     def _noticed(self) -> str:
         findings = f", {counted(len(self.findings), 'finding')}" if self.findings else ""
         return findings + (", contradicted by the data" if self.is_contradicted else "")
+
+
+@with_fields
+@dataclass(frozen=True, eq=False, repr=False)
+class Identification(Result, IdentificationData):
+    """The payload identified from a recording by least squares, with the reasons to trust it.
+
+    ``print`` shows the table of the command line, with a line for each thing to know. ``to_...``
+    returns a text, ``write_...`` writes a file; each is an option of ``tactid identify``, too.
+
+    >>> experiment = tactid.Experiment.paper().replace(duration=2.0, frequency=0.5)
+    >>> _ = tactid.simulate(experiment, "run.mcap")
+    >>> result = tactid.identify("run.mcap")
+    >>> result
+    <tactid.Identification: ... kg in tool0, 10 of 10 values identifiable, tactile...>
+    """
+
+
+@with_fields
+@dataclass(frozen=True, eq=False, repr=False)
+class PaperIdentification(Result, records.PaperIdentification):
+    """The payload identified from a recording by the paper's filter, which knows no uncertainty.
+
+    >>> tactid.identify("run.mcap", estimator="nlms")
+    <tactid.PaperIdentification: ... kg in tool0, 10 of 10 values identifiable, tactile, nlms...>
+    """
+
+    if TYPE_CHECKING:
+        estimate: PaperEstimate

@@ -54,8 +54,8 @@ def compare_recording(
         notes.print(f"Wrote {result_file}.")
 
 
-SCHEMA = "tactid.comparison/1"
-"""Name and version of the JSON of a comparison, whose results are those of ``result_schema``."""
+SCHEMA = "tactid.comparison/2"
+"""Name and version of the JSON of a comparison: its results are documents of ``result_schema``."""
 
 
 def comparison_table(attempts: list[Attempt], truth: Truth | None) -> Table:

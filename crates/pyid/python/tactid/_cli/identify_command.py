@@ -9,14 +9,14 @@ from dataclasses import dataclass
 from enum import Enum
 from functools import partial
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated, Any, TypeAlias
 
 import typer
 from rich.table import Table
 
 from tactid._api.combined import Combination
 from tactid._api.offline import identify
-from tactid._api.result import Identification
+from tactid._api.result import Identification, PaperIdentification
 from tactid._base import terminal
 from tactid._base.errors import ArgumentError, IdentificationError
 from tactid._base.output_files import check_outputs
@@ -37,7 +37,7 @@ from tactid._options.options import OPTIONS, options_for
 from tactid._results import table
 from tactid._results.controllers import MAKERS
 from tactid._results.formats import uncontradicted
-from tactid._results.payload import PayloadEstimate
+from tactid._results.payload import Payload
 from tactid._results.truth import Truth, read_checks, read_truth
 from tactid._show import combination_text, reported, summary
 from tactid._show.outlook import needs_another_motion
@@ -57,6 +57,9 @@ class Form(str, Enum):
     KUKA = "kuka"
     ABB = "abb"
 
+
+AnyResult: TypeAlias = Identification | PaperIdentification | Combination
+"""What an identification returns."""
 
 RESULTS = "Results"
 
@@ -163,9 +166,7 @@ option_flags.show(
 )
 
 
-def _print(
-    log: Path, result: Identification | Combination, output: Output
-) -> IdentificationError | None:
+def _print(log: Path, result: AnyResult, output: Output) -> IdentificationError | None:
     """Prints the result; returns why it cannot be given in the format that was asked for.
 
     Args:
@@ -173,7 +174,7 @@ def _print(
         result: The result of the log, or of several.
         output: What to print.
     """
-    runs = [result] if isinstance(result, Identification) else result.runs
+    runs = result.runs if isinstance(result, Combination) else [result]
     for damage in (damage for run in runs for damage in run.damage):
         notes.print(f"tactid: note: {damage}; what could be read was used", style="yellow")
     if output.form is Form.JSON:
@@ -201,7 +202,7 @@ def _print(
     return refusal
 
 
-def _warn_of_disagreement(form: Form, result: Identification | Combination) -> None:
+def _warn_of_disagreement(form: Form, result: AnyResult) -> None:
     """Warns that a format has no interval, where recordings disagree."""
     if isinstance(result, Combination) and not result.agreement.agree:
         estimate = result.estimate
@@ -218,24 +219,26 @@ def _warn_of_disagreement(form: Form, result: Identification | Combination) -> N
         )
 
 
-def _record(log: Path, result: Identification | Combination, output: Output) -> dict[str, Any]:
+def _record(log: Path, result: AnyResult, output: Output) -> dict[str, Any]:
     if isinstance(result, Combination):
         return combination_json.record(result, output.within, "command-line")
     return result_json.record(result, output.within, "command-line", read_checks(info(log)))
 
 
-def _table(log: Path, result: Identification | Combination) -> Table:
+def _table(log: Path, result: AnyResult) -> Table:
     if isinstance(result, Combination):
         return table.rich_table(combination_text.columns(result))
     truth = truth_in_frame(log, result.estimate.frame)
     return table.rich_table([reported.column(result, truth)], truth)
 
 
-def _lines(result: Identification | Combination, output: Output) -> list[str]:
+def _lines(result: AnyResult, output: Output) -> list[str]:
     if isinstance(result, Combination):
         return combination_text.lines(result, "command-line")
     lines = summary.lines(result, output.within, "command-line")
-    if output.design is not None and needs_another_motion(result, output.within):
+    if output.design is None or isinstance(result, PaperIdentification):
+        return lines
+    if needs_another_motion(result, output.within):
         lines.append(f"A motion that would determine every value: {output.design}")
     return lines
 
@@ -250,7 +253,7 @@ def _design_command(options: dict[str, Any]) -> str | None:
     return f"tactid excite {shlex.join(words)} {payload} --out motion"
 
 
-def _in_form(form: Form, payload: PayloadEstimate) -> str:
+def _in_form(form: Form, payload: Payload) -> str:
     forms: dict[Form, Callable[[], str]] = {
         Form.URDF: payload.to_urdf,
         Form.MUJOCO: payload.to_mujoco,
@@ -274,30 +277,26 @@ def truth_in_frame(log: Path, frame: str) -> Truth | None:
     return None
 
 
-def _writers(
-    log: Path, result: Identification | Combination, output: Output
-) -> dict[Path, Callable[[Path], object]]:
+def _writers(log: Path, result: AnyResult, output: Output) -> dict[Path, Callable[[Path], object]]:
     """Returns what writes each of the files that are asked for."""
     writers: dict[Path, Callable[[Path], object]] = {}
     if output.result_file is not None:
         writers[output.result_file] = partial(_write_result, log, result, output.within)
     if output.report is not None:
         writers[output.report] = partial(_write_report, result, output.within)
-    if output.estimates is not None and isinstance(result, Identification):
+    if output.estimates is not None and not isinstance(result, Combination):
         writers[output.estimates] = result.write_estimates
     return writers
 
 
-def _write_result(
-    log: Path, result: Identification | Combination, within: float, path: Path
-) -> None:
+def _write_result(log: Path, result: AnyResult, within: float, path: Path) -> None:
     if isinstance(result, Combination):
         combination_json.write(result, path, within, "command-line")
     else:
         result_json.write(result, path, within, "command-line", read_checks(info(log)))
 
 
-def _write_report(result: Identification | Combination, within: float, path: Path) -> None:
+def _write_report(result: AnyResult, within: float, path: Path) -> None:
     with notes.status("drawing"):
         # matplotlib takes a while to load.
         from tactid._show import combination_report, recording_report

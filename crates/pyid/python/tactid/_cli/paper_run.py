@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Any
 
 from tactid._api.offline import identify
-from tactid._api.result import Identification
+from tactid._api.result import PaperIdentification
 from tactid._api.simulation import simulate
 from tactid._base.errors import LogError
 from tactid._base.files import write_atomically
@@ -15,6 +15,7 @@ from tactid._documents import result_json
 from tactid._native import Experiment, LogInfo
 from tactid._options.options import Estimator, Method
 from tactid._results import table
+from tactid._results.identification import Recorded
 from tactid._results.records import RunReport
 from tactid._results.truth import Truth, momentum_drift, read_truth
 from tactid._show import paper_plots, paper_report
@@ -87,11 +88,11 @@ def _version(file: Path) -> tuple[int, int, int] | None:
 
 def identify_all(
     log: Path, tip: str, estimator: Estimator, progress: Callable[[float], None]
-) -> list[Identification]:
+) -> list[Recorded]:
     """Identifies from one log by each method and estimator; the chosen estimator comes first."""
     runs = sorted(TITLES, key=lambda run: run != ("tactile", estimator))
 
-    def identify_by(index: int) -> Identification:
+    def identify_by(index: int) -> Recorded:
         method, chosen = runs[index]
         return identify(
             log,
@@ -110,7 +111,7 @@ class Outcome:
 
     experiment: Experiment
     run: RunReport
-    results: list[Identification]
+    results: list[Recorded]
     info: LogInfo
     truth: Truth = field(init=False)
     columns: list[table.Column] = field(init=False)
@@ -122,7 +123,7 @@ class Outcome:
         self.truth = truth
         self.columns = [self._column(result) for result in self.results]
 
-    def _column(self, result: Identification) -> table.Column:
+    def _column(self, result: Recorded) -> table.Column:
         values = result.estimate.reported_values
         title = TITLES[result.method, result.estimator]
         return table.Column(title, values, self.truth.errors_percent(values))
@@ -157,7 +158,7 @@ class Outcome:
         write_atomically(files.report, paper_report.render(page))
 
     def _facts(self) -> dict[str, str]:
-        run, excitation = self.run, self.results[0].singular_values
+        run, result = self.run, self.results[0]
         facts = {
             "end-effector frame": self.experiment.tip,
             "simulated time": f"{run.simulated_time_s:g} s in {run.steps} steps",
@@ -169,7 +170,8 @@ class Outcome:
             " off the payload's Newton-Euler equations",
             "grip force": f"{run.grip_force_n:.0f} N a finger",
         }
-        if excitation is not None:
+        if isinstance(result, PaperIdentification):
+            excitation = result.singular_values
             facts["singular values, mass"] = _numbers(excitation.mass) + " m/s²"
             facts["singular values, inertia"] = _numbers(excitation.inertia) + " rad/s²"
         return facts

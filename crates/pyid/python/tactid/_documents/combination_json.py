@@ -13,7 +13,7 @@ from tactid._results.combination import CombinationData
 from tactid._show.combination_text import combined_remarks
 from tactid._show.outlook import WITHIN
 
-SCHEMA = "tactid.combination/2"
+SCHEMA = "tactid.combination/3"
 """Name and version of the layout: a change that breaks a reader increments the version."""
 
 VIEWS: dict[str, dict[str, Any]] = {

@@ -17,16 +17,19 @@ from tactid._base.naming import Style
 from tactid._base.values import Array, Interval, finite, nested, values_of
 from tactid._documents import findings_json
 from tactid._native import MassProperties
-from tactid._results.identification import IdentificationData
+from tactid._results.identification import IdentificationData, Recorded
 from tactid._results.payload import PayloadEstimate
 from tactid._results.records import PrincipalMoments, Record, of_ten, schema_of
 from tactid._show import reported
 from tactid._show.outlook import WITHIN
 from tactid._show.remarks import motion_advice, remarks
-from tactid._show.reported import Payload
+from tactid._show.reported import Result
 
-SCHEMA = "tactid.result/2"
+SCHEMA = "tactid.result/3"
 """Name and version of the layout: a change that breaks a reader increments the version."""
+
+PAPER_SCHEMA = "tactid.paper/1"
+"""Name and version of the layout of a result of the paper's filter."""
 
 UNITS = {"mass": "kg", "com": "m", "inertia": "kg m²", "principal_moments": "kg m²", "time": "s"}
 """Units of the values; any other number has its unit in its key, or in the schema's description."""
@@ -81,9 +84,12 @@ VIEWS: dict[str, dict[str, Any]] = {
 }
 """What the document has besides the fields of the result, as JSON schemas."""
 
+PAPER_VIEWS = {name: view for name, view in VIEWS.items() if name != "remaining_s"}
+"""What the document of a result of the paper's filter has besides its fields."""
+
 
 def write(
-    result: IdentificationData,
+    result: Recorded,
     path: Path,
     within: float = WITHIN,
     style: Style = "keyword",
@@ -99,7 +105,7 @@ def to_json(record: dict[str, Any]) -> str:
 
 
 def record(
-    result: IdentificationData,
+    result: Recorded,
     within: float = WITHIN,
     style: Style = "keyword",
     checks: Mapping[str, Any] | None = None,
@@ -115,10 +121,12 @@ def record(
         checks: Further diagnostics: those of the run of a simulated log.
         series: Whether the document has the time series, too.
     """
-    remaining = result.remaining(within)
     unknown = result.estimate.not_identifiable
+    name, remaining = PAPER_SCHEMA, {}
+    if isinstance(result, IdentificationData):
+        name, remaining = SCHEMA, {"remaining_s": _remaining(result, within)}
     return {
-        "schema": SCHEMA,
+        "schema": name,
         "units": UNITS,
         **plain(result, series=series),
         **of_payload(result),
@@ -128,11 +136,7 @@ def record(
         "is_contradicted": result.is_contradicted,
         "not_identifiable": unknown,
         "motion_advice": motion_advice(unknown),
-        "remaining_s": {
-            "within": within,
-            "all": finite(remaining.max()),
-            "each": nested(remaining.tolist()),
-        },
+        **remaining,
         "remarks": remarks(result, style),
         "files": {
             words.strip("`").removeprefix("the "): path.name
@@ -142,24 +146,22 @@ def record(
     }
 
 
-def of_payload(result: Payload) -> dict[str, Any]:
+def _remaining(result: IdentificationData, within: float) -> dict[str, Any]:
+    found = result.remaining(within)
+    return {"within": within, "all": finite(found.max()), "each": nested(found.tolist())}
+
+
+def of_payload(result: Result) -> dict[str, Any]:
     """Returns the payload as JSON has it, with null for each value that is not reported."""
-    estimate: PayloadEstimate = result.estimate
-    moments: PrincipalMoments | None = result.principal_moments
-    return {
-        "estimate": plain(estimate)
-        | {
-            "values": nested(estimate.reported_values),
-            "intervals": nested(_limits(estimate.reported_intervals)),
-        },
-        "principal_moments": None
-        if moments is None
-        else plain(moments)
-        | {
-            "values": reported.moments(result),
-            "intervals": _limits(reported.moment_intervals(result)),
-        },
-    }
+    estimate, moments = result.estimate, result.principal_moments
+    found = plain(estimate) | {"values": nested(estimate.reported_values)}
+    if isinstance(estimate, PayloadEstimate):
+        found["intervals"] = nested(_limits(estimate.reported_intervals))
+    shown: Any = None if moments is None else reported.moments(result)
+    if isinstance(moments, PrincipalMoments):
+        intervals = _limits(reported.moment_intervals(result))
+        shown = plain(moments) | {"values": shown, "intervals": intervals}
+    return {"estimate": found, "principal_moments": shown}
 
 
 def _limits(intervals: list[Interval | None]) -> list[list[float | None]]:
@@ -167,10 +169,9 @@ def _limits(intervals: list[Interval | None]) -> list[list[float | None]]:
     return [[None, None] if each is None else list(each) for each in intervals]
 
 
-def history(result: IdentificationData) -> dict[str, Any]:
+def history(result: Recorded) -> dict[str, Any]:
     """Returns the estimate over time, with null for what was not known yet."""
-    values, std_devs = reported.reported_history(result)
-    shown = {"times_s": result.history.times_s, "values": values, "std_devs": std_devs}
+    shown = {"times_s": result.history.times_s, **reported.reported_history(result)}
     return plain(result.history, series=True) | {
         name: _numbers(array[thinned(len(array))]) for name, array in shown.items()
     }

@@ -13,11 +13,12 @@ from tactid._documents import (
     motion_json,
     result_json,
 )
+from tactid._options.options import Estimator
 from tactid._results.records import SCHEMAS
 
 Schema = dict[str, Any]
 
-NOTES = {"default", "format", "kept", "x-class"}
+NOTES = {"default", "format", "kept", "x-base", "x-class"}
 """Keywords of the schemas of structures that are not about documents."""
 
 OF_SIMULATION: Schema = {
@@ -63,7 +64,7 @@ def combination_schema() -> dict[str, Any]:
     of :func:`result_schema`.
 
     >>> tactid.combination_schema()["properties"]["schema"]["const"]
-    'tactid.combination/2'
+    'tactid.combination/3'
     """
     found = _document(combination_json.SCHEMA, "Combination", combination_json.VIEWS)
     single = result_schema()
@@ -83,15 +84,21 @@ def motion_schema() -> dict[str, Any]:
     return _document(motion_json.SCHEMA, "DesignedMotion", motion_json.VIEWS)
 
 
-def result_schema() -> dict[str, Any]:
+def result_schema(estimator: Estimator = "least-squares") -> dict[str, Any]:
     """Returns the JSON schema of results, which describes every key with its unit and frame.
 
     Every JSON document of tactid names its version under ``schema``; :meth:`Identification.to_json`
     returns one.
 
     >>> tactid.result_schema()["properties"]["schema"]["const"]
-    'tactid.result/2'
+    'tactid.result/3'
+
+    Args:
+        estimator: The estimator of the result: the paper's filter (``"nlms"``) has fewer keys.
     """
+    if estimator == "nlms":
+        views = result_json.PAPER_VIEWS
+        return _document(result_json.PAPER_SCHEMA, "PaperIdentification", views, OF_SIMULATION)
     return _document(result_json.SCHEMA, "Identification", result_json.VIEWS, OF_SIMULATION)
 
 

@@ -4,7 +4,7 @@ from typing import Protocol
 
 from tactid._base.errors import IdentificationError
 from tactid._base.naming import Style, option_name
-from tactid._results.payload import PayloadEstimate
+from tactid._results.payload import Payload
 
 
 class Formats:
@@ -84,7 +84,7 @@ class Result(Protocol):
     """A result of one recording, or of several."""
 
     @property
-    def estimate(self) -> PayloadEstimate:
+    def estimate(self) -> Payload:
         """The payload."""
 
     @property

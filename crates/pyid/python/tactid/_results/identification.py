@@ -16,17 +16,23 @@ from tactid._base.errors import ArgumentError
 from tactid._base.values import Array, listed_fields
 from tactid._native import VALUE_NAMES
 from tactid._results import records
-from tactid._results.payload import PayloadEstimate
+from tactid._results.payload import Payload, PayloadEstimate
+from tactid._results.records import History, PaperHistory, PrincipalMoments
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class IdentificationData(records.Identification):
-    """The fields of :class:`tactid.Identification`."""
+class Recorded(records.RecordingReport):
+    """What the results of one recording have in common, whatever the estimator."""
 
     if TYPE_CHECKING:
-        estimate: PayloadEstimate
+        estimate: Payload
+        history: History | PaperHistory
 
-    inputs: Mapping[str, Path] = field(default_factory=dict)
+        @property
+        def principal_moments(self) -> PrincipalMoments | Array | None:
+            """The principal moments of inertia, kg m²; None where the mass is zero."""
+
+    inputs: Mapping[str, Path] = field(default_factory=dict, kw_only=True)
     """Files and folders that were read, by the words that name them; empty for arrays."""
 
     @property
@@ -48,6 +54,14 @@ class IdentificationData(records.Identification):
         found = [each for each in self.findings if is_known or each.kind != "offset_suspected"]
         return is_impossible or any(noticed.contradicts_result for noticed in found)
 
+
+@dataclass(frozen=True, eq=False, repr=False)
+class IdentificationData(records.Identification, Recorded):
+    """The fields of :class:`tactid.Identification`."""
+
+    if TYPE_CHECKING:
+        estimate: PayloadEstimate
+
     def remaining(self, within: float = 0.01) -> Array:
         """Returns how much longer the motion must go on until every value is known well enough.
 
@@ -60,7 +74,7 @@ class IdentificationData(records.Identification):
 
         Returns:
             Time for each of ``VALUE_NAMES``, (10,), s: 0 where the target is reached already,
-            infinite where the motion does not determine the value, NaN for the paper's filter.
+            infinite where the motion does not determine the value, NaN without a forecast.
 
         Raises:
             ArgumentError: ``within`` is not positive.

@@ -2,10 +2,12 @@
 
 import math
 from collections.abc import Sequence
+from typing import TYPE_CHECKING
 
 from tactid._base.bodies import why_impossible
 from tactid._base.values import (
     NAMES,
+    Array,
     Interval,
     Observability,
     half_widths,
@@ -18,31 +20,17 @@ from tactid._results import controllers, forms, records, table
 from tactid._results.field_docs import with_fields
 
 
-@with_fields
-class PayloadEstimate(records.PayloadEstimate):
-    """An identified payload, expressed in one frame.
+class Payload(records.Record):
+    """What every estimate of a payload offers, whether it has intervals or not."""
 
-    ``print`` shows it as a table; :meth:`to_urdf`, :meth:`to_mujoco` and :meth:`to_controller`
-    give it to other programs. A program can construct one, too:
-
-    >>> import numpy as np
-    >>> estimate = tactid.PayloadEstimate(
-    ...     "tool0",
-    ...     values=np.array([1.5, 0, 0, 0.1, 0.02, 0, 0, 0.03, 0, 0.04]),
-    ...     std_devs=np.full(10, 1e-3),
-    ...     observability=["identifiable"] * 10,
-    ...     is_physical=True,
-    ... )
-    >>> estimate
-    <tactid.PayloadEstimate: 1.5000 kg in tool0, 10 of 10 values identifiable>
-    """
-
-    def __post_init__(self) -> None:
-        """Makes the intervals, where none are given, 1.96 standard deviations to both sides."""
-        super().__post_init__()
-        if len(self.intervals) == 0:
-            found = noise_intervals(self.values, self.std_devs)
-            object.__setattr__(self, "intervals", found)
+    if TYPE_CHECKING:
+        frame: str
+        values: Array
+        observability: Sequence[Observability]
+        is_physical: bool
+        windows: int
+        rejected: int
+        gaps: int
 
     @property
     def body(self) -> MassProperties:
@@ -74,15 +62,8 @@ class PayloadEstimate(records.PayloadEstimate):
 
     @property
     def is_reported(self) -> list[bool]:
-        """Whether each of the ten values is reported as a number.
-
-        An identifiable value is, and an uncertain one with two finite limits.
-        """
-        pairs = zip(self.observability, self.intervals.tolist(), strict=True)
-        return [
-            each == "identifiable" or (each == "uncertain" and all(map(math.isfinite, limits)))
-            for each, limits in pairs
-        ]
+        """Whether each of the ten values is reported as a number."""
+        return self.identifiable
 
     @property
     def reported_values(self) -> list[float | None]:
@@ -92,7 +73,7 @@ class PayloadEstimate(records.PayloadEstimate):
     @property
     def reported_intervals(self) -> list[Interval | None]:
         """The 95 % interval of each of the ten values; None where there is none."""
-        return reported_intervals(self.is_reported, self.intervals)
+        return [None] * len(VALUE_NAMES)
 
     @property
     def half_widths(self) -> list[float | None]:
@@ -188,7 +169,7 @@ class PayloadEstimate(records.PayloadEstimate):
         return controllers.controller(maker, *payload)
 
     def __repr__(self) -> str:
-        return f"<tactid.PayloadEstimate: {self.summary}>"
+        return f"<tactid.{type(self).__name__}: {self.summary}>"
 
     def __str__(self) -> str:
         return table.plain_text([self._column()], table.heading(self.frame))
@@ -219,3 +200,52 @@ class PayloadEstimate(records.PayloadEstimate):
             intervals=self.reported_intervals,
             observability=self.observability,
         )
+
+
+@with_fields
+class PayloadEstimate(Payload, records.PayloadEstimate):
+    """An identified payload with its uncertainty, expressed in one frame.
+
+    ``print`` shows it as a table; :meth:`to_urdf`, :meth:`to_mujoco` and :meth:`to_controller`
+    give it to other programs. A program can construct one, too:
+
+    >>> import numpy as np
+    >>> estimate = tactid.PayloadEstimate(
+    ...     "tool0",
+    ...     values=np.array([1.5, 0, 0, 0.1, 0.02, 0, 0, 0.03, 0, 0.04]),
+    ...     std_devs=np.full(10, 1e-3),
+    ...     observability=["identifiable"] * 10,
+    ...     is_physical=True,
+    ... )
+    >>> estimate
+    <tactid.PayloadEstimate: 1.5000 kg in tool0, 10 of 10 values identifiable>
+    """
+
+    def __post_init__(self) -> None:
+        """Makes the intervals, where none are given, 1.96 standard deviations to both sides."""
+        super().__post_init__()
+        if len(self.intervals) == 0:
+            found = noise_intervals(self.values, self.std_devs)
+            object.__setattr__(self, "intervals", found)
+
+    @property
+    def is_reported(self) -> list[bool]:
+        """Whether each of the ten values is reported as a number.
+
+        An identifiable value is, and an uncertain one with two finite limits.
+        """
+        pairs = zip(self.observability, self.intervals.tolist(), strict=True)
+        return [
+            each == "identifiable" or (each == "uncertain" and all(map(math.isfinite, limits)))
+            for each, limits in pairs
+        ]
+
+    @property
+    def reported_intervals(self) -> list[Interval | None]:
+        """The 95 % interval of each of the ten values; None where there is none."""
+        return reported_intervals(self.is_reported, self.intervals)
+
+
+@with_fields
+class PaperEstimate(Payload, records.PaperEstimate):
+    """A payload as the paper's filter identifies it: ten values without any uncertainty."""

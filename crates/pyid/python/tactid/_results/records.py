@@ -132,8 +132,11 @@ def _field(schema: dict[str, Any]) -> Any:
 
 
 def in_order(schema: Mapping[str, Any]) -> dict[str, dict[str, Any]]:
-    """Returns the fields of a structure, those with defaults last."""
-    properties: dict[str, dict[str, Any]] = schema["properties"]
+    """Returns the fields that a structure adds to those of its base, those with defaults last."""
+    inherited = SCHEMAS[schema["x-base"]]["properties"] if "x-base" in schema else {}
+    properties: dict[str, dict[str, Any]] = {
+        name: part for name, part in schema["properties"].items() if name not in inherited
+    }
     has_default = {name: "default" in p or is_nullable(p) for name, p in properties.items()}
     return {name: properties[name] for name in sorted(properties, key=has_default.__getitem__)}
 
@@ -141,13 +144,12 @@ def in_order(schema: Mapping[str, Any]) -> dict[str, dict[str, Any]]:
 def _made(name: str, schema: dict[str, Any]) -> type[Record]:
     members = [(key, Any, _field(part)) for key, part in in_order(schema).items()]
     namespace = {"__doc__": schema.get("description"), "__module__": __name__}
-    return make_dataclass(
-        name, members, bases=(Record,), namespace=namespace, frozen=True, eq=False
-    )
+    base = CLASSES[schema["x-base"]] if "x-base" in schema else Record
+    return make_dataclass(name, members, bases=(base,), namespace=namespace, frozen=True, eq=False)
 
 
 globals().update(
     (name, _made(name, schema))
-    for name, schema in SCHEMAS.items()
+    for name, schema in sorted(SCHEMAS.items(), key=lambda each: "x-base" in each[1])
     if schema.get("properties") and not name.startswith("TenValues_")
 )

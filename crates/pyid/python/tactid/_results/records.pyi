@@ -26,7 +26,7 @@ class Record(ComparedByValue):
     def __post_init__(self) -> None: ...
 
 Clock: TypeAlias = Literal["stamps", "log times", "given"]
-EstimatorName: TypeAlias = Literal["least-squares", "nlms"]
+EstimatorKind: TypeAlias = Literal["least-squares", "nlms"]
 Method: TypeAlias = Literal["tactile", "effort", "joint-sensing", "combined"]
 Observability: TypeAlias = Literal["identifiable", "uncertain", "unobservable"]
 Role: TypeAlias = Literal["unloaded", "loaded", "hold_out"]
@@ -206,35 +206,19 @@ class Forecast(Record):
 
 @dataclass(frozen=True, eq=False)
 class History(Record):
-    epoch: Sequence[int]
     times_s: NDArray[np.float64]
     values: NDArray[np.float64]
     std_devs: NDArray[np.float64]
 
 @dataclass(frozen=True, eq=False)
-class Identification(Record):
+class Identification(RecordingReport):
     estimate: PayloadEstimate
+    linear: LinearEstimate
     history: History
-    method: Method
-    estimator: EstimatorName
-    cutoff_hz: float
-    max_gap_s: float
-    gravity_m_s2: NDArray[np.float64]
-    delay_s: float
+    fit: FitReport
     subtracts_unloaded: bool
-    clock: Clock
-    start_ns: int
-    duration_s: float
-    faults: Sequence[DataFault]
-    findings: Sequence[Finding]
-    interrupted: bool
-    damage: Sequence[str]
     principal_moments: PrincipalMoments | None = ...
-    linear: LinearEstimate | None = ...
-    fit: FitReport | None = ...
-    singular_values: SingularValues | None = ...
     forecast: Forecast | None = ...
-    paper_settings: PaperSettings | None = ...
     estimated_delay: Delay | None = ...
     calibrated: CalibratedFit | None = ...
     known_mass: KnownMass | None = ...
@@ -268,6 +252,31 @@ class MotionHistory(Record):
     base_attitude_deg: NDArray[np.float64]
 
 @dataclass(frozen=True, eq=False)
+class PaperEstimate(Record):
+    frame: str
+    values: NDArray[np.float64]
+    observability: Sequence[Observability]
+    is_physical: bool
+    composite: MassProperties | None = ...
+    windows: int = ...
+    rejected: int = ...
+    gaps: int = ...
+
+@dataclass(frozen=True, eq=False)
+class PaperHistory(Record):
+    epoch: Sequence[int]
+    times_s: NDArray[np.float64]
+    values: NDArray[np.float64]
+
+@dataclass(frozen=True, eq=False)
+class PaperIdentification(RecordingReport):
+    estimate: PaperEstimate
+    history: PaperHistory
+    singular_values: SingularValues
+    settings: PaperSettings
+    principal_moments: NDArray[np.float64] | None = ...
+
+@dataclass(frozen=True, eq=False)
 class PaperSettings(Record):
     alpha: float
     beta: float
@@ -294,6 +303,22 @@ class PrincipalMoments(Record):
     values: NDArray[np.float64]
     std_devs: NDArray[np.float64]
     intervals: NDArray[np.float64]
+
+@dataclass(frozen=True, eq=False)
+class RecordingReport(Record):
+    method: Method
+    estimator: EstimatorKind
+    cutoff_hz: float
+    max_gap_s: float
+    gravity_m_s2: NDArray[np.float64]
+    delay_s: float
+    clock: Clock
+    start_ns: int
+    duration_s: float
+    faults: Sequence[DataFault]
+    findings: Sequence[Finding]
+    interrupted: bool
+    damage: Sequence[str]
 
 @dataclass(frozen=True, eq=False)
 class RunDistance(Record):

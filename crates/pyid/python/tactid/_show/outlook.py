@@ -22,9 +22,8 @@ def outlook(result: IdentificationData, within: float = WITHIN) -> str | None:
     """Says how much longer the motion must go on, or which motion would determine what it cannot.
 
     It concerns the values that are identifiable: the remarks name the others, with advice. Returns
-    None where there are none, where the estimator has no intervals, as the paper's filter, and
-    where the data contradict the result: then no interval contains the truth, however long the
-    motion goes on.
+    None where there are none, and where the data contradict the result: then no interval contains
+    the truth, however long the motion goes on.
     """
     if result.is_contradicted or any(noticed.severity != "notes" for noticed in result.findings):
         return None
@@ -62,12 +61,11 @@ def needs_another_motion(result: IdentificationData, within: float = WITHIN) -> 
 def _limited_by_gains(result: IdentificationData, within: float) -> NDArray[np.bool_]:
     """Returns the values that the uncertainty of the gains alone keeps from the target."""
     limited = np.zeros(len(VALUE_NAMES), bool)
-    if result.fit is not None:
-        known = np.where(result.estimate.identifiable, result.estimate.std_devs, 0.0)
-        of_gains = Z95 * known * np.sqrt(1 - result.fit.noise_fraction)
-        for kind in KINDS:
-            largest = np.abs(result.estimate.values[kind]).max()
-            limited[kind] = of_gains[kind] > within * largest
+    known = np.where(result.estimate.identifiable, result.estimate.std_devs, 0.0)
+    of_gains = Z95 * known * np.sqrt(1 - result.fit.noise_fraction)
+    for kind in KINDS:
+        largest = np.abs(result.estimate.values[kind]).max()
+        limited[kind] = of_gains[kind] > within * largest
     return limited
 
 

@@ -11,7 +11,7 @@ from matplotlib.lines import Line2D
 from numpy.typing import NDArray
 
 from tactid._base.values import UNITS
-from tactid._results.identification import IdentificationData
+from tactid._results.identification import Recorded
 from tactid._results.truth import Truth
 from tactid._show.drawing import EARLIER, ESTIMATE, STYLE, SYMBOLS, TRUE, padded, png, remark
 
@@ -52,10 +52,10 @@ class History:
     phases: Sequence[Phase] = ()
 
     @classmethod
-    def of(cls, result: IdentificationData, phases: Sequence[Phase]) -> "History":
+    def of(cls, result: Recorded, phases: Sequence[Phase]) -> "History":
         """Splits the history into its passes."""
-        epoch, time = np.array(result.history.epoch), result.history.times_s
-        values = result.history.values
+        time, values = result.history.times_s, result.history.values
+        epoch = np.array(getattr(result.history, "epoch", np.zeros(len(time))))
         passes = [Pass(time[epoch == e], values[epoch == e]) for e in np.unique(epoch)]
         return cls(passes, result.estimate.identifiable, phases)
 

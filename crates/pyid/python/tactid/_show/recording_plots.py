@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from tactid._base.values import NAMES, UNITS, Z95, Array
 from tactid._native import PARAMETER_NAMES
-from tactid._results.identification import IdentificationData
+from tactid._results.identification import IdentificationData, Recorded
 from tactid._results.payload import PayloadEstimate
 from tactid._results.records import FitReport
 from tactid._show import drawing
@@ -40,17 +40,17 @@ SEGMENT = 256
 """Largest number of windows in a segment of a spectrum."""
 
 
-def figures(result: IdentificationData) -> dict[str, bytes]:
+def figures(result: Recorded) -> dict[str, bytes]:
     """Draws all figures that there are data for, as PNG by name."""
     drawers: dict[str, Callable[[], Figure]] = {}
     if len(result.history.times_s):
         drawers["parameters"] = lambda: parameters(result)
-    least_squares = result.fit
-    if least_squares is not None:
+    if isinstance(result, IdentificationData):
+        fit, observable = result.fit, observed(result.estimate)
         drawers |= {
-            "fit": lambda: fit_panels(least_squares),
-            "residuals": lambda: residuals(least_squares, result.cutoff_hz),
-            "excitation": lambda: excitation(least_squares, observed(result.estimate)),
+            "fit": lambda: fit_panels(fit),
+            "residuals": lambda: residuals(fit, result.cutoff_hz),
+            "excitation": lambda: excitation(fit, observable),
         }
     with mpl.rc_context(STYLE), warnings.catch_warnings():
         # A name in a script that the font lacks is drawn as boxes, which needs no warning.
@@ -119,18 +119,20 @@ def residuals(fit: FitReport, cutoff: float) -> Figure:
     return figure
 
 
-def parameters(result: IdentificationData) -> Figure:
+def parameters(result: Recorded) -> Figure:
     """Draws the ten values over time, each with its 95 % interval."""
     figure = Figure(figsize=(9.0, 8.2))
     panels = figure.subplots(len(PANELS), 3, sharex=True)
-    values, std_devs = reported_history(result)
+    shown = reported_history(result)
+    values = shown["values"]
+    half_widths = Z95 * shown.get("std_devs", np.full_like(values, np.nan))
     for row, indices in enumerate(PANELS):
         for column, axes in enumerate(panels[row]):
             if column >= len(indices):
                 axes.axis("off")
                 continue
             index = indices[column]
-            _history(axes, result, index, values[:, index], Z95 * std_devs[:, index])
+            _history(axes, result, index, values[:, index], half_widths[:, index])
             axes.set_title(NAMES[index])
             axes.set_ylabel(UNITS[index])
             axes.set_xlim(_span(result.history.times_s))
@@ -261,9 +263,7 @@ def _spectra(axes: Axes, fit: FitReport, cutoff: float, signals: Sequence[Array]
         axes.axvline(cutoff, color=TRUE, linestyle=":", linewidth=1.0)
 
 
-def _history(
-    axes: Axes, result: IdentificationData, index: int, values: Array, half: Array
-) -> None:
+def _history(axes: Axes, result: Recorded, index: int, values: Array, half: Array) -> None:
     final = float(result.estimate.values[index])
     if not result.estimate.is_reported[index] or not np.isfinite(final):
         axes.set_yticks([])

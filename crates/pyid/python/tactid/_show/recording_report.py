@@ -11,8 +11,8 @@ from tactid._base.errors import IdentificationError
 from tactid._base.files import write_atomically
 from tactid._base.naming import Style, option_name
 from tactid._base.values import Z95, Interval, Values, digits_of
-from tactid._results.identification import IdentificationData
-from tactid._results.payload import PayloadEstimate
+from tactid._results.identification import IdentificationData, Recorded
+from tactid._results.payload import Payload
 from tactid._results.records import FitReport
 from tactid._show import body_plot, page, recording_plots, reported
 from tactid._show.outlook import WITHIN, outlook
@@ -46,13 +46,13 @@ it."""
 
 
 def write_report(
-    result: IdentificationData, path: Path, within: float = WITHIN, style: Style = "keyword"
+    result: Recorded, path: Path, within: float = WITHIN, style: Style = "keyword"
 ) -> None:
     """Writes the report of a result."""
     write_atomically(path, render(result, within, style))
 
 
-def render(result: IdentificationData, within: float = WITHIN, style: Style = "keyword") -> str:
+def render(result: Recorded, within: float = WITHIN, style: Style = "keyword") -> str:
     """Returns the report as HTML, figures included.
 
     Args:
@@ -67,8 +67,9 @@ def render(result: IdentificationData, within: float = WITHIN, style: Style = "k
     def figure(name: str) -> str:
         return page.figure(figures[name], CAPTIONS[name]) if name in figures else ""
 
-    fit = ""
-    if result.fit is not None:
+    fit = advice = ""
+    if isinstance(result, IdentificationData):
+        advice = _advice(result, within)
         fit = f"""<h2>Measured and predicted</h2>
 {_agreement(result.fit)}
 {figure("fit")}
@@ -91,7 +92,7 @@ def render(result: IdentificationData, within: float = WITHIN, style: Style = "k
 {fit}
 {over_time}
 <h2>Excitation by the motion</h2>
-{_advice(result, within)}
+{advice}
 {figure("excitation")}
 <h2>Formats for other programs</h2>
 {payload_forms(result.estimate)}
@@ -130,7 +131,7 @@ def explained(fit: FitReport, windows: NDArray[np.bool_]) -> list[float | None]:
     return fractions
 
 
-def _table(result: IdentificationData) -> str:
+def _table(result: Recorded) -> str:
     rows = []
     for row in reported.column(result).rows:
         cells = f'<td>{row.name}</td><td class="unit">{row.unit}</td>'
@@ -150,7 +151,7 @@ reaches further than a body can; one that is cut there has no ±.</caption>
 <tbody>{"".join(rows)}</tbody></table></div>"""
 
 
-def _remarks(result: IdentificationData, style: Style) -> str:
+def _remarks(result: Recorded, style: Style) -> str:
     lines = [*remarks(result, style), *(f"Damage: {line}" for line in result.damage)]
     if not lines:
         return "<p>Nothing was noticed: see the held-out windows below.</p>"
@@ -172,7 +173,7 @@ def _advice(result: IdentificationData, within: float) -> str:
     return f"<p>{html.escape(sentence)} {bias}</p>"
 
 
-def _body(result: IdentificationData, values: Values, half_widths: Values) -> str:
+def _body(result: Recorded, values: Values, half_widths: Values) -> str:
     solid = None not in values and result.estimate.is_physical
     drawn = body_plot.ellipsoid(values, half_widths, solid=solid)
     if drawn is None:
@@ -216,7 +217,7 @@ def _percent(fraction: float | None) -> str:
     return "–" if fraction is None else f"{round(100 * fraction, 2) + 0.0:.2f} %"
 
 
-def payload_forms(estimate: PayloadEstimate) -> str:
+def payload_forms(estimate: Payload) -> str:
     """Returns the payload in the formats of other programs as HTML, each to unfold."""
     parts = []
     forms = {
@@ -233,25 +234,31 @@ def payload_forms(estimate: PayloadEstimate) -> str:
     return "".join(parts)
 
 
-def _facts(result: IdentificationData) -> dict[str, str]:
-    delay = _quantity(1e3 * result.delay_s, "ms")
-    if result.estimated_delay is not None:
-        delay += f" ± {1e3 * Z95 * result.estimated_delay.std_dev_s:.2g} ms"
-    windows = f"{result.estimate.windows}"
-    if result.fit is not None:
-        windows = f"{len(result.fit.times_s)}, one every {_quantity(result.fit.stride_s, 's')}"
-    return {
+def _facts(result: Recorded) -> dict[str, str]:
+    facts = {
         "frame": result.estimate.frame,
         "method": METHODS.get(result.method, result.method),
         "estimator": result.estimator,
         "duration": _quantity(result.duration_s, "s"),
-        "windows": windows,
+        "windows": f"{result.estimate.windows}",
         "cutoff": _quantity(result.cutoff_hz, "Hz"),
+        "delay of the wrenches": _quantity(1e3 * result.delay_s, "ms"),
+    }
+    if isinstance(result, IdentificationData):
+        facts |= _of_least_squares(result, facts["delay of the wrenches"])
+    return facts | {"gravity": gravity(result)}
+
+
+def _of_least_squares(result: IdentificationData, delay: str) -> dict[str, str]:
+    if result.estimated_delay is not None:
+        delay += f" ± {1e3 * Z95 * result.estimated_delay.std_dev_s:.2g} ms"
+    stride = _quantity(result.fit.stride_s, "s")
+    return {
+        "windows": f"{len(result.fit.times_s)}, one every {stride}",
         "delay of the wrenches": delay,
         "wrench offset": wrench_offset(result) or "assumed to be zero",
         **_calibration(result),
         "given of the payload": ", ".join(knowledge(result)) or "nothing",
-        "gravity": gravity(result),
     }
 
 

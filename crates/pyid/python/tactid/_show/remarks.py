@@ -14,8 +14,8 @@ from tactid._base.findings import Finding
 from tactid._base.naming import Style, counted, duration, listed, option_name
 from tactid._base.values import KIND_NAMES, KINDS, Z95, digits_of
 from tactid._native import VALUE_NAMES
-from tactid._results.identification import IdentificationData
-from tactid._results.payload import PayloadEstimate
+from tactid._results.identification import IdentificationData, Recorded
+from tactid._results.payload import Payload, PayloadEstimate
 from tactid._show.reported import offsets
 
 TOO_LONG = 10.0
@@ -23,7 +23,7 @@ TOO_LONG = 10.0
 determine a value: what information there is comes from noise and from the filter's transients."""
 
 
-def remarks(result: IdentificationData, style: Style = "keyword") -> list[str]:
+def remarks(result: Recorded, style: Style = "keyword") -> list[str]:
     """Says what a reader must know to trust a result, in sentences; there may be none.
 
     What shows the result to be wrong comes first, then what makes its intervals too narrow. Where
@@ -52,24 +52,25 @@ def _without_consequences(findings: Sequence[Finding]) -> list[Finding]:
     return [each for each in findings if not (is_explained and each.subject == "consequence")]
 
 
-def _of_the_body(result: IdentificationData) -> list[str]:
+def _of_the_body(result: Recorded) -> list[str]:
     reason = result.estimate.why_impossible
     explained = any(each.kind in ("negative_mass", "nothing_held") for each in result.findings)
     return [] if reason is None or explained else [f"No body can have these parameters: {reason}."]
 
 
-def _of_the_unknown(result: IdentificationData, style: Style) -> list[str]:
+def _of_the_unknown(result: Recorded, style: Style) -> list[str]:
     if any(each.kind == "nothing_held" for each in result.findings):
         return []
     advised = not result.is_contradicted
     unobservable = unobservable_values(result.estimate, advised=advised)
-    if not (advised and result.estimate.uncertain):
-        return unobservable + uncertain_values(result.estimate, advised=False)
-    more = [*_longer(result), *_in_a_box(result, style)]
-    return unobservable + uncertain_values(result.estimate, advised=True, more=more)
+    if not isinstance(result, IdentificationData):
+        return unobservable
+    is_advised = advised and bool(result.estimate.uncertain)
+    more = [*_longer(result), *_in_a_box(result, style)] if is_advised else []
+    return unobservable + uncertain_values(result.estimate, advised=advised, more=more)
 
 
-def unobservable_values(estimate: PayloadEstimate, *, advised: bool) -> list[str]:
+def unobservable_values(estimate: Payload, *, advised: bool) -> list[str]:
     """Says which values are unobservable, and with ``advised`` the motion that helps."""
     unknown = estimate.unobservable
     known = [name for name in VALUE_NAMES if name not in estimate.not_identifiable]
@@ -120,7 +121,7 @@ def _in_a_box(result: IdentificationData, style: Style) -> list[str]:
     return [f"A box that contains the payload ({option}) limits the intervals."]
 
 
-def _of_the_samples(result: IdentificationData) -> list[str]:
+def _of_the_samples(result: Recorded) -> list[str]:
     sentences, estimate = [], result.estimate
     if estimate.rejected:
         samples, were = counted(estimate.rejected, "sample"), _were(estimate.rejected)
@@ -173,20 +174,25 @@ def motion_advice(names: Sequence[str]) -> list[str]:
     return advice
 
 
-def assumptions(result: IdentificationData) -> str:
+def assumptions(result: Recorded) -> str:
     """Says what was assumed, and what was chosen from the data: a line for every result."""
     parts = [f"Frame {result.estimate.frame}", f"method {result.method}"]
     parts.append(f"gravity {gravity(result)}")
     parts.append(f"cutoff {result.cutoff_hz:.3g} Hz")
     parts += [delay] if (delay := _delay(result)) else []
-    parts += knowledge(result)
+    parts += _of_least_squares(result) if isinstance(result, IdentificationData) else []
+    clocks = {"stamps": ["times from header stamps"], "log times": ["times from the log"]}
+    parts += clocks.get(result.clock, [])
+    return "; ".join(parts) + "."
+
+
+def _of_least_squares(result: IdentificationData) -> list[str]:
+    parts = knowledge(result)
     parts += [f"wrench offset {offset}"] if (offset := wrench_offset(result)) else []
     parts += ["efforts of the unloaded recording subtracted"] if result.subtracts_unloaded else []
     parts += [given] if (given := calibration(result)) else []
     parts += [uncertain] if (uncertain := gains(result)) else []
-    clocks = {"stamps": ["times from header stamps"], "log times": ["times from the log"]}
-    parts += clocks.get(result.clock, [])
-    return "; ".join(parts) + "."
+    return parts
 
 
 def calibration(result: IdentificationData) -> str:
@@ -203,9 +209,7 @@ def calibration(result: IdentificationData) -> str:
 
 def gains(result: IdentificationData) -> str:
     """Says how much of the intervals is noise; empty where the gains of the efforts are exact."""
-    if result.calibrated is not None or result.fit is None:
-        return ""
-    if (result.fit.noise_fraction == 1).all():
+    if result.calibrated is not None or (result.fit.noise_fraction == 1).all():
         return ""
     shares = _noise_shares(result.fit.noise_fraction)
     return f"the uncertainty of the effort gains is in the intervals {shares}"
@@ -219,7 +223,7 @@ def _noise_shares(noise_fraction: NDArray[np.float64]) -> str:
     return f"({shares} of {of_kinds} are noise of this recording)"
 
 
-def gravity(result: IdentificationData) -> str:
+def gravity(result: Recorded) -> str:
     """Says which gravitational acceleration was assumed, in world axes."""
     known = all(map(math.isfinite, result.gravity_m_s2))
     return (
@@ -227,9 +231,9 @@ def gravity(result: IdentificationData) -> str:
     )
 
 
-def _delay(result: IdentificationData) -> str:
+def _delay(result: Recorded) -> str:
     """Says the delay of the wrenches and its origin; empty where none was estimated or given."""
-    estimated = result.estimated_delay
+    estimated = result.estimated_delay if isinstance(result, IdentificationData) else None
     if estimated is None:
         return (
             f"delay of the wrenches {1e3 * result.delay_s:g} ms (given)" if result.delay_s else ""
@@ -267,6 +271,6 @@ def wrench_offset(result: IdentificationData) -> str:
         for name, unit, value, half_width in offsets(result)
         if math.isfinite(value) and math.isfinite(half_width)
     )
-    if result.fit is None or result.fit.wrench_offset is None or not entries:
+    if result.fit.wrench_offset is None or not entries:
         return ""
     return f"{entries}, in the frame {result.fit.wrench_offset.frame} and with the sign as recorded"

@@ -3,32 +3,30 @@
 from html import escape
 
 from tactid._base.naming import Style
-from tactid._results.identification import IdentificationData
+from tactid._results.identification import IdentificationData, Recorded
 from tactid._results.table import heading, html_table, plain_text
 from tactid._show.outlook import WITHIN, outlook
 from tactid._show.remarks import assumptions, remarks
 from tactid._show.reported import column
 
 
-def lines(
-    result: IdentificationData, within: float = WITHIN, style: Style = "keyword"
-) -> list[str]:
+def lines(result: Recorded, within: float = WITHIN, style: Style = "keyword") -> list[str]:
     """Returns the remarks, the outlook and the assumptions, a line each.
 
     What shows the result to be wrong comes first.
     """
-    sentence = outlook(result, within)
+    sentence = outlook(result, within) if isinstance(result, IdentificationData) else None
     ahead = [] if sentence is None else [sentence]
     return [*remarks(result, style), *ahead, assumptions(result)]
 
 
-def text(result: IdentificationData) -> str:
+def text(result: Recorded) -> str:
     """Returns the whole as text, for a reader who writes Python."""
     table = plain_text([column(result)], heading(result.estimate.frame))
     return "\n".join([table, "", *lines(result)])
 
 
-def html(result: IdentificationData) -> str:
+def html(result: Recorded) -> str:
     """Returns a small table for a notebook, and what shows the result to be wrong."""
     shown = html_table(column(result), heading(result.estimate.frame))
     first = remarks(result)[:1] if result.is_contradicted else []

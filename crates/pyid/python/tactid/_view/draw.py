@@ -235,7 +235,7 @@ class _Drawing:
     def _send_history(self, recording: rr.RecordingStream, estimate: Estimate) -> None:
         if not len(estimate.history_time):
             return
-        # The paper's filter has no intervals: one line for each value.
+        # A history without standard deviations has one line for each value.
         with_intervals = bool(np.isfinite(estimate.history_half_width).any())
         for index, path in enumerate(PATHS):
             value, half = estimate.history[:, index], estimate.history_half_width[:, index]
