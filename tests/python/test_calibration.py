@@ -295,7 +295,7 @@ def test_bad_input_of_the_command_is_refused(
 ) -> None:
     unloaded, urdf = simulated(folder, None, 11), folder / "arm.urdf"
     broken = folder / "broken.toml"
-    broken.write_text("version = 4\ntool = 3\n", encoding="utf-8")
+    broken.write_text("version = 5\ntool = 3\n", encoding="utf-8")
     run = ("calibrate", "--urdf", urdf, "--out", folder / "unused.toml")
     short = simulated(folder, None, 15, 0.2)
     loaded = (*run, "--loaded", unloaded, "--payload-mass-kg", 1)

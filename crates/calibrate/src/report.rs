@@ -136,7 +136,7 @@ impl CalibrationReport {
 
 /// What the motion of the calibrating recordings does not determine.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(tag = "kind")]
+#[serde(tag = "kind", deny_unknown_fields)]
 pub enum MotionShortage {
     /// A joint does not move: its friction and, with that, its share of the payload stay uncertain.
     #[serde(rename = "joint_still")]

@@ -64,7 +64,7 @@ fn what_is_wrong_is_named_with_its_line() {
     let longer = text.replacen("rows = [\n  \"", "rows = [\n  \"1.0 ", 1);
     let cases = [
         (
-            text.replace("version = 4", "version = 9"),
+            text.replace("version = 5", "version = 9"),
             None,
             "version 9",
         ),
@@ -119,9 +119,9 @@ fn contradictions_and_fingerprints_are_checked() {
     };
     let cases = [
         (
-            text.replace("version = 4", "version = 3"),
+            text.replace("version = 5", "version = 4"),
             None,
-            "the version 3, but this tactid reads the version 4: calibrate anew",
+            "the version 4, but this tactid reads the version 5: calibrate anew",
         ),
         (
             text.replace("fingerprint = \"ffff", "fingerprint = \"gfff"),
@@ -132,6 +132,11 @@ fn contradictions_and_fingerprints_are_checked() {
             text.replace("\"gravity_tilted\"", "\"gravity_odd\""),
             Some(line_of("kind = \"gravity_tilted\"")),
             "gravity_odd",
+        ),
+        (
+            text.replace("\"gravity_tilted\"", "\"gravity_tilted\"\nodd = 1"),
+            Some(line_of("kind = \"gravity_tilted\"")),
+            "unknown field `odd`",
         ),
     ];
     for (text, expected, part) in cases {

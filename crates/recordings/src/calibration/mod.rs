@@ -2,14 +2,13 @@
 
 mod calibrate;
 mod check;
-mod contradiction;
+mod contradictions;
 mod file;
 mod held_out;
 mod layout;
 mod link;
 mod payload;
 mod record;
-mod shortage;
 mod text;
 mod used;
 

@@ -4,20 +4,21 @@ use std::fmt::Write;
 
 use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
-use tactid_calibrate::{Calibration, CalibrationReport, EffortNoise, JointCalibration};
+use tactid_calibrate::{
+    Calibration, CalibrationReport, Contradiction, EffortNoise, JointCalibration, MotionShortage,
+};
 use tactid_identify::Delay;
 use toml::Spanned;
 
 use super::check::{Fault, Place, check_numbers};
-use super::contradiction::StoredContradiction;
+use super::contradictions;
 use super::layout::{Layout, OF_LINK};
 use super::link::{Link, body};
-use super::shortage::Shortage;
 use super::used::Used;
 use crate::ArmCalibration;
 
 /// Version of the layout: a change that breaks a reader increments it.
-const VERSION: u32 = 4;
+const VERSION: u32 = 5;
 
 const HEADER: &str = "\
 # Calibrated joint efforts of a robot arm. `tactid calibrate` wrote this file, and `tactid identify --calibration` reads it.
@@ -69,13 +70,14 @@ struct File {
     #[serde(rename = "payload", default, skip_serializing_if = "Vec::is_empty")]
     payloads: Vec<Payload>,
     #[serde(rename = "shortage", default, skip_serializing_if = "Vec::is_empty")]
-    shortages: Vec<Shortage>,
+    shortages: Vec<MotionShortage>,
     #[serde(
         rename = "contradiction",
         default,
-        skip_serializing_if = "Vec::is_empty"
+        skip_serializing_if = "Vec::is_empty",
+        deserialize_with = "contradictions::read"
     )]
-    contradictions: Vec<StoredContradiction>,
+    contradictions: Vec<Contradiction>,
     #[serde(rename = "recording")]
     recordings: Vec<Used>,
     #[serde(skip_serializing)]
@@ -210,12 +212,8 @@ impl File {
                     parameters: (*payload.as_vector()).into(),
                 })
                 .collect(),
-            shortages: report.shortages.iter().map(Shortage::of).collect(),
-            contradictions: report
-                .contradictions
-                .iter()
-                .map(StoredContradiction::of)
-                .collect(),
+            shortages: report.shortages.clone(),
+            contradictions: report.contradictions.clone(),
             recordings: report.recordings.iter().map(Used::of).collect(),
             precision: Precision { rows: Vec::new() },
         }
@@ -253,7 +251,6 @@ impl File {
             log_evidence: self.log_evidence,
         };
         let effort_gain = joints().map(|joint| joint.effort_gain).collect();
-        let contradictions = self.contradictions.into_iter();
         let report = CalibrationReport {
             windows: self.windows,
             window_s: self.window_s,
@@ -267,8 +264,8 @@ impl File {
                 .iter()
                 .map(|payload| body(payload.parameters))
                 .collect(),
-            shortages: self.shortages.into_iter().map(Shortage::report).collect(),
-            contradictions: contradictions.map(StoredContradiction::report).collect(),
+            shortages: self.shortages,
+            contradictions: self.contradictions,
             recordings: self
                 .recordings
                 .iter()
