@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
-use tactid_identify::{Finding, LinearEstimate, PriorKnowledge};
+use tactid_recordings::CombinedRun;
 
 use crate::errors::{ArgumentError, IntoPyErr, detached};
 use crate::findings::finding_data;
@@ -35,40 +35,25 @@ pub(crate) fn identify_logs(
 /// Combines the estimates of several recordings: see :func:`tactid.combine`.
 ///
 /// Args:
-///     frame: Name of the frame of all estimates.
-///     names: Name of each recording.
-///     linear: The fields of the :class:`tactid.LinearEstimate` of each recording.
-///     known_mass: The fields of the :class:`tactid.KnownMass` of all, or None.
-///     bounding_box: The fields of the :class:`tactid.BoundingBox` of all, or None.
+///     runs: What each recording contributes: its ``name``, its ``linear``, ``known_mass`` and ``bounding_box``, and of its
+///         estimate ``frame``, ``windows``, ``rejected`` and ``gaps``.
 ///
 /// Raises:
-///     ArgumentError: There is no recording, a shape does not fit, a matrix is not positive semidefinite, or what is known is
-///         out of range.
+///     ArgumentError: There is no recording, the recordings do not belong together, a shape does not fit, a matrix is not
+///         positive semidefinite, or what is known is out of range.
+///     IdentificationError: A recording has no information.
 #[pyfunction]
 pub(crate) fn combine<'py>(
     py: Python<'py>,
-    frame: &str,
-    names: Vec<String>,
-    linear: &Bound<'py, PyAny>,
-    known_mass: &Bound<'py, PyAny>,
-    bounding_box: &Bound<'py, PyAny>,
+    runs: &Bound<'py, PyAny>,
 ) -> PyResult<Bound<'py, PyDict>> {
-    let refused = |error: pythonize::PythonizeError| ArgumentError::new_err(error.to_string());
-    let runs: Vec<LinearEstimate> = pythonize::depythonize(linear).map_err(refused)?;
-    let settings = PriorKnowledge {
-        known_mass: pythonize::depythonize(known_mass).map_err(refused)?,
-        bounding_box: pythonize::depythonize(bounding_box).map_err(refused)?,
-    };
-    let found = detached(py, || {
-        tactid_recordings::combine_estimates(frame, &runs, &settings)
-    })?;
+    let runs: Vec<CombinedRun> =
+        pythonize::depythonize(runs).map_err(|error| ArgumentError::new_err(error.to_string()))?;
+    let found = detached(py, || tactid_recordings::combine_runs(&runs))?;
     let found = found.map_err(IntoPyErr::into_py_err)?;
     let data = fields(py, &found)?;
-    let findings = found.findings.into_iter().map(|finding| match finding {
-        Finding::RunsDisagree(found) => Finding::RunsDisagree(found.with_names(names.clone())),
-        other => other,
-    });
-    let findings = findings.map(|finding| finding_data(py, &finding));
+    let findings = found.findings.iter();
+    let findings = findings.map(|finding| finding_data(py, finding));
     data.set_item("findings", findings.collect::<PyResult<Vec<_>>>()?)?;
     Ok(data)
 }

@@ -212,9 +212,6 @@ impl IntoPyErr for RecordingError {
             Self::Identify(error) => error.into_py_err(),
             Self::Log(error) => error.into_py_err(),
             Self::SameRecording { .. } | Self::NotTheSame { .. } => ArgumentError::new_err(message),
-            Self::CombinationNeedsLeastSquares => {
-                option_error(pointing_to(&message, "estimator"), "estimator")
-            }
             Self::UnloadedLog(_) => LogError::new_err((message, "unloaded")),
             Self::NoSuchTopic { kind, .. } => option_error(message, kind.option()),
             Self::EffortGains { .. } => option_error(message, "effort_gain"),

@@ -1,42 +1,92 @@
 //! One payload from the results of several recordings.
 
-use tactid_identify::PriorKnowledge;
+use serde::Deserialize;
+use tactid_identify::{BoundingBox, Finding, KnownMass, LinearEstimate, PriorKnowledge};
 
 use crate::combine::{Combination, combine_estimates};
 use crate::{Identification, RecordingError};
 
-/// Combines the results of several recordings of one payload, of logs or arrays, which were identified with the same request:
-/// see [`combine_estimates`] for the weights, the verdict and the intervals.
+/// What the result of one recording contributes to a combination: fields of its [`Identification`] and of the estimate in it.
+#[derive(Clone, Debug, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct CombinedRun {
+    /// Name of the recording in errors and findings.
+    pub name: String,
+    /// What the recording says about the linear parameters.
+    pub linear: LinearEstimate,
+    /// Mass of the payload as it was given.
+    pub known_mass: Option<KnownMass>,
+    /// Box around the payload as it was given.
+    pub bounding_box: Option<BoundingBox>,
+    /// Frame of the estimate.
+    pub frame: String,
+    /// Number of its windows.
+    pub windows: u64,
+    /// Number of samples that were rejected.
+    pub rejected: u64,
+    /// Number of gaps between samples.
+    pub gaps: u64,
+}
+
+/// Combines the results of several recordings of one payload, which were identified with the same request, as [`combine_runs`]
+/// does; errors and findings call them `recording 1` and so on.
+///
+/// # Errors
+/// Returns the errors of [`combine_runs`].
+pub fn combine(results: &[Identification]) -> Result<Combination, RecordingError> {
+    let run = |(index, result): (usize, &Identification)| CombinedRun {
+        name: format!("recording {}", index + 1),
+        linear: result.linear.clone(),
+        known_mass: result.known_mass,
+        bounding_box: result.bounding_box,
+        frame: result.estimate.frame.to_string(),
+        windows: result.estimate.windows,
+        rejected: result.estimate.rejected,
+        gaps: result.estimate.gaps,
+    };
+    let runs: Vec<CombinedRun> = results.iter().enumerate().map(run).collect();
+    combine_runs(&runs)
+}
+
+/// Combines what several recordings of one payload, logs or arrays, contribute: see [`combine_estimates`] for the weights, the
+/// verdict and the intervals.
 ///
 /// The numbers of windows, rejected samples and gaps of the estimate are the sums over the recordings. A known mass and a bounding
 /// box count once.
 ///
 /// # Errors
-/// Returns [`RecordingError::NotTheSame`] if the results have different frames, known masses or bounding boxes,
-/// and [`RecordingError::Identify`] if there is no result.
-pub fn combine(results: &[Identification]) -> Result<Combination, RecordingError> {
-    let runs: Vec<_> = results.iter().map(|result| result.linear.clone()).collect();
-    let first = results.first();
-    for (run, result) in results.iter().enumerate() {
-        let same = |what, is_same: fn(&Identification, &Identification) -> bool| match first {
-            Some(first) if !is_same(first, result) => Err(RecordingError::NotTheSame { what, run }),
-            _ => Ok(()),
-        };
-        same("frame", |a, b| a.estimate.frame == b.estimate.frame)?;
-        same("known mass", |a, b| a.known_mass == b.known_mass)?;
-        same("bounding box", |a, b| a.bounding_box == b.bounding_box)?;
+/// Returns [`RecordingError::NotTheSame`] if the recordings have different frames, known masses or bounding boxes,
+/// and [`RecordingError::Identify`] if there is no recording.
+pub fn combine_runs(runs: &[CombinedRun]) -> Result<Combination, RecordingError> {
+    let estimates: Vec<_> = runs.iter().map(|run| run.linear.clone()).collect();
+    let first = runs.first();
+    for (run, first) in runs.iter().zip(first.into_iter().cycle()) {
+        let same = [
+            ("frame", run.frame == first.frame),
+            ("known mass", run.known_mass == first.known_mass),
+            ("bounding box", run.bounding_box == first.bounding_box),
+        ];
+        if let Some((what, _)) = same.into_iter().find(|(_, is_same)| !is_same) {
+            let name = run.name.clone();
+            return Err(RecordingError::NotTheSame { what, name });
+        }
     }
-    let settings = PriorKnowledge {
+    let prior = PriorKnowledge {
         known_mass: first.and_then(|first| first.known_mass),
         bounding_box: first.and_then(|first| first.bounding_box),
     };
-    let frame = first.map_or("", |first| &*first.estimate.frame);
-    let mut combination = combine_estimates(frame, &runs, &settings)?;
-    let estimate = &mut combination.estimate;
-    for result in results {
-        estimate.windows += result.estimate.windows;
-        estimate.rejected += result.estimate.rejected;
-        estimate.gaps += result.estimate.gaps;
+    let frame = first.map_or("", |first| &first.frame);
+    let mut combination = combine_estimates(frame, &estimates, &prior)?;
+    for run in runs {
+        combination.estimate.windows += run.windows;
+        combination.estimate.rejected += run.rejected;
+        combination.estimate.gaps += run.gaps;
+    }
+    for finding in &mut combination.findings {
+        if let Finding::RunsDisagree(found) = finding {
+            let names = runs.iter().map(|run| run.name.clone());
+            *found = found.clone().with_names(names.collect());
+        }
     }
     Ok(combination)
 }

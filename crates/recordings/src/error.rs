@@ -60,18 +60,13 @@ pub enum RecordingError {
         /// Why it may be given once only.
         because: &'static str,
     },
-    /// Several recordings are to be identified by the paper's filter.
-    #[error(
-        "several recordings need least squares, because the paper's filter estimates no uncertainty by which they could be weighted"
-    )]
-    CombinationNeedsLeastSquares,
     /// Results to combine do not have something in common.
-    #[error("recording {run} has another {what} than the first one")]
+    #[error("{name} has another {what} than the first recording")]
     NotTheSame {
         /// What must be the same for all.
         what: &'static str,
-        /// Index of the recording that differs.
-        run: usize,
+        /// Name of the recording that differs.
+        name: String,
     },
     /// The user interrupted the work before there was a result.
     #[error("interrupted before the recording was read")]
@@ -263,7 +258,7 @@ pub enum RecordingError {
         /// Name of the field of the request.
         name: &'static str,
         /// What is wrong with it.
-        reason: &'static str,
+        reason: std::borrow::Cow<'static, str>,
     },
     /// The request has an option that a calibration sets or excludes.
     #[error(

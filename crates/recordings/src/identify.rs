@@ -62,8 +62,8 @@ pub fn identify_log(
 ///
 /// # Errors
 /// Returns [`RecordingError::InRecording`] with the error of the first log that cannot be identified, as [`identify_log`] lists them,
-/// [`RecordingError::Identify`] for an option that no recording could use, [`RecordingError::CombinationNeedsLeastSquares`] for the
-/// paper's filter, and [`RecordingError::SameRecording`] if two paths are the
+/// [`RecordingError::Identify`] for an option that no recording could use, [`RecordingError::OptionConflict`] for the paper's filter,
+/// which cannot weight several logs, and [`RecordingError::SameRecording`] if two paths are the
 /// same log: its noise would count as agreement. A copy of a log gives the same result, which [`combine`](crate::combine) refuses.
 pub fn identify_logs<P: AsRef<Path>>(
     paths: &[P],
@@ -78,17 +78,27 @@ pub fn identify_logs<P: AsRef<Path>>(
     }
     request.check()?;
     if request.estimator == Some(EstimatorKind::Nlms) {
-        return Err(RecordingError::CombinationNeedsLeastSquares);
+        return Err(needs_least_squares());
     }
     let paths: Vec<&Path> = paths.iter().map(AsRef::as_ref).collect();
     let identify_one = |index: usize, observer: &mut Observer<'_>| {
         let run = identify_log(paths[index], request, observer);
         let run = run.map_err(|error| error.in_recording(paths[index]))?;
         let run = run.into_least_squares();
-        run.ok_or(RecordingError::CombinationNeedsLeastSquares)
+        run.ok_or_else(needs_least_squares)
     };
     let is_last = |run: &Identification| run.recording.interrupted;
     in_parallel(paths.len(), observer, identify_one, is_last)
+}
+
+/// Returns the error of the paper's filter for several recordings.
+fn needs_least_squares() -> RecordingError {
+    RecordingError::OptionConflict {
+        name: "estimator",
+        reason: "must be least squares for several recordings, because the paper's filter estimates no uncertainty by \
+                 which they could be weighted"
+            .into(),
+    }
 }
 
 /// Identifies the payload from arrays, with the checks and the defaults of [`identify_log`].

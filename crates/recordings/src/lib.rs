@@ -104,7 +104,7 @@ pub use calibration::{
 };
 pub use choices::{ActsOn, EstimatorKind, SensorFrame};
 pub use clock::Clock;
-pub use combination::combine;
+pub use combination::{CombinedRun, combine, combine_runs};
 pub use combine::{Agreement, Combination, RunDistance, ValueDifference, combine_estimates};
 pub use error::RecordingError;
 pub use estimates::write_estimates;

@@ -80,7 +80,7 @@ impl Request {
         if self.known_mass_kg.is_none() && self.known_mass_std_dev_kg.is_some() {
             return Err(RecordingError::OptionConflict {
                 name: "known_mass_kg",
-                reason: "is missing, but its standard deviation is given",
+                reason: "is missing, but its standard deviation is given".into(),
             });
         }
         let knowledge = BatchSettings {
@@ -108,7 +108,7 @@ impl Request {
         match self.given().find(|given| given.option.group == FILTER) {
             Some(given) => Err(RecordingError::OptionConflict {
                 name: given.option.name,
-                reason: "is an option of the paper's filter, and not of least squares",
+                reason: "is an option of the paper's filter, and not of least squares".into(),
             }),
             None => Ok(()),
         }

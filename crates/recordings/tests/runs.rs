@@ -132,19 +132,25 @@ fn results_that_do_not_fit_are_errors() {
     let error = with(&|other| other.estimate.frame = "flange".into());
     assert_eq!(
         error.to_string(),
-        "recording 1 has another frame than the first one"
+        "recording 2 has another frame than the first recording"
     );
     let error = combine(&[]).unwrap_err();
     assert!(matches!(
         error,
         RecordingError::Identify(IdentifyError::NoRuns)
     ));
-    let paper = Request {
+    let paper_request = Request {
         estimator: Some(EstimatorKind::Nlms),
         ..request()
     };
+    // No recording is read for a combination that cannot be.
+    let paths = [folder.path().join("none.mcap")];
+    let error = identified(&paths, &paper_request).unwrap_err();
     assert!(matches!(
-        identified(&paths, &paper),
-        Err(RecordingError::CombinationNeedsLeastSquares)
+        error,
+        RecordingError::OptionConflict {
+            name: "estimator",
+            ..
+        }
     ));
 }

@@ -284,13 +284,7 @@ def identify_log(log: _Path, options: _Data, progress: _Progress = None) -> _Dat
 def identify_logs(
     logs: Sequence[_Path], options: _Data, progress: _Progress = None
 ) -> list[_Data]: ...
-def combine(
-    frame: str,
-    names: Sequence[str],
-    linear: Sequence[_Data],
-    known_mass: _Data | None,
-    bounding_box: _Data | None,
-) -> _Data: ...
+def combine(runs: Sequence[_Data]) -> _Data: ...
 def record_schemas() -> str: ...
 def remaining(
     forecast: _Data, values: Sequence[float], std_devs: Sequence[float], within: float

@@ -2,7 +2,8 @@
 
 import os
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
+from typing import Any
 
 from tactid import _native
 from tactid._base.errors import ArgumentError, IdentificationError
@@ -15,7 +16,6 @@ from tactid._results.combination import CombinationData
 from tactid._results.field_docs import with_fields
 from tactid._results.formats import Formats
 from tactid._results.identification import IdentificationData, Recorded
-from tactid._results.payload import PayloadEstimate
 from tactid._show import combination_text
 from tactid._show.outlook import WITHIN
 
@@ -128,22 +128,12 @@ def combine(results: Sequence[Recorded]) -> Combination:
             bounding boxes, or two are the same recording.
         IdentificationError: A result is that of the paper's filter, which has no information.
     """
-    given = _checked(results)
-    names = _names(given)
-    runs = [_by_least_squares(name, result) for name, result in zip(names, given, strict=True)]
-    first = runs[0]
-    for name, run in zip(names, runs, strict=True):
-        _check_same(name, run, first)
-    data = _native.combine(
-        first.estimate.frame,
-        names,
-        [listed_fields(run.linear) for run in runs],
-        None if first.known_mass is None else listed_fields(first.known_mass),
-        None if first.bounding_box is None else listed_fields(first.bounding_box),
-    )
+    results = _checked(results)
+    names = _names(results)
+    runs = [_by_least_squares(name, run) for name, run in zip(names, results, strict=True)]
+    data = _native.combine([_contribution(*each) for each in zip(names, runs, strict=True)])
     findings = [Finding(kind, found) for kind, found in data.pop("findings")]
-    estimate = _with_counts(data.pop("estimate"), runs)
-    return Combination(**data, estimate=estimate, findings=findings, runs=tuple(runs), names=names)
+    return Combination(**data, findings=findings, runs=tuple(runs), names=names)
 
 
 def _checked(results: Sequence[Recorded]) -> Sequence[Recorded]:
@@ -191,25 +181,11 @@ def _by_least_squares(name: str, result: Recorded) -> IdentificationData:
     return result
 
 
-def _check_same(name: str, result: IdentificationData, first: IdentificationData) -> None:
-    same = {
-        "frame": result.estimate.frame == first.estimate.frame,
-        "known mass": result.known_mass == first.known_mass,
-        "bounding box": result.bounding_box == first.bounding_box,
+def _contribution(name: str, result: IdentificationData) -> dict[str, Any]:
+    """Returns what a result contributes to a combination."""
+    known = {key: getattr(result, key) for key in ("linear", "known_mass", "bounding_box")}
+    return {
+        "name": name,
+        **{key: None if each is None else listed_fields(each) for key, each in known.items()},
+        **{key: getattr(result.estimate, key) for key in ("frame", "windows", "rejected", "gaps")},
     }
-    for what, is_same in same.items():
-        if not is_same:
-            raise ArgumentError(f"{name} has another {what} than the first recording")
-
-
-def _with_counts(
-    estimate: PayloadEstimate, results: Sequence[IdentificationData]
-) -> PayloadEstimate:
-    """Returns an estimate with the sums of what is counted in each recording."""
-    each = [result.estimate for result in results]
-    return replace(
-        estimate,
-        windows=sum(one.windows for one in each),
-        rejected=sum(one.rejected for one in each),
-        gaps=sum(one.gaps for one in each),
-    )
