@@ -15,7 +15,8 @@ import griffe
 import tactid
 from tactid import _native
 from tactid._options.arrays import Caller, describe
-from tactid._options.options import OPTIONS
+from tactid._options.declaration import arguments
+from tactid._options.options import OPTIONS, OWN
 from tactid._results.records import SCHEMAS
 
 ROLE = re.compile(r":\w+:`~?([\w.]+)`")
@@ -24,6 +25,12 @@ ROLE = re.compile(r":\w+:`~?([\w.]+)`")
 
 ARRAYS_MARK = re.compile(r"^( *)<arrays>$", re.MULTILINE)
 """Where a docstring lists the arrays, which their declarations document."""
+
+OWN_MARK = re.compile(r"^( *)<own>$", re.MULTILINE)
+"""Where a docstring lists the options that only this function has."""
+
+OWN_OF = {"design_excitation": OWN["design"], "calibrate": OWN["calibration"]}
+"""The functions that have options of their own."""
 
 EXAMPLE = re.compile(r"^>>> .*(?:\n.+)*", re.MULTILINE)
 """An example in a docstring, up to the next empty line."""
@@ -63,6 +70,8 @@ def docstring(obj: griffe.Object) -> str | None:
     text = re.sub(r"\n *<options>", lambda _: listed, obj.docstring.value)
     caller: Caller = "online" if obj.name == "push" else "recording"
     text = ARRAYS_MARK.sub(lambda found: textwrap.indent(describe(caller), found[1]), text)
+    own = arguments(OWN_OF.get(obj.name, {}))
+    text = OWN_MARK.sub(lambda found: textwrap.indent(own, found[1]), text)
     return text.replace(", as follows", "")
 
 

@@ -8,8 +8,8 @@ from pathlib import Path
 from typing import get_args
 
 from array_table import ARRAYS, array_table, code, row
-from tactid._options.declaration import Declaration, Use
-from tactid._options.options import OPTIONS
+from tactid._options.declaration import Declaration, Declarations, Use
+from tactid._options.options import OPTIONS, OWN
 
 PAGE = Path(__file__).parents[1] / "reference" / "options.md"
 
@@ -20,6 +20,23 @@ Every option of an identification, all of which may be left out. The keyword is 
 `tactid.identify`, `tactid.Identifier`, `tactid.PaperFilter` and `tactid.Options`; the command line
 is that of `tactid identify`. [Their fields in Rust](#rust) are at the end.
 """
+
+OWN_HEADS: dict[Use, str] = {
+    "calibration": """\
+## Options of a calibration
+
+What `tactid.calibrate` and `tactid calibrate` take besides those options of an identification that
+apply to a calibration. The fields of `CalibrationRequest` of the crate `tactid-recordings` have the
+names of the keywords.
+""",
+    "design": """\
+## Options of a design
+
+What `tactid.design_excitation` and `tactid excite` take besides those options of an identification
+that apply to a design. The fields of `MotionRequest` of the crate `tactid-excitation` have the
+names of the keywords.
+""",
+}
 
 ARRAYS_HEAD = """\
 ## Arrays
@@ -48,16 +65,18 @@ whose fields have the same names, and the tip, the robot and the sensors as argu
 def page() -> str:
     """Returns the page."""
     arrays = [ARRAYS_HEAD, array_table(ARRAYS), "", ARRAYS_TAIL]
-    return "\n".join([HEAD, *_options(), *arrays, RUST_HEAD, *_rust()]) + "\n"
+    own = [line for use, head in OWN_HEADS.items() for line in (head, *_options(OWN[use], "###"))]
+    return "\n".join([HEAD, *_options(OPTIONS), *own, *arrays, RUST_HEAD, *_rust()]) + "\n"
 
 
-def _options() -> Iterator[str]:
-    for group in dict.fromkeys(option.group for option in OPTIONS.values()):
-        yield f"## {group}\n"
+def _options(options: Declarations, level: str = "##") -> Iterator[str]:
+    for group in dict.fromkeys(option.group for option in options.values()):
+        yield f"{level} {group}\n"
         yield from _header("keyword", "command line", "applies to", "unit", "default")
-        for option in OPTIONS.values():
+        for option in options.values():
             if option.group == group:
-                texts = [_uses(option), option.unit, option.default]
+                default = option.default.replace("``", "`")
+                texts = [_uses(option), option.unit, default]
                 yield row(code(option.name), code(option.flag), *texts)
         yield ""
 

@@ -73,7 +73,7 @@ def test_the_command_names_what_is_wrong(
         ((*alone, "--loaded", unloaded, "--payload-mass-kg", 1), ["twice", "payload or not"]),
         (
             (*both, "--payload-mass-kg", "4,8"),
-            ["--payload-mass-kg has 2 masses for 1 loaded recording:"],
+            ["--payload-mass-kg has 2 values for 1 loaded recording:"],
         ),
         ((*both, "--payload-mass-kg", "x"), ["--payload-mass-kg is 'x': expected numbers"]),
         ((*run, "--unloaded", degrees), ["degrees", "limits", "_joint", "rad"]),
@@ -144,12 +144,12 @@ def test_a_mass_in_grams_proposes_no_gains(
     ("arguments", "parts"),
     [
         ({"unloaded": 3}, ["`unloaded` is 3", "path"]),
-        ({"gain_std_dev": [0.1, 0.2]}, ["`gain_std_dev`", "one number"]),
+        ({"gain_std_dev": [0.1, 0.2]}, ["`gain_std_dev`", "a number"]),
         ({"loaded": "log", "payload_mass_kg": "4"}, ["`payload_mass_kg`", "number"]),
         ({"loaded": {"log": 4.0}}, ["`loaded[0]` has no `time`"]),
         (
             {"loaded": "log", "payload_mass_kg": 4.0, "payload_mass_std_dev_kg": [0.1]},
-            ["`payload_mass_std_dev_kg`", "one number"],
+            ["`payload_mass_std_dev_kg`", "a number"],
         ),
     ],
 )

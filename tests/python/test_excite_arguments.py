@@ -37,18 +37,33 @@ def _design(**keywords: object) -> tactid.DesignedMotion:
         ({"seed": 1.5}, "`seed` is 1.5: expected a whole number"),
         ({"payload": {"mass": 2}}, "`payload` is {'mass': 2}: expected a tactid.MassProperties"),
         ({"within": "1%", "duration": None}, "`within` is '1%': expected a number"),
-        ({"within": 5, "duration": None}, "`within` is 5: expected a fraction .* 0.01 is 1 %"),
+        ({"within": 5, "duration": None}, "`within` is 5, but must be a fraction .* 0.01 is 1 %"),
         ({"duration": "3"}, "`duration` is '3': expected a number"),
         ({"keep_out": BOX}, "`keep_out` is .*: expected boxes by their names"),
         ({"grip": list(range(10))}, r"`grip` is \[0, .*: expected a tactid.Grip"),
-        ({"grip": tactid.Grip(1.0, [0, 1, 0], 0.04, 1500.0, 0.8, 0.06)}, "`grip.center` is 1.0"),
-        ({"grip": tactid.Grip([0, 0, 0], None, 0.04, 1500.0, 0.8, 0.06)}, "`grip.normal` is None"),
-        ({"payload_box": [[0, 0, 1], [1, 1, 0]]}, "from 1 m to 0 m along z: expected the least"),
-        ({"payload_box": [[0, 0, 0], [1, 1, 1e7]]}, r"three numbers, within 1e\+06 m"),
-        ({"payload_box": BOX[0]}, "`payload_box` must have two corners of three numbers"),
+        (
+            {"grip": tactid.Grip(1.0, [0, 1, 0], 0.04, 1500.0, 0.8, 0.06)},
+            r"`grip` is {'center': 1.0.* three",
+        ),
+        (
+            {"grip": tactid.Grip([0, 0, 0], None, 0.04, 1500.0, 0.8, 0.06)},
+            r"`grip` is .*'normal': None.* three",
+        ),
+        (
+            {"payload_box": [[0, 0, 1], [1, 1, 0]]},
+            "`payload_box`: the box goes from 1 to 0 m along z",
+        ),
+        (
+            {"payload_box": [[0, 0, 0], [1, 1, 1e7]]},
+            "`payload_box`.* is 5000000; expected at most 1000000 m",
+        ),
+        (
+            {"payload_box": BOX[0]},
+            r"`payload_box` is .*: expected the least and the largest corner, .* \(2, 3\)",
+        ),
         (
             {"keep_out": {"wall": [[0, 0, 0], [0, 1, 1]]}},
-            "`keep_out` of wall reaches from 0 m to 0",
+            "`keep_out` of wall: the box goes from 0 to 0 m along x",
         ),
         ({"tip": "base_link"}, "`tip` is base_link, which no joint moves"),
         ({"sample_rate": 10.0}, "has too few samples at 10 Hz: raise `sample_rate`"),
@@ -61,7 +76,7 @@ def test_errors_name_the_argument(keywords: dict[str, object], expected: str) ->
 
 
 def test_the_path_of_a_urdf_is_no_robot() -> None:
-    with pytest.raises(tactid.ArgumentError, match=r"`robot` is 'arm.urdf': .*from_urdf"):
+    with pytest.raises(tactid.ArgumentError, match=r"`robot` is of type str: .*from_urdf"):
         tactid.design_excitation("arm.urdf")  # type: ignore[arg-type]
 
 

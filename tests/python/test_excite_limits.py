@@ -31,8 +31,8 @@ def test_a_motion_near_the_robot_itself_uses_the_limits_of_its_joints() -> None:
 @pytest.mark.parametrize(
     ("keywords", "expected"),
     [
-        ({"limit_scale": 1.001}, "`limit_scale` is 1.001: expected more than 0, and at most 1"),
-        ({"least_distance": 0.0601}, "`least_distance` is 0.0601: expected .* at most 0.06"),
+        ({"limit_scale": 1.001}, "`limit_scale` is 1.001, but must be more than 0, and at most 1"),
+        ({"least_distance": 0.0601}, "`least_distance` is 0.0601, but must be .* at most 0.06"),
     ],
 )
 def test_limits_that_cannot_hold_are_refused(keywords: dict[str, float], expected: str) -> None:

@@ -182,7 +182,7 @@ def test_an_error_carries_the_option_that_causes_it(log: Path, option: str, valu
         (
             "bounding_box",
             {"bounding_box": [[0, 0, 0], [1, 1, 0]]},
-            "`bounding_box`: the bounding box goes from 0 to 0 m along z",
+            "`bounding_box`: the box goes from 0 to 0 m along z",
         ),
     ],
 )

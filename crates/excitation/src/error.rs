@@ -28,6 +28,14 @@ pub enum ExcitationError {
         /// What is valid.
         expected: String,
     },
+    /// An option of a request does not fit the robot or the other options.
+    #[error("{reason}")]
+    Option {
+        /// Name of the option.
+        name: &'static str,
+        /// What is wrong, with the name of the option unless it is about what the option gives.
+        reason: String,
+    },
     /// The base is fixed, so that its motion cannot be bounded.
     #[error("the motion of the base is bounded, but the base is fixed")]
     FixedBase,

@@ -1,6 +1,8 @@
 //! What a grip between two flat pads can carry by friction.
 
 use nalgebra::{Matrix3, Point3, RowVector3, RowVector6, Unit, Vector3};
+use serde::{Deserialize, Deserializer};
+use tactid_options::{Kind, Value};
 
 use crate::ExcitationError;
 use crate::checks::{positive, value};
@@ -34,6 +36,38 @@ pub struct Grip {
     pub used_fraction: f64,
 }
 
+/// Default of the fraction of the friction that a motion may use.
+const USED_FRACTION: f64 = 0.7;
+
+/// Its numbers are checked by [`Grip`] itself.
+impl Value for Grip {
+    const KIND: Kind = Kind::Grip;
+
+    fn read<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        #[derive(Deserialize)]
+        #[serde(deny_unknown_fields)]
+        struct Given {
+            center: [f64; 3],
+            normal: [f64; 3],
+            distance: f64,
+            force: f64,
+            friction: f64,
+            torsion_radius: f64,
+            used: Option<f64>,
+        }
+        let given = Given::deserialize(deserializer)?;
+        Ok(Self {
+            center: given.center.into(),
+            normal: Unit::new_normalize(given.normal.into()),
+            distance_m: given.distance,
+            grip_force_n: given.force,
+            friction: given.friction,
+            torsion_radius_m: given.torsion_radius,
+            used_fraction: given.used.unwrap_or(USED_FRACTION),
+        })
+    }
+}
+
 /// Number of entries of the load of a pad that friction bounds: two forces along the surface, and torsion.
 const TAIL: usize = 3;
 
@@ -62,7 +96,8 @@ impl Grip {
         ];
         for (name, vector) in vectors {
             for &entry in &vector {
-                value(name, entry, entry.is_finite(), "finite entries")?;
+                let expected = "finite entries, and for the normal one that is not zero";
+                value(name, entry, entry.is_finite(), expected)?;
             }
         }
         Ok(())

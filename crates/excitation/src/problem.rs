@@ -2,15 +2,16 @@
 
 use std::f64::consts::PI;
 
+use serde::Deserialize;
 use tactid_dynamics::{BaseKind, InertialParameters, Manipulator};
 use tactid_identify::equations::window;
-use tactid_identify::{EquationSettings, largest_of_kind, values_of_body};
+use tactid_identify::{EquationSettings, Range, largest_of_kind, values_of_body};
+use tactid_options::{Kind, Value, read_as};
 
 use crate::ExcitationError;
 use crate::checks::{positive, value};
 use crate::grip::Grip;
 use crate::joint_limits::JointLimits;
-use crate::limits::REACH_M;
 use crate::shapes::CollisionModel;
 use crate::variables::End;
 use crate::workspace_bounds::{OrientedBox, WorkspaceBounds};
@@ -31,13 +32,18 @@ pub struct Sensing {
 }
 
 /// What a design minimises.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "kebab-case")]
 pub enum Criterion {
     /// The largest ratio of a predicted 95 % interval to its target.
     #[default]
     LargestInterval,
     /// The volume of the confidence ellipsoid of the ten parameters (D-optimality).
     Volume,
+}
+
+impl Value for Criterion {
+    read_as!(Kind::Choice(&["largest-interval", "volume"]), Self);
 }
 
 /// Bounds on the motion of a free-floating base.
@@ -50,7 +56,7 @@ pub struct BaseBounds {
 }
 
 /// Default duration of a motion, s.
-const DURATION_S: f64 = 10.0;
+pub(crate) const DURATION_S: f64 = 10.0;
 
 /// Largest number of joints of a robot, far above those of a humanoid with hands. A design takes time for each of them.
 const MOST_JOINTS: usize = 256;
@@ -61,8 +67,12 @@ const LONGEST_S: f64 = 3600.0;
 /// Default least distance of bodies, m.
 const LEAST_DISTANCE_M: f64 = 0.01;
 
-/// Largest least distance of bodies, m: pairs that are beyond [`REACH_M`], and count as at its end, keep it with a margin.
-const LARGEST_LEAST_DISTANCE_M: f64 = 0.06;
+/// Range of the least distance of bodies, m: pairs that are beyond [`REACH_M`](crate::limits::REACH_M), and count as at its
+/// end, keep it with a margin.
+pub(crate) const LEAST_DISTANCE: Range = Range {
+    contains: |distance_m| distance_m > 0.0 && distance_m <= 0.06,
+    expected: "more than 0, and at most 0.06 m, because distances beyond 0.08 m are not computed",
+};
 
 /// A motion to be designed: [`Problem::new`] makes one, whose fields can then be changed.
 #[derive(Clone, Debug)]
@@ -260,15 +270,7 @@ impl Problem {
             bounds.check("payload_box")?;
         }
         self.workspace.check()?;
-        positive("least_distance_m", self.least_distance_m)?;
-        value(
-            "least_distance_m",
-            self.least_distance_m,
-            self.least_distance_m <= LARGEST_LEAST_DISTANCE_M,
-            &format!(
-                "at most {LARGEST_LEAST_DISTANCE_M} m, because distances beyond {REACH_M} m are not computed"
-            ),
-        )?;
+        LEAST_DISTANCE.check("least_distance_m", &[self.least_distance_m])?;
         self.check_base()
     }
 

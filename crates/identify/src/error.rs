@@ -41,12 +41,14 @@ pub enum IdentifyError {
          of mass at most the sum of the two others"
     )]
     ImpossibleTool,
-    /// A bounding box has a side that is not positive, or a corner that is not finite.
+    /// A box has a side that is not positive, or a corner that is not finite.
     #[error(
-        "the bounding box goes from {min} to {max} m along {axis}: its upper end must be larger than its lower end"
+        "the box goes from {min} to {max} m along {axis}: its upper end must be larger than its lower end"
     )]
     Box {
-        /// Axis of the tool frame.
+        /// Name of the setting.
+        name: &'static str,
+        /// Axis of its frame.
         axis: &'static str,
         /// Lower end of the box, m.
         min: f64,

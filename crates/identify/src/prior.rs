@@ -87,7 +87,8 @@ impl PriorKnowledge {
     /// [`IdentifyError::Box`] if the box has no volume.
     pub fn check(&self) -> Result<(), IdentifyError> {
         self.known_mass.map_or(Ok(()), |mass| mass.check())?;
-        self.bounding_box.map_or(Ok(()), |given| given.check())
+        self.bounding_box
+            .map_or(Ok(()), |given| given.check("bounding_box"))
     }
 }
 
@@ -105,14 +106,15 @@ pub struct BoundingBox {
 }
 
 impl BoundingBox {
-    /// Checks that the box has a volume.
+    /// Checks that the box, which the setting `name` gives, has a volume.
     ///
     /// # Errors
     /// Returns [`IdentifyError::Box`] if a corner is not finite, or a side is not positive.
-    fn check(&self) -> Result<(), IdentifyError> {
+    pub fn check(&self, name: &'static str) -> Result<(), IdentifyError> {
         for (axis, (min, max)) in self.min.iter().zip(&self.max).enumerate() {
             if !(min < max && (max - min).is_finite()) {
                 return Err(IdentifyError::Box {
+                    name,
                     axis: ["x", "y", "z"][axis],
                     min: *min,
                     max: *max,

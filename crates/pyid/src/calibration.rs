@@ -3,16 +3,16 @@
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use nalgebra::{Matrix3, Vector3};
 use pyo3::prelude::*;
-use pyo3::types::PyDict;
+use pyo3::types::{PyDict, PyList, PyMapping, PyTuple};
 use schemars::JsonSchema;
 use serde::Serialize;
-use tactid_calibrate::{EffortComparison, KnownPayload};
+use tactid_calibrate::EffortComparison;
 use tactid_dynamics::Manipulator;
 use tactid_identify::serial::Table;
 use tactid_recordings::{
-    CalibrationRecording, CalibrationSource, CalibrationSources, RecordingRole,
+    CalibrationRecording, CalibrationRequest, CalibrationSource, CalibrationSources, Kind,
+    RecordingRole, Request,
 };
 
 use crate::arguments::read_robot;
@@ -122,45 +122,25 @@ pub(crate) struct RunData {
     recordings: Vec<Py<PyDict>>,
 }
 
-/// A recording with its payload: log or arrays, mass, its standard deviation, centre of mass, inertia about it.
-type Loaded<'py> = (
-    Bound<'py, PyAny>,
-    f64,
-    f64,
-    Option<[f64; 3]>,
-    Option<[[f64; 3]; 3]>,
-);
-
-/// Calibrates an arm from logs and arrays: see :func:`tactid.calibrate`.
+/// Calibrates an arm from logs and arrays: see :func:`tactid.calibrate`. `given` are its own options.
 ///
 /// The arrays of a recording are a mapping of ``time``, ``q``, ``effort`` and maybe ``qd``.
 #[pyfunction]
-#[pyo3(signature = (unloaded, loaded, hold_out, gain_std_dev, options, progress=None, robot=None))]
-#[expect(clippy::too_many_arguments, reason = "keywords in Python")]
+#[pyo3(signature = (given, options, progress=None, robot=None))]
 pub(crate) fn calibrate_arm(
     py: Python<'_>,
-    unloaded: Vec<Bound<'_, PyAny>>,
-    loaded: Vec<Loaded<'_>>,
-    hold_out: Vec<Bound<'_, PyAny>>,
-    gain_std_dev: Option<f64>,
+    given: &Bound<'_, PyDict>,
     options: &Bound<'_, PyDict>,
     progress: Option<Py<PyAny>>,
     robot: Option<&Bound<'_, PyAny>>,
 ) -> PyResult<RunData> {
+    let plain = given.copy()?;
     let request = options::request(options)?;
     let robot = robot.map(read_robot).transpose()?;
-    let (payloads, loaded): (Vec<_>, Vec<_>) = loaded.into_iter().map(known_payload).unzip();
-    let read = |role, given: &[Bound<'_, PyAny>]| -> PyResult<Vec<Given>> {
-        let each = given.iter().enumerate();
-        each.map(|(index, given)| {
-            let name = format!("{role}[{index}]");
-            Given::read(given, name, || dof_of(robot.as_ref(), &request))
-        })
-        .collect()
-    };
-    let unloaded = read("unloaded", &unloaded)?;
-    let loaded = read("loaded", &loaded)?;
-    let hold_out = read("hold_out", &hold_out)?;
+    let [unloaded, loaded, held_out] = recordings(&plain, robot.as_ref(), &request)?;
+    let calibration: CalibrationRequest = options::read(&plain, CalibrationRequest::OPTIONS)?;
+    let payloads = calibration.payloads(loaded.len());
+    let payloads = payloads.map_err(IntoPyErr::into_py_err)?;
     let of_robot = robot.as_ref().map(|robot| &robot.get().robot);
     let sources = CalibrationSources {
         unloaded: Given::sources(&unloaded, of_robot),
@@ -168,8 +148,8 @@ pub(crate) fn calibrate_arm(
             .into_iter()
             .zip(payloads)
             .collect(),
-        held_out: Given::sources(&hold_out, of_robot),
-        gain_std_dev,
+        held_out: Given::sources(&held_out, of_robot),
+        gain_std_dev: calibration.gain_std_dev,
     };
     let mut interruption = InterruptionCheck::new(progress);
     let result = detached(py, || {
@@ -190,6 +170,75 @@ pub(crate) fn calibrate_arm(
     })
 }
 
+/// Takes the recordings out of options: the unloaded ones, the loaded ones, and those that are held out.
+fn recordings(
+    options: &Bound<'_, PyDict>,
+    robot: Option<&Bound<'_, crate::dynamics::Manipulator>>,
+    request: &Request,
+) -> PyResult<[Vec<Given>; 3]> {
+    let read = |role: &'static str| {
+        let given = options::take(options, role)?;
+        let each = given.map_or_else(|| Ok(Vec::new()), |given| sources(role, &given))?;
+        let each = each.iter().enumerate();
+        each.map(|(index, given)| {
+            let name = format!("{role}[{index}]");
+            Given::read(given, name, || dof_of(robot, request))
+        })
+        .collect::<PyResult<Vec<Given>>>()
+    };
+    let all = [read("unloaded")?, read("loaded")?, read("hold_out")?];
+    let is_log = |given: &Given| matches!(given, Given::Log(_));
+    if robot.is_some() && all.iter().flatten().all(is_log) {
+        return Err(ArgumentError::new_err(
+            "`robot` belongs to arrays, but all recordings are logs: give `urdf`",
+        ));
+    }
+    Ok(all)
+}
+
+/// Returns the recordings of a role: the path of a log, arrays by their names, or a list of these.
+fn sources<'py>(role: &'static str, given: &Bound<'py, PyAny>) -> PyResult<Vec<Bound<'py, PyAny>>> {
+    let is_list = given.is_instance_of::<PyList>() || given.is_instance_of::<PyTuple>();
+    let all: Vec<Bound<'py, PyAny>> = if is_list {
+        given.extract()?
+    } else {
+        vec![given.clone()]
+    };
+    let is_source = |given: &Bound<'_, PyAny>| {
+        given.extract::<PathBuf>().is_ok() || given.cast::<PyMapping>().is_ok()
+    };
+    if all.iter().all(is_source) {
+        return Ok(all);
+    }
+    let expected = options::expected(Kind::Recordings);
+    Err(options::unexpected(role, given, &expected))
+}
+
+/// The arrays that a recording must have.
+const NEEDED: [&str; 3] = ["time", "q", "effort"];
+
+/// Checks that arrays have all names that are needed, and no other than these and `qd`.
+fn check_names(what: &str, arrays: &Bound<'_, PyMapping>) -> PyResult<()> {
+    let wrong = |name: &str, has: &str| {
+        let expected = "arrays are `time`, `q`, `effort` and, if measured, `qd`";
+        Err(ArgumentError::new_err(format!(
+            "`{what}` {has} `{name}`: {expected}"
+        )))
+    };
+    for name in NEEDED {
+        if !matches!(arrays.get_item(name), Ok(array) if !array.is_none()) {
+            return wrong(name, "has no");
+        }
+    }
+    for name in arrays.keys()? {
+        let name = name.to_string();
+        if name != "qd" && !NEEDED.contains(&&*name) {
+            return wrong(&name, "has");
+        }
+    }
+    Ok(())
+}
+
 /// A recording as it is given.
 enum Given {
     Log(PathBuf),
@@ -207,21 +256,13 @@ impl Given {
             return Ok(Self::Log(path));
         }
         let read = || {
+            check_names(&name, given.cast()?)?;
             let dof = dof()?.ok_or_else(|| {
                 ArgumentError::new_err("arrays need the robot whose joints they are: give `robot`")
             })?;
-            let [time, q, effort] = [
-                given.get_item("time")?,
-                given.get_item("q")?,
-                given.get_item("effort")?,
-            ];
-            let qd = given.get_item("qd").ok();
-            JointArrays::read(
-                ["time", "q", "effort"],
-                [&time, &q, &effort],
-                qd.as_ref(),
-                dof,
-            )
+            let [time, q, effort] = NEEDED.map(|name| given.get_item(name));
+            let (time, q, effort, qd) = (time?, q?, effort?, given.get_item("qd").ok());
+            JointArrays::read(NEEDED, [&time, &q, &effort], qd.as_ref(), dof)
         };
         match read() {
             Ok(joints) => Ok(Self::Arrays { name, joints }),
@@ -245,17 +286,4 @@ impl Given {
             },
         }
     }
-}
-
-fn known_payload(
-    (source, mass_kg, mass_std_dev_kg, com, inertia): Loaded<'_>,
-) -> (KnownPayload, Bound<'_, PyAny>) {
-    let payload = KnownPayload {
-        mass_kg,
-        mass_std_dev_kg,
-        center_of_mass: com.map(Vector3::from),
-        // `from` takes columns; an inertia that is not symmetric is refused.
-        inertia: inertia.map(Matrix3::from),
-    };
-    (payload, source)
 }

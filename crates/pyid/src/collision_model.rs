@@ -3,7 +3,7 @@
 use pyo3::prelude::*;
 use schemars::JsonSchema;
 use serde::Serialize;
-use tactid_excitation::{CollisionFinding, CollisionModel, KeepOutBox, OrientedBox, Problem};
+use tactid_excitation::{CollisionFinding, CollisionModel};
 
 use crate::dynamics::Manipulator;
 use crate::errors::IntoPyErr;
@@ -67,33 +67,5 @@ pub(crate) fn collision_model(
     match raised {
         Some(error) => Err(error),
         None => model.map_err(IntoPyErr::into_py_err),
-    }
-}
-
-/// Corners of a box: the least and the largest, m.
-type Corners = [[f64; 3]; 2];
-
-/// The boxes around a robot, and the least distance of bodies, m.
-#[derive(FromPyObject)]
-#[pyo3(from_item_all)]
-pub(crate) struct Places {
-    payload_box: Option<Corners>,
-    workspace: Option<Corners>,
-    keep_out: Vec<(String, Corners)>,
-    least_distance: f64,
-}
-
-impl Places {
-    /// Sets the boxes of a problem and its least distance.
-    pub(crate) fn set(&self, problem: &mut Problem) {
-        let between = |[low, high]: Corners| OrientedBox::between(low, high);
-        problem.payload_box = self.payload_box.map(between);
-        problem.workspace.inside = self.workspace.map(between);
-        let keep_out = self.keep_out.iter().map(|(name, corners)| KeepOutBox {
-            name: name.clone(),
-            place: between(*corners),
-        });
-        problem.workspace.keep_out = keep_out.collect();
-        problem.least_distance_m = self.least_distance;
     }
 }

@@ -165,7 +165,7 @@ impl IntoPyErr for IdentifyError {
                 let each = format!("give one for all, or one for each of the {expected} {of}");
                 option_error(format!("`{name}` has {given} entries: {each}"), name)
             }
-            Self::Box { .. } => option_error(message, "bounding_box"),
+            Self::Box { name, .. } => option_error(message, name),
             Self::ImpossibleTool => body_error(&message, "known_tool"),
             Self::PayloadInertia => body_error(&message, "payload_inertia"),
             Self::PriorNeedsLeastSquares(_) | Self::NeedsLeastSquares(_) => {

@@ -4,38 +4,31 @@ use std::collections::BTreeMap;
 use std::ops::ControlFlow;
 use std::path::PathBuf;
 
-use nalgebra::{Point3, Unit, Vector3};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
-use tactid_dynamics::{InertialParameters, JointKind};
+use tactid_dynamics::Manipulator;
 use tactid_excitation::{
-    BaseBounds, Criterion, Design, DesignSettings, Grip, JointLimits, JointStates, Motion, Problem,
-    Progress, Sensing, ShortestSettings, design_observed, margins, predict, shortest,
-    targets_within,
+    Design, JointStates, Motion, MotionPlan, MotionRequest, Problem, Progress, design_observed,
+    margins, predict, shortest,
 };
-use tactid_identify::{EquationSettings, Method, values_of_body};
 use tactid_logs::messages::{Duration, JointTrajectory, JointTrajectoryPoint};
 use tactid_logs::{Durability, LogError, LogWriter};
+use tactid_recordings::DEFAULT_TIP;
 
 use crate::arguments::read_robot;
 use crate::arrays::{Series, common_length};
-use crate::collision_model::{Places, collision_model};
-use crate::errors::{ArgumentError, IntoPyErr, detached, option_error};
-use crate::inertia::MassProperties;
+use crate::collision_model::collision_model;
+use crate::errors::{IntoPyErr, detached};
 use crate::interruption::InterruptionCheck;
-use crate::motion::{DesignedMotion, GivenMotion, MotionHistory};
+use crate::motion::{DesignedMotion, MotionHistory};
 use crate::options;
 use crate::record::fields;
-use crate::text::Text;
 
 /// Number of beginnings of a motion for which intervals are predicted.
 const BEGINNINGS: usize = 24;
 
 /// Number of designs that the search for the shortest motion needs, about.
 const DESIGNS_OF_SHORTEST: usize = 8;
-
-/// Accuracy of the inertia of an expected payload, relative to its size: a plate that is given in four digits is a body.
-const ROUNDING_OF_INERTIA: f64 = 1e-3;
 
 /// Topic of a designed motion.
 const TRAJECTORY_TOPIC: &str = "/joint_trajectory";
@@ -46,228 +39,65 @@ const METADATA: &str = "tactid.motion";
 /// Time of the message of a designed motion, ns. ROS takes a stamp of zero for a missing one.
 const LOG_TIME_NS: u64 = 1_000_000_000;
 
-/// Lower and upper limit of a joint's position, rad or m, and that unit.
-type RangeData = (f64, f64, &'static str);
-
-/// A grip: centre, normal, distance of the pads, force, friction, torsion radius, fraction that may be used.
-type GripData = ([f64; 3], [f64; 3], f64, f64, f64, f64, f64);
-
-/// The keywords of `design_excitation` that are no options of an identification.
-#[derive(FromPyObject)]
-#[pyo3(from_item_all)]
-pub(crate) struct Given {
-    start: Vec<f64>,
-    sensors: Vec<String>,
-    sample_rate: f64,
-    base_noise: Option<[f64; 6]>,
-    limit_scale: f64,
-    acceleration: f64,
-    payloads: Vec<Py<MassProperties>>,
-    duration: Option<f64>,
-    within: f64,
-    longest: f64,
-    wrench_limit: Option<[f64; 6]>,
-    grip: Option<GripData>,
-    base_attitude: Option<f64>,
-    base_position: Option<f64>,
-    places: Places,
-    read_mesh: Option<Py<PyAny>>,
-    volume: bool,
-    seed: u64,
-    rate: f64,
-    assumed_noise: Vec<String>,
-    surroundings: Vec<String>,
-}
-
-/// Returns a posture within the limits of all joints, zero or the middle of a range that excludes it; the indices of the joints that
-/// move a link; and the range of each joint, with its unit, `rad` or `m`.
+/// Designs a motion: see :func:`tactid.design_excitation`. `given` are its own options, and `read_mesh` reads a mesh.
 #[pyfunction]
-pub(crate) fn default_posture(
-    robot: &Bound<'_, PyAny>,
-    tip: Text,
-) -> PyResult<(Vec<f64>, Vec<usize>, Vec<RangeData>)> {
-    let robot = read_robot(robot)?;
-    let robot = &robot.get().robot;
-    let tip = robot.frame(&tip).map_err(IntoPyErr::into_py_err)?;
-    let all = 0..robot.dof();
-    let rest = |joint| match robot.joint_limits(joint) {
-        Some((low, high)) if low > 0.0 || high < 0.0 => 0.5 * (low + high),
-        _ => 0.0,
-    };
-    let moving = all.clone().filter(|&joint| robot.moves(joint, tip));
-    let range = |joint| {
-        let (low, high) = robot
-            .joint_limits(joint)
-            .unwrap_or((f64::NEG_INFINITY, f64::INFINITY));
-        let is_angle = robot.joint_kind(joint) != Some(JointKind::Prismatic);
-        (low, high, if is_angle { "rad" } else { "m" })
-    };
-    let ranges = all.clone().map(range).collect();
-    Ok((all.map(rest).collect(), moving.collect(), ranges))
-}
-
-/// Designs a motion: see :func:`tactid.design_excitation`.
-#[pyfunction]
-#[pyo3(signature = (robot, given, options, progress=None))]
+#[pyo3(signature = (robot, given, options, read_mesh, progress=None))]
 pub(crate) fn design_excitation(
     py: Python<'_>,
     robot: &Bound<'_, PyAny>,
-    given: Given,
+    given: &Bound<'_, PyDict>,
     options: &Bound<'_, PyDict>,
+    read_mesh: Py<PyAny>,
     progress: Option<Py<PyAny>>,
 ) -> PyResult<Py<PyDict>> {
     let robot = read_robot(robot)?;
-    let problem = problem(&robot, &given, options)?;
-    let settings = DesignSettings {
-        seed: given.seed,
-        ..DesignSettings::default()
-    };
+    let mut plan = plan(&robot.get().robot, given, options)?;
+    if plan.tests_collisions {
+        plan.problem.collisions = Some(collision_model(&robot, &read_mesh)?);
+    }
     let mut interruption = InterruptionCheck::new(progress);
     let result = detached(py, || {
-        let design = designed(&problem, settings, &given, &mut interruption)?;
-        let beginnings = beginnings(&problem, &design, &mut interruption)?;
+        let design = designed(&plan, &mut interruption)?;
+        let beginnings = beginnings(&plan.problem, &design, &mut interruption)?;
         Ok((design, beginnings))
     })?;
     let result = result.map_err(|error: tactid_excitation::ExcitationError| error.into_py_err());
     let (design, beginnings) = interruption.finish(py, result)?;
-    let expected = given.payloads.first().ok_or_else(no_payload)?.get().0;
-    let given = GivenMotion {
-        expected_payload: values_of_body(&expected),
-        within: given.within,
-        seed: given.seed,
-        assumed_noise: given.assumed_noise,
-        surroundings: given.surroundings,
-        rate_hz: given.rate,
-    };
-    let motion = DesignedMotion::new(&problem, design, beginnings, given)?;
-    Ok(fields(py, &motion)?.unbind())
+    Ok(fields(py, &DesignedMotion::new(plan, design, beginnings)?)?.unbind())
 }
 
-/// Returns the problem that the keywords describe.
-fn problem(
-    robot: &Bound<'_, crate::dynamics::Manipulator>,
-    given: &Given,
+/// Returns what is to be designed.
+fn plan(
+    robot: &Manipulator,
+    given: &Bound<'_, PyDict>,
     options: &Bound<'_, PyDict>,
-) -> PyResult<Problem> {
+) -> PyResult<MotionPlan> {
+    let motion: MotionRequest = options::read(given, MotionRequest::OPTIONS)?;
     let request = options::request(options)?;
-    let defaults = EquationSettings::default();
-    let equations = EquationSettings {
-        method: request.method.unwrap_or(Method::Tactile),
-        gravity: request.gravity,
-        cutoff_hz: request.cutoff_hz.unwrap_or(defaults.cutoff_hz),
-        wrench_offset: request.wrench_offset.unwrap_or(defaults.wrench_offset),
-        wrench_noise: request.wrench_noise.unwrap_or_default(),
-        effort_noise: request.effort_noise.unwrap_or_default(),
-        ..defaults
-    };
-    let model = &robot.get().robot;
-    let limits = JointLimits::of_robot(model, given.acceleration, given.limit_scale)
-        .map_err(IntoPyErr::into_py_err)?;
-    let sensing = Sensing {
-        sensors: given.sensors.clone(),
-        equations,
-        rate_hz: given.sample_rate,
-        base_noise: given.base_noise,
-    };
-    let mut payloads = given.payloads.iter().map(|body| body.get().0.into());
-    let expected: InertialParameters = payloads.next().ok_or_else(no_payload)?;
-    let targets = targets(&expected, given.within)?;
-    let tip = request.tip.as_deref().unwrap_or("tool0");
-    let read_mesh = given.read_mesh.as_ref();
-    let collisions = read_mesh
-        .map(|read| collision_model(robot, read))
-        .transpose()?;
-    let model = model.clone();
-    let mut problem = Problem::new(model, tip, &given.start, limits, sensing, expected, targets);
-    problem.payloads.extend(payloads);
-    if problem.payloads.len() > 1 {
-        // With the hand that holds nothing, efforts and wrenches on a fixed base hold for all bodies between the payloads.
-        problem.payloads.push(InertialParameters::zero());
-    }
-    problem.duration_s = given
-        .duration
-        .unwrap_or(problem.duration_s.min(given.longest));
-    problem.base = BaseBounds {
-        attitude_rad: given.base_attitude,
-        position_m: given.base_position,
-    };
-    problem.wrench = given.wrench_limit;
-    problem.grip = given.grip.map(grip).transpose()?;
-    problem.collisions = collisions;
-    given.places.set(&mut problem);
-    if given.volume {
-        problem.criterion = Criterion::Volume;
-    }
-    Ok(problem)
-}
-
-fn no_payload() -> PyErr {
-    ArgumentError::new_err("`payload` is missing")
-}
-
-/// Returns the targets of an expected payload, which must be a body with an inertia.
-fn targets(expected: &InertialParameters, within: f64) -> PyResult<[f64; 10]> {
-    // A point is a payload of which the inertia is not known.
-    if !expected.is_physical_within(ROUNDING_OF_INERTIA) {
-        let message = "the inertia of the expected payload is that of no body: expected a positive definite matrix whose \
-                       largest principal moment is at most the sum of the others";
-        return Err(option_error(message.to_owned(), "payload"));
-    }
-    let (Some(targets), Some(body)) =
-        (targets_within(expected, within), expected.mass_properties())
-    else {
-        let message = "the expected payload has no mass";
-        return Err(option_error(message.to_owned(), "payload"));
-    };
-    if body.inertia.trace() <= 0.0 {
-        let message = "the inertia of the expected payload is zero, so that no precision can be a fraction of it: give an \
-                       estimate of it";
-        return Err(option_error(message.to_owned(), "payload"));
-    }
-    Ok(targets)
-}
-
-fn grip((center, normal, distance, force, friction, radius, used): GripData) -> PyResult<Grip> {
-    let normal = Unit::try_new(Vector3::from(normal), 0.0);
-    let no_normal = || option_error("the normal of the grip is zero".to_owned(), "grip");
-    Ok(Grip {
-        center: Point3::from(center),
-        normal: normal.ok_or_else(no_normal)?,
-        distance_m: distance,
-        grip_force_n: force,
-        friction,
-        torsion_radius_m: radius,
-        used_fraction: used,
-    })
+    request.check().map_err(IntoPyErr::into_py_err)?;
+    let tip = request.tip.as_deref().unwrap_or(DEFAULT_TIP);
+    let equations = request.equation_settings(request.method.unwrap_or_default());
+    let plan = motion.plan(robot, tip, equations);
+    plan.map_err(IntoPyErr::into_py_err)
 }
 
 /// Designs the motion, of the given duration or the shortest.
 fn designed(
-    problem: &Problem,
-    design: DesignSettings,
-    given: &Given,
+    plan: &MotionPlan,
     interruption: &mut InterruptionCheck,
 ) -> Result<Design, tactid_excitation::ExcitationError> {
-    let steps = 10 * design.starts + design.iterations + 20;
-    let designs = if given.duration.is_some() {
-        1
-    } else {
-        DESIGNS_OF_SHORTEST
-    };
+    let (problem, settings) = (&plan.problem, &plan.settings);
+    let steps = 10 * settings.starts + settings.iterations + 20;
+    let designs = plan.shortest.map_or(1, |_| DESIGNS_OF_SHORTEST);
     let mut done = 0;
     let mut observer = |_: &Progress| {
         done += 1;
         interruption.check((done as f64 / (steps * designs) as f64).min(0.99))
     };
-    if given.duration.is_some() {
-        return design_observed(problem, &design, &mut observer);
+    match &plan.shortest {
+        Some(shortest_settings) => shortest(problem, shortest_settings, &mut observer),
+        None => design_observed(problem, settings, &mut observer),
     }
-    let settings = ShortestSettings {
-        design,
-        longest_s: given.longest,
-        ..ShortestSettings::default()
-    };
-    shortest(problem, &settings, &mut observer)
 }
 
 /// The beginning of a motion.

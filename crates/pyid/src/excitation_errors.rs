@@ -17,6 +17,7 @@ impl IntoPyErr for Error {
                 given,
                 expected,
             } => value_error(&name, given, &expected),
+            Self::Option { name, reason } => option_error(reason, name),
             Self::FixedBase => option_error(
                 "`base_attitude` bounds the motion of the base, but the base is fixed".to_owned(),
                 "base_attitude",
@@ -36,7 +37,7 @@ impl IntoPyErr for Error {
             )),
             Self::NoMovingJoint { tool } => option_error(
                 format!(
-                    "`tip` is {tool}, which no joint of the robot moves: expected a link at the end of the arm"
+                    "`tip` is {tool}, which no joint moves: expected a link at the end of the arm"
                 ),
                 "tip",
             ),
@@ -114,7 +115,6 @@ fn value_error(field: &str, given: f64, expected: &str) -> PyErr {
         "payload_box" => "payload_box",
         "workspace" if field.contains("keep_out") => "keep_out",
         "workspace" => "workspace",
-        "least_distance_m" => "least_distance",
         "base" if field.ends_with("position_m") => "base_position",
         "base" => "base_attitude",
         "limits" if field.contains("acceleration") => "acceleration",

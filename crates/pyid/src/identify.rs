@@ -121,7 +121,7 @@ pub(crate) fn dof_of(
     match (robot, &request.urdf) {
         (Some(robot), _) => Ok(Some(robot.get().robot.dof())),
         (None, Some(urdf)) => {
-            let robot = tactid_dynamics::Manipulator::from_urdf(urdf, BaseKind::Fixed);
+            let robot = urdf.manipulator(BaseKind::Fixed);
             let robot = with_option(robot.map_err(IntoPyErr::into_py_err), "urdf")?;
             Ok(Some(robot.dof()))
         }

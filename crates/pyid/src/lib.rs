@@ -57,7 +57,7 @@ mod _native {
     #[pymodule_export]
     use crate::estimators::{Estimator, Lms, Nlms, Rls};
     #[pymodule_export]
-    use crate::excitation::{default_posture, design_excitation, write_trajectory};
+    use crate::excitation::{design_excitation, write_trajectory};
     #[pymodule_export]
     use crate::findings::{
         distance_of_runs, fault_words, finding_grade, finding_schemas, finding_words, probability,

@@ -4,7 +4,7 @@ use pyo3::prelude::*;
 use schemars::JsonSchema;
 use serde::Serialize;
 use tactid_dynamics::BaseKind;
-use tactid_excitation::{Design, Margin, Motion, Problem};
+use tactid_excitation::{Design, Margin, Motion, MotionPlan};
 use tactid_identify::Method;
 use tactid_identify::serial::{Table, TenValues};
 
@@ -62,7 +62,7 @@ pub(crate) struct DesignedMotion {
     #[schemars(with = "TenValues<f64>")]
     interval_ratios: [f64; 10],
     /// Options whose noise was not given, so that a default stands for it.
-    assumed_noise: Vec<String>,
+    assumed_noise: Vec<&'static str>,
     /// Largest angle by which the base turns with the expected payload, degrees; `None` where it is fixed.
     base_attitude_deg: Option<f64>,
     /// Largest distance by which the origin of the base moves with the expected payload, m; `None` where it is fixed.
@@ -82,23 +82,9 @@ pub(crate) struct DesignedMotion {
     history: MotionHistory,
 }
 
-/// What a motion was designed for, and the rate of its states.
-pub(crate) struct GivenMotion {
-    pub(crate) expected_payload: [f64; 10],
-    pub(crate) within: f64,
-    pub(crate) seed: u64,
-    pub(crate) assumed_noise: Vec<String>,
-    pub(crate) surroundings: Vec<String>,
-    pub(crate) rate_hz: f64,
-}
-
 impl DesignedMotion {
-    pub(crate) fn new(
-        problem: &Problem,
-        design: Design,
-        history: MotionHistory,
-        given: GivenMotion,
-    ) -> PyResult<Self> {
+    pub(crate) fn new(plan: MotionPlan, design: Design, history: MotionHistory) -> PyResult<Self> {
+        let problem = &plan.problem;
         let (duration_s, robot) = (design.trajectory.duration_s(), &problem.robot);
         let joints: Vec<String> = robot
             .joint_names()
@@ -106,7 +92,7 @@ impl DesignedMotion {
             .map(ToString::to_string)
             .collect();
         let moving = problem.moving_joints().map_err(IntoPyErr::into_py_err)?;
-        let (times_s, [q, qd, qdd]) = states(&design, given.rate_hz, joints.len());
+        let (times_s, [q, qd, qdd]) = states(&design, plan.rate_hz, joints.len());
         let floats = robot.base_kind() == BaseKind::Floating;
         let excursion = design.excursion;
         let is_tested = problem.collisions.is_some();
@@ -116,22 +102,22 @@ impl DesignedMotion {
             moving_joints: moving.iter().map(|&joint| joints[joint].clone()).collect(),
             joints,
             duration_s,
-            seed: given.seed,
+            seed: plan.settings.seed,
             times_s,
             q,
             qd,
             qdd,
-            expected_payload: given.expected_payload,
+            expected_payload: plan.expected_payload,
             predicted_std_devs: design.prediction.std_devs,
-            within: given.within,
+            within: plan.within,
             interval_ratios: design.prediction.ratios,
-            assumed_noise: given.assumed_noise,
+            assumed_noise: plan.assumed_noise,
             base_attitude_deg: floats.then(|| excursion.attitude_rad.to_degrees()),
             base_position_m: floats.then_some(excursion.position_m),
             binding_constraints: design.binding().map(ToString::to_string).collect(),
             collision_findings: is_tested.then(|| design.findings.iter().map(finding).collect()),
             payload_tested: problem.payload_box.is_some(),
-            surroundings: given.surroundings,
+            surroundings: plan.surroundings,
             margins: design.margins,
             history,
         })

@@ -189,6 +189,7 @@ fn set_up(
     let names = sensors.map(read_sensors).transpose()?;
     let names = names.as_ref().map(|names| borrowed(names));
     let setup = OnlineSetup::new(request, robot, names.as_deref(), effort);
+    let setup = setup.map_err(IntoPyErr::into_py_err)?;
     let tip = setup.robot.frame(&setup.tip);
     with_option(tip.map_err(IntoPyErr::into_py_err), "tip")?;
     let expects = Expected {

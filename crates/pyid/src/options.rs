@@ -5,7 +5,10 @@ use std::path::PathBuf;
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyMapping};
 use pythonize::{Depythonizer, pythonize};
-use tactid_recordings::{ArmCalibration, Kind, Request};
+use serde::de::DeserializeOwned;
+use tactid_dynamics::Urdf;
+use tactid_excitation::MotionRequest;
+use tactid_recordings::{ArmCalibration, CalibrationRequest, Declaration, Kind, Request};
 
 use crate::arm_model::ArmModel;
 use crate::errors::{ArgumentError, IntoPyErr, option_error, with_option};
@@ -14,10 +17,26 @@ use crate::urdf::urdf_text;
 /// Most characters of a wrong value that an error shows.
 const LONGEST_VALUE: usize = 200;
 
-/// Returns the declarations of all options of an identification, in the order in which they are documented.
+/// Returns the declarations of all options of an identification, then those that only a design has, and those that only a
+/// calibration has, in the order in which they are documented.
 #[pyfunction]
 pub(crate) fn options(py: Python<'_>) -> PyResult<Bound<'_, PyAny>> {
-    Ok(pythonize(py, Request::OPTIONS)?)
+    let all = [
+        Request::OPTIONS,
+        MotionRequest::OPTIONS,
+        CalibrationRequest::OPTIONS,
+    ];
+    Ok(pythonize(py, &all)?)
+}
+
+/// Reads a structure from the values of its options, with the declarations of these.
+pub(crate) fn read<T: DeserializeOwned>(
+    given: &Bound<'_, PyDict>,
+    declared: &[Declaration],
+) -> PyResult<T> {
+    let mut values = Depythonizer::from_object(given.as_any());
+    serde_path_to_error::deserialize(&mut values)
+        .map_err(|error| wrong_value(given, declared, &error))
 }
 
 /// Reads a request from the options that are given, but for an unloaded reference: see [`log_request`] and
@@ -26,16 +45,17 @@ pub(crate) fn request(given: &Bound<'_, PyDict>) -> PyResult<Request> {
     let plain = given.copy()?;
     // The path of a file may have bytes that are no text.
     take(&plain, "unloaded")?;
-    let urdf = take(&plain, "urdf")?.map(|given| with_option(urdf_text(&given), "urdf"));
+    let urdf = take(&plain, "urdf")?.map(|given| with_option(urdf(&given), "urdf"));
     let calibration = take(&plain, "calibration")?.map(|given| calibration(&given));
-    let mut values = Depythonizer::from_object(plain.as_any());
-    let request: Request = serde_path_to_error::deserialize(&mut values)
-        .map_err(|error| wrong_value(&plain, &error))?;
     Ok(Request {
         urdf: urdf.transpose()?,
         calibration: calibration.transpose()?,
-        ..request
+        ..read(&plain, Request::OPTIONS)?
     })
+}
+
+fn urdf(given: &Bound<'_, PyAny>) -> PyResult<Urdf> {
+    Urdf::from_xml(&urdf_text(given)?).map_err(IntoPyErr::into_py_err)
 }
 
 /// Reads a request for a log, whose unloaded reference is a log, too.
@@ -69,7 +89,10 @@ pub(crate) fn unloaded_arrays<'py>(
 }
 
 /// Removes an option from those that are given, and returns it.
-fn take<'py>(options: &Bound<'py, PyDict>, name: &str) -> PyResult<Option<Bound<'py, PyAny>>> {
+pub(crate) fn take<'py>(
+    options: &Bound<'py, PyDict>,
+    name: &str,
+) -> PyResult<Option<Bound<'py, PyAny>>> {
     let given = options.get_item(name)?;
     if given.is_some() {
         options.del_item(name)?;
@@ -97,18 +120,19 @@ fn path(name: &'static str, expected: &str, given: &Bound<'_, PyAny>) -> PyResul
 /// Returns the error of a value that is none of its option.
 fn wrong_value(
     given: &Bound<'_, PyDict>,
+    declared: &[Declaration],
     error: &serde_path_to_error::Error<pythonize::PythonizeError>,
 ) -> PyErr {
     let place = error.path().to_string();
     let name = place.split(['.', '[']).next().unwrap_or_default();
-    let option = Request::OPTIONS.iter().find(|option| option.name == name);
+    let option = declared.iter().find(|option| option.name == name);
     match (option, given.get_item(name)) {
         (Some(option), Ok(Some(value))) => unexpected(option.name, &value, &expected(option.kind)),
         _ => ArgumentError::new_err(format!("the options cannot be read: {}", error.inner())),
     }
 }
 
-fn unexpected(name: &'static str, value: &Bound<'_, PyAny>, expected: &str) -> PyErr {
+pub(crate) fn unexpected(name: &'static str, value: &Bound<'_, PyAny>, expected: &str) -> PyErr {
     let text = value.repr().map(|text| text.to_string());
     let mut text = text.unwrap_or_else(|_| "of another type".to_owned());
     if let Some((end, _)) = text.char_indices().nth(LONGEST_VALUE) {
@@ -119,19 +143,29 @@ fn unexpected(name: &'static str, value: &Bound<'_, PyAny>, expected: &str) -> P
 }
 
 /// Returns what Python gives for an option of a kind, in words.
-fn expected(kind: Kind) -> String {
+pub(crate) fn expected(kind: Kind) -> String {
     let words = match kind {
-        Kind::Flag => "True or False",
-        Kind::Number => "a number",
-        Kind::Count => "a whole number",
+        Kind::Flag | Kind::Switch => "True or False",
+        Kind::Number | Kind::Degrees | Kind::Percentage | Kind::GainPercentage => "a number",
+        Kind::Count => "a whole number from 0",
         Kind::Text => "text",
-        Kind::Texts => "a topic, or a list of topics",
+        Kind::Texts => "a name, or a list of names",
         Kind::Path => "the path of a file",
         Kind::Names => "a dict of names in the log and names in the URDF",
         Kind::Vector => "three numbers, of the shape (3,)",
+        Kind::Recordings => "the path of a log, arrays by their names, or a list of these",
+        Kind::Posture => "a position for each joint, or positions by the names of joints",
+        Kind::EachNumber => "a number for each recording",
+        Kind::EachPoint => "three numbers for all recordings, (3,), or for each, (L, 3)",
+        Kind::EachInertia => "an inertia for all recordings, (3, 3), or for each, (L, 3, 3)",
         Kind::Numbers | Kind::Fractions => "a number for all, or one for each",
+        Kind::Wrench => "six numbers, of the shape (6,)",
         Kind::Wrenches => "six numbers for all sensors, (6,), or for each, (S, 6)",
         Kind::Box => "the least and the largest corner, of the shape (2, 3)",
+        Kind::Boxes => {
+            "boxes by their names, such as {'table': [[-1, -1, -0.5], [1, 1, 0]]}, each with its least and its largest corner"
+        }
+        Kind::Grip => "a tactid.Grip, whose center and normal have three numbers",
         Kind::Body => "a tactid.MassProperties",
         Kind::Frame => "a link, then x, y, z, qx, qy, qz, qw",
         Kind::Calibration => "a tactid.Calibration, or the path of its file",

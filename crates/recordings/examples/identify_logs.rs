@@ -5,6 +5,7 @@ use std::error::Error;
 use std::io::Write;
 use std::ops::ControlFlow;
 
+use tactid_dynamics::Urdf;
 use tactid_recordings::{Request, VALUE_NAMES, combine, identify_logs};
 
 fn main() -> Result<(), Box<dyn Error>> {
@@ -14,7 +15,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     };
     let logs: Vec<String> = arguments.collect();
     let request = Request {
-        urdf: Some(std::fs::read_to_string(urdf)?),
+        urdf: Some(Urdf::from_file(urdf.as_ref())?),
         tip: Some(tip),
         ..Request::default()
     };

@@ -6,9 +6,9 @@ use std::path::PathBuf;
 use nalgebra::{Isometry3, Quaternion, Translation3, Vector4};
 use schemars::JsonSchema;
 use serde::{Deserialize, Deserializer, Serialize};
+use tactid_options::{Kind, Value, read_as};
 
 use crate::arm_calibration::ArmCalibration;
-use crate::options::{Kind, Value, read_as};
 use crate::{RecordingError, unit_quaternion};
 
 /// How equations become parameters.

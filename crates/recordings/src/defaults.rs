@@ -7,7 +7,7 @@ use tactid_identify::{EquationSettings, Method};
 use crate::{ActsOn, EstimatorKind, Finding, NotUsedBecause, RecordingError, Request};
 
 /// The end-effector frame of a robot where a request names none, as ROS-Industrial names it.
-pub(crate) const DEFAULT_TIP: &str = "tool0";
+pub const DEFAULT_TIP: &str = "tool0";
 /// Number of periods of the slowest stream that are bridged.
 const GAP_PERIODS: f64 = 5.0;
 /// Period that is assumed where no stream has two messages, s.

@@ -74,7 +74,6 @@ mod identification;
 mod identify;
 mod log;
 mod online;
-mod options;
 mod orientation;
 mod paper;
 mod paper_identification;
@@ -99,13 +98,14 @@ mod unloaded;
 pub use arm_calibration::ArmCalibration;
 pub use arrays::{Arrays, UnloadedArrays};
 pub use calibration::{
-    CalibrationRecording, CalibrationRun, CalibrationSource, CalibrationSources, RecordingRole,
-    calibrate_arm,
+    CalibrationRecording, CalibrationRequest, CalibrationRun, CalibrationSource,
+    CalibrationSources, RecordingRole, calibrate_arm,
 };
 pub use choices::{ActsOn, EstimatorKind, SensorFrame};
 pub use clock::Clock;
 pub use combination::{CombinedRun, combine, combine_runs};
 pub use combine::{Agreement, Combination, RunDistance, ValueDifference, combine_estimates};
+pub use defaults::DEFAULT_TIP;
 pub use error::RecordingError;
 pub use estimates::write_estimates;
 pub use fault::{DataFault, FaultKind};
@@ -113,7 +113,6 @@ pub use finding::{ArmChanged, Finding, NotUsedBecause};
 pub use identification::{CalibratedFit, Identification, Identified};
 pub use identify::{identify_arrays, identify_log, identify_logs};
 pub use online::OnlineSetup;
-pub use options::{Declaration, Kind, Use};
 pub use orientation::unit_quaternion;
 pub use paper::{PaperEstimate, PaperFilter, PaperSettings, SingularValues};
 pub use paper_identification::{PaperHistory, PaperIdentification};
@@ -125,5 +124,6 @@ pub use tactid_identify::{
     LinearEstimate, Method, Observability, PayloadEstimate, PrincipalMoments, PriorKnowledge,
     VALUE_NAMES,
 };
+pub use tactid_options::{Declaration, Kind, Use};
 pub use time_unit::TimeUnit;
 pub use topic_kind::TopicKind;

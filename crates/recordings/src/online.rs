@@ -3,10 +3,10 @@
 use tactid_dynamics::{BaseKind, Manipulator};
 use tactid_identify::{EquationSettings, Identifier, IdentifyError, Method};
 
-use crate::Request;
 use crate::defaults::DEFAULT_TIP;
 use crate::paper::{PaperFilter, PaperSettings};
 use crate::sources::SENSOR_FRAME;
+use crate::{RecordingError, Request};
 
 /// What an online solver is created from, with the defaults of a request for what it leaves open.
 ///
@@ -30,13 +30,17 @@ impl OnlineSetup {
     /// end-effector frame, and other methods have none. `effort` says whether the samples of [`Method::Combined`]
     /// have efforts. A sensor alone is on the ground: its gravity is 9.81 m/s² along -z by default, and its frame is
     /// called `sensor`, unless the request names it as the tip.
-    #[must_use]
+    ///
+    /// # Errors
+    /// Returns [`RecordingError::Identify`] if a value of the request is out of range, and
+    /// [`RecordingError::SensorFrameNorm`] for a rotation that is none.
     pub fn new(
         request: &Request,
         robot: Option<&Manipulator>,
         sensors: Option<&[&str]>,
         effort: bool,
-    ) -> Self {
+    ) -> Result<Self, RecordingError> {
+        request.check_values()?;
         let method = match request.method.unwrap_or_default() {
             Method::Combined { .. } => Method::Combined { effort },
             other => other,
@@ -58,12 +62,12 @@ impl OnlineSetup {
             &[]
         };
         let sensors = sensors.unwrap_or(at_the_tip).iter();
-        Self {
+        Ok(Self {
             robot: robot.map_or_else(|| Manipulator::lone_body(tip), Clone::clone),
             sensors: sensors.map(|&name| name.to_owned()).collect(),
             tip: tip.to_owned(),
             settings,
-        }
+        })
     }
 
     /// Creates the identifier by least squares.

@@ -5,13 +5,13 @@ use std::path::PathBuf;
 
 use nalgebra::Vector3;
 use tactid_calibrate::CalibrationSettings;
-use tactid_dynamics::MassProperties;
+use tactid_dynamics::{MassProperties, Urdf};
 use tactid_identify::{BoundingBox, EquationSettings, KnownMass, Method, Range};
+use tactid_options::{About, Kind, Use, options};
 
 use crate::arm_calibration::ArmCalibration;
 use crate::choices::{ActsOn, EstimatorKind, SensorFrame};
 use crate::clock::LONGEST_STAMP_DELAY_S;
-use crate::options::{About, Kind, Use, options};
 use crate::paper::PaperSettings;
 
 /// Range of gravity, m/s²: up to twice that of Jupiter. A larger one is in another unit.
@@ -76,10 +76,9 @@ options! {
         #[option(
             ROBOT, EFFORTS,
             default = "the robot description in the log",
-            kind = Kind::Path,
             python = "A text that begins with ``<`` is the URDF itself."
         )]
-        pub urdf: Option<String>,
+        pub urdf: Option<Urdf>,
         /// End-effector frame, a link of the robot.
         #[option(
             ROBOT, ALL,
@@ -308,7 +307,8 @@ impl Request {
 
     /// Returns the settings of the equations for a method, with their own defaults for what is left
     /// open.
-    pub(crate) fn equation_settings(&self, method: Method) -> EquationSettings {
+    #[must_use]
+    pub fn equation_settings(&self, method: Method) -> EquationSettings {
         let defaults = EquationSettings::default();
         EquationSettings {
             method,

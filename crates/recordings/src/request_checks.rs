@@ -1,10 +1,10 @@
 //! Checks of a request: each range and each combination once, before anything is read.
 
-use tactid_dynamics::{InertialParameters, Manipulator, Urdf};
+use tactid_dynamics::{InertialParameters, Manipulator};
 use tactid_identify::{BatchSettings, IdentifyError, Method};
+use tactid_options::{About, Declaration, Use};
 
 use crate::choices::EstimatorKind;
-use crate::options::{About, Declaration, Use};
 use crate::request::FILTER;
 use crate::{RecordingError, Request};
 
@@ -67,15 +67,11 @@ impl Request {
     ///
     /// # Errors
     /// Returns [`IdentifyError::Value`], [`IdentifyError::Setting`] or [`IdentifyError::Box`] with
-    /// the name of a field whose value is out of range, [`IdentifyError::Model`] for a URDF that is
-    /// none, [`RecordingError::SensorFrameNorm`] for a rotation that is none,
+    /// the name of a field whose value is out of range, [`RecordingError::SensorFrameNorm`] for a rotation that is none,
     /// [`IdentifyError::PriorNeedsLeastSquares`] if a known mass or a bounding box is given to the
     /// paper's filter, and [`RecordingError::OptionConflict`] for an option that another one must be
     /// given with.
-    pub(crate) fn check(&self) -> Result<(), RecordingError> {
-        if let Some(urdf) = &self.urdf {
-            Urdf::from_xml(urdf)?;
-        }
+    pub fn check(&self) -> Result<(), RecordingError> {
         self.check_estimator()?;
         if self.known_mass_kg.is_none() && self.known_mass_std_dev_kg.is_some() {
             return Err(RecordingError::OptionConflict {
@@ -163,7 +159,7 @@ impl Request {
     }
 
     /// Checks that each number of the request is in the range of its field.
-    fn check_values(&self) -> Result<(), RecordingError> {
+    pub(crate) fn check_values(&self) -> Result<(), RecordingError> {
         self.given().try_for_each(|given| given.check())?;
         if let Some(frame) = &self.sensor_frame {
             frame.parent_from_sensor()?;

@@ -10,7 +10,8 @@ use nalgebra::{Isometry3, Vector3};
 use recorded_arrays::common::{Experiment, Instant, TOOL, URDF, payload};
 use recorded_arrays::{Recording, quick, recorded};
 use tactid_dynamics::{
-    BaseKind, FrameMotion, InertialParameters, JointMotion, Manipulator, Workspace, forces, motion,
+    BaseKind, FrameMotion, InertialParameters, JointMotion, Manipulator, Urdf, Workspace, forces,
+    motion,
 };
 use tactid_recordings::{
     Arrays, Identification, Method, RecordingError, Request, UnloadedArrays, identify_arrays,
@@ -24,7 +25,7 @@ fn a_urdf_is_the_robot_of_arrays() {
     let mut recording = recorded();
     let expected = recording.identify(&quick()).unwrap();
     let request = Request {
-        urdf: Some(URDF.to_owned()),
+        urdf: Some(Urdf::from_xml(URDF).unwrap()),
         ..quick()
     };
     let error = recording.identify(&request).unwrap_err();

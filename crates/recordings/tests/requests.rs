@@ -239,7 +239,8 @@ fn counts_of_noise_are_checked() {
 #[test]
 fn an_online_setup_chooses_nothing_from_data() {
     let robot = recorded().robot.unwrap();
-    let setup = |request: &Request, effort| OnlineSetup::new(request, Some(&robot), None, effort);
+    let setup =
+        |request: &Request, effort| OnlineSetup::new(request, Some(&robot), None, effort).unwrap();
     let open = setup(&Request::default(), true);
     assert_eq!(open.settings, EquationSettings::default());
     assert_eq!(
@@ -257,10 +258,22 @@ fn an_online_setup_chooses_nothing_from_data() {
     assert!(combined.sensors.is_empty());
 }
 
+/// A value is in the same range online as for a recording.
+#[test]
+fn an_online_setup_has_the_ranges_of_a_request() {
+    let request = Request {
+        gravity: Some(Vector3::new(0.0, 0.0, -98.1)),
+        ..Request::default()
+    };
+    let error = OnlineSetup::new(&request, None, None, false).unwrap_err();
+    let expected = "gravity is -98.1, but must be between -50 and 50 m/s²";
+    assert_eq!(error.to_string(), expected);
+}
+
 /// A sensor without a robot is on the ground, and is the tip; online it gives what its recording gives.
 #[test]
 fn a_sensor_alone_is_identified_online() {
-    let setup = OnlineSetup::new(&Request::default(), None, None, true);
+    let setup = OnlineSetup::new(&Request::default(), None, None, true).unwrap();
     assert_eq!(setup.settings.gravity, Some(Vector3::new(0.0, 0.0, -9.81)));
     assert_eq!(
         (setup.tip.as_str(), &setup.sensors[..]),

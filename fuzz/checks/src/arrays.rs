@@ -5,7 +5,7 @@ use std::ops::ControlFlow;
 use crate::{Number, arm_urdf, estimate::assert_identified, numbers, parsed, robot};
 use arbitrary::Arbitrary;
 use nalgebra::{Isometry3, Vector3};
-use tactid_dynamics::BaseKind;
+use tactid_dynamics::{BaseKind, Urdf};
 use tactid_recordings::{
     ActsOn, Arrays, BoundingBox, EstimatorKind, Method, Request, UnloadedArrays, identify_arrays,
 };
@@ -122,7 +122,9 @@ fn request(input: &Input) -> Request {
     Request {
         method: methods.get(usize::from(input.method % 5)).copied(),
         estimator: input.paper.then_some(EstimatorKind::Nlms),
-        urdf: (input.robot % 8 == 4).then(|| arm_urdf().to_owned()),
+        urdf: (input.robot % 8 == 4)
+            .then(|| Urdf::from_xml(arm_urdf()).ok())
+            .flatten(),
         wrench_acts_on: input.acts_on_sensor.then_some(ActsOn::Sensor),
         gravity: input
             .gravity

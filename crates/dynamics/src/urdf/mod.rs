@@ -57,6 +57,13 @@ pub struct Urdf {
     links: HashMap<String, usize>,
 }
 
+/// The text decides all else.
+impl PartialEq for Urdf {
+    fn eq(&self, other: &Self) -> bool {
+        self.text == other.text
+    }
+}
+
 impl Urdf {
     /// Reads the text of a URDF.
     ///

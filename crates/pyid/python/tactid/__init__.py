@@ -45,7 +45,7 @@ from tactid._api.calibration import Calibration
 from tactid._api.combined import Combination, combine
 from tactid._api.comparison import Attempt, compare
 from tactid._api.designed_motion import DesignedMotion
-from tactid._api.excitation import design_excitation
+from tactid._api.excitation import Grip, design_excitation
 from tactid._api.offline import identify
 from tactid._api.online import Identifier, PaperFilter
 from tactid._api.result import Identification, PaperIdentification
@@ -88,7 +88,6 @@ from tactid._native import (
     set_log_memory,
     wrench_regressor,
 )
-from tactid._options.excitation_arguments import Grip
 from tactid._options.options import Options
 from tactid._results.calibration_data import CalibrationRecording
 from tactid._results.payload import PaperEstimate, PayloadEstimate

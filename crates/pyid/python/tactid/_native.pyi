@@ -1,5 +1,6 @@
 from collections.abc import Callable, Mapping, Sequence
 from os import PathLike
+from pathlib import Path
 from typing import Any, Final, Literal, TypeAlias, final
 
 import numpy as np
@@ -35,7 +36,6 @@ __all__ = [
     "Topic",
     "calibrate_arm",
     "combine",
-    "default_posture",
     "design_excitation",
     "distance_of_runs",
     "fault_words",
@@ -252,22 +252,17 @@ class ArmModel:
     def data(self) -> _Data: ...
 
 def calibrate_arm(
-    unloaded: Sequence[_Source],
-    loaded: Sequence[tuple[_Source, float, float, Sequence[float] | None, Any]],
-    hold_out: Sequence[_Source],
-    gain_std_dev: float | None,
+    given: _Data,
     options: _Data,
     progress: _Progress = None,
     robot: Manipulator | None = None,
 ) -> _Data: ...
-def options() -> list[_Data]: ...
-def default_posture(
-    robot: Manipulator, tip: str
-) -> tuple[list[float], list[int], list[tuple[float, float, str]]]: ...
+def options() -> tuple[list[_Data], list[_Data], list[_Data]]: ...
 def design_excitation(
     robot: Manipulator,
-    given: Mapping[str, object],
+    given: _Data,
     options: _Data,
+    read_mesh: Callable[[str, Path | None], bytes | str],
     progress: _Progress = None,
 ) -> _Data: ...
 def write_trajectory(

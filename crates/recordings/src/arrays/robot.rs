@@ -29,7 +29,7 @@ impl Arrays<'_> {
                     Some(_) => BaseKind::Floating,
                     None => BaseKind::Fixed,
                 };
-                Ok(Manipulator::from_urdf(urdf, base)?)
+                Ok(urdf.manipulator(base)?)
             }
             (None, None) => {
                 let name = request.tip.as_deref().unwrap_or(SENSOR_FRAME);

@@ -9,6 +9,7 @@ mod layout;
 mod link;
 mod payload;
 mod record;
+mod request;
 mod text;
 mod used;
 
@@ -17,3 +18,4 @@ pub use calibrate::{
     calibrate_arm,
 };
 pub(crate) use payload::{identify_calibrated_arrays, identify_calibrated_log};
+pub use request::CalibrationRequest;

@@ -11,20 +11,23 @@ use crate::RecordingError;
 /// the odometry moves.
 pub(crate) fn robot(
     log: &LogReader,
-    urdf: Option<&String>,
+    urdf: Option<&Urdf>,
     odometry: Option<&String>,
 ) -> Result<Manipulator, RecordingError> {
+    let described;
     let urdf = match urdf {
-        Some(text) => text.clone(),
-        None => description(log)?,
+        Some(urdf) => urdf,
+        None => {
+            described = Urdf::from_xml(&description(log)?)?;
+            &described
+        }
     };
     let Some(odometry) = odometry else {
-        return Ok(Manipulator::from_urdf(&urdf, BaseKind::Fixed)?);
+        return Ok(urdf.manipulator(BaseKind::Fixed)?);
     };
     let moved = first::<Odometry>(log, odometry)?.child_frame_id;
     let base = (!moved.is_empty()).then_some(moved.as_str());
-    let robot = Urdf::from_xml(&urdf)?.manipulator_below(BaseKind::Floating, base)?;
-    Ok(robot)
+    Ok(urdf.manipulator_below(BaseKind::Floating, base)?)
 }
 
 fn description(log: &LogReader) -> Result<String, RecordingError> {

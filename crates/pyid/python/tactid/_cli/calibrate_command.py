@@ -22,41 +22,8 @@ from tactid._cli.console import (
     progress,
 )
 from tactid._documents import calibration_json
-from tactid._options.declaration import declare
-from tactid._options.options import options_for
+from tactid._options.options import OWN, options_for
 from tactid._show import calibration_text
-
-OWN = declare(
-    calibrate,
-    "calibration",
-    {
-        "Recordings": {
-            "unloaded": "paths",
-            "loaded": "paths",
-            "payload_mass_kg": "masses",
-            "payload_mass_std_dev_kg": "number",
-            "payload_com": "points",
-            "payload_inertia": "inertias",
-            "hold_out": "paths",
-            "gain_std_dev": "gains percentage",
-        }
-    },
-    {
-        "unloaded": "A recording without a payload that moves all joints in both directions.",
-        "loaded": "A recording with a payload of known mass, which finds the gains.",
-        "payload_mass_kg": "Mass that the payload adds to the unloaded arm: a number for each"
-        " loaded recording. Unit: kg.",
-        "payload_com": "Centre of mass in the tip's frame, once for each loaded recording. Default:"
-        " not known. Unit: m.",
-        "payload_inertia": "Inertia about the centre of mass along the tip's axes, once for each"
-        " loaded recording; needs ``payload_com``. Default: not known. Unit: kg m².",
-        "hold_out": "A recording without a payload that is only compared with the model.",
-        "gain_std_dev": "Standard deviation of the gains before the calibration, in percent with"
-        " the sign: 0% where efforts are torques. Default: 20% with loaded recordings; without any,"
-        " 5% with ``effort_gain``, else 0%.",
-    },
-)
-"""The options beyond those of an identification: keywords of :func:`tactid.calibrate`."""
 
 
 def _result(text: str, *flags: str, metavar: str | None = None) -> Any:
@@ -75,7 +42,7 @@ def calibrate_arm(
 
     The numbers of one option are separated by commas or by spaces: --gravity 0 0 -9.81.
     """
-    keywords = option_flags.values(options, OWN.values())
+    keywords = option_flags.values(options, OWN["calibration"].values())
     unloaded = keywords.pop("unloaded", [])
     hold_out, loaded = (keywords.get(name, []) for name in ("hold_out", "loaded"))
     _check_files(out, report, options["urdf"], unloaded, loaded, hold_out)
@@ -130,9 +97,6 @@ def _print(arm: Calibration, *, as_json: bool) -> None:
 
 option_flags.show(
     calibrate_arm,
-    [
-        *option_flags.parameters(OWN.values()),
-        *option_flags.parameters(options_for("calibration")),
-    ],
+    option_flags.parameters([*OWN["calibration"].values(), *options_for("calibration")]),
     last=("out", "report", "as_json"),
 )

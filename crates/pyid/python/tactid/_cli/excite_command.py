@@ -12,12 +12,12 @@ from tactid._base.errors import ArgumentError
 from tactid._base.files import new_folder
 from tactid._base.output_files import check_outputs
 from tactid._base.terminal import printable
-from tactid._cli import excite_options, option_flags, option_text
+from tactid._cli import option_flags, option_text
 from tactid._cli.console import interruptible, notes, print_whole, progress, write_files
 from tactid._documents import motion_files
 from tactid._documents.motion_speed import LEAST_SPEED, SPEED
 from tactid._native import Manipulator
-from tactid._options.options import options_for
+from tactid._options.options import OWN, options_for
 from tactid._show import motion_text
 
 REPORT = "report.html"
@@ -79,7 +79,7 @@ def _speed(text: str) -> float:
 def _design(
     urdf: Path, base: Literal["fixed", "floating"] | None, arguments: dict[str, Any]
 ) -> DesignedMotion:
-    keywords = option_flags.values(arguments, excite_options.OPTIONS.values())
+    keywords = option_flags.values(arguments, OWN["design"].values())
     floats = "base_attitude" in keywords or "base_position" in keywords
     robot = Manipulator.from_urdf(urdf, base or ("floating" if floats else "fixed"))
     for finding in robot.findings:
@@ -110,8 +110,5 @@ def _write_report(motion: DesignedMotion, speed: float, path: Path) -> None:
 
 option_flags.show(
     excite,
-    [
-        *option_flags.parameters(excite_options.OPTIONS.values(), excite_options.FLAGS),
-        *option_flags.parameters(options_for("design")),
-    ],
+    option_flags.parameters([*OWN["design"].values(), *options_for("design")]),
 )

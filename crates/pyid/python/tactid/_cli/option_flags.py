@@ -1,13 +1,13 @@
 """Options as flags of a command: their parameters for typer, and from text to values."""
 
 import inspect
-from collections.abc import Callable, Collection, Iterable, Mapping
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
 from pathlib import Path
-from types import MappingProxyType
 from typing import Annotated, Any, Literal, NamedTuple
 
 import typer
 
+from tactid._base.naming import switched_off
 from tactid._cli import option_text
 from tactid._cli.console import FLAG
 from tactid._options.declaration import Declaration, Use
@@ -27,31 +27,32 @@ class _Form(NamedTuple):
 
 _FORMS = {
     "flag": _Form(bool, FLAG),
+    "switch": _Form(bool),
     "number": _Form(float),
+    "degrees": _Form(float, None, option_text.radians),
+    "percentage": _Form(str, None, option_text.fraction),
+    "gain-percentage": _Form(str, None, option_text.std_dev_of_gains),
     "count": _Form(int),
     "text": _Form(str),
     "texts": _Form(list[str]),
     "path": _Form(Path),
+    "recordings": _Form(list[Path]),
     "calibration": _Form(Path),
     "names": _Form(str, "RECORDED=JOINT,...", option_text.names),
     "vector": _Form(str, "X,Y,Z", option_text.vector),
     "numbers": _Form(str, "N,N,...", option_text.numbers),
+    "posture": _Form(str, "N,N,...", option_text.numbers),
+    "each-number": _Form(list[str], "N,N,...", option_text.all_numbers),
+    "each-point": _Form(list[str], "X,Y,Z", option_text.vectors),
+    "each-inertia": _Form(list[str], "XX,XY,XZ,YY,YZ,ZZ", option_text.inertias),
     "fractions": _Form(str, "P%,P%,...", option_text.gain_std_devs),
+    "wrench": _Form(str, "FX,FY,FZ,MX,MY,MZ", option_text.six),
     "wrenches": _Form(list[str], "FX,FY,FZ,MX,MY,MZ", option_text.wrenches),
     "box": _Form(str, "X,Y,Z,X,Y,Z", option_text.box),
+    "boxes": _Form(list[str], "NAME=BOX", option_text.named_boxes),
+    "grip": _Form(str, "X,Y,Z,NX,NY,NZ,DISTANCE,FORCE,FRICTION,RADIUS", option_text.grip),
     "body": _Form(str, "M,X,Y,Z,XX,XY,XZ,YY,YZ,ZZ", option_text.body),
     "frame": _Form(str, "LINK,X,Y,Z,QX,QY,QZ,QW", option_text.frame),
-    "switch": _Form(bool),
-    "paths": _Form(list[Path]),
-    "wrench": _Form(str, "FX,FY,FZ,MX,MY,MZ", option_text.six),
-    "grip": _Form(str, "X,Y,Z,NX,NY,NZ,DISTANCE,FORCE,FRICTION,RADIUS", option_text.grip),
-    "boxes": _Form(list[str], "NAME=BOX", option_text.named_boxes),
-    "degrees": _Form(float, None, option_text.radians),
-    "percentage": _Form(str, None, option_text.fraction),
-    "gains percentage": _Form(str, None, option_text.std_dev_of_gains),
-    "masses": _Form(list[str], "M,M,...", option_text.all_numbers),
-    "points": _Form(list[str], "X,Y,Z", option_text.vectors),
-    "inertias": _Form(list[str], "XX,XY,XZ,YY,YZ,ZZ", option_text.inertias),
 }
 """How options are written, by the names of the kinds in Rust."""
 
@@ -62,20 +63,27 @@ def _form(option: Declaration) -> _Form:
     return _FORMS[option.kind]
 
 
-def parameters(
-    options: Iterable[Declaration], flags: Mapping[str, tuple[str, ...]] = MappingProxyType({})
-) -> list[inspect.Parameter]:
-    """Returns a parameter for each of some options.
+_ALIASES = {"start": "--from"}
+"""Further flags of options."""
 
-    Args:
-        options: The options.
-        flags: Flags that are not those of the options' names.
-    """
+
+def _flags(option: Declaration) -> Iterator[str]:
+    """Yields the flags of an option; a switch has one that turns it off."""
+    if option.kind == "switch":
+        yield f"{option.flag}/{switched_off(option.name, 'command-line')}"
+        return
+    yield option.flag
+    if option.name in _ALIASES:
+        yield _ALIASES[option.name]
+
+
+def parameters(options: Iterable[Declaration]) -> list[inspect.Parameter]:
+    """Returns a parameter for each of some options."""
     found = []
     for option in options:
         form = _form(option)
         declaration = typer.Option(
-            *flags.get(option.name, (option.flag,)),
+            *_flags(option),
             help=option.help,
             metavar=option.placeholder or form.placeholder,
             rich_help_panel=option.group,

@@ -3,9 +3,9 @@
 import numpy as np
 from numpy.typing import NDArray
 
+from tactid._api.excitation import Grip
 from tactid._base.errors import ArgumentError
 from tactid._native import MassProperties
-from tactid._options.excitation_arguments import Grip
 
 
 def numbers(flag: str, text: str, count: int | None = None) -> list[float]:

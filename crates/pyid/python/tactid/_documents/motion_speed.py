@@ -2,8 +2,9 @@
 
 from dataclasses import replace
 
+import numpy as np
+
 from tactid._base.errors import ArgumentError
-from tactid._options.excitation_arguments import check_numbers
 from tactid._results.records import DesignedMotion
 
 SPEED = 0.5
@@ -16,7 +17,8 @@ LEAST_SPEED = 0.01
 
 def speed_of(speed: float) -> float:
     """Returns a fraction of the designed speed that is within its range."""
-    check_numbers(speed=speed)
+    if isinstance(speed, bool) or not isinstance(speed, int | float | np.number):
+        raise ArgumentError(f"`speed` is {speed!r}: expected a number", "speed")
     if not LEAST_SPEED <= speed <= 1:
         raise ArgumentError(
             f"`speed` is {speed:g}: expected a fraction from {LEAST_SPEED:g} to 1, the designed"

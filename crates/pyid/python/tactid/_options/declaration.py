@@ -1,7 +1,7 @@
 """How an option is declared, and how docstrings and signatures show what is declared.
 
-Rust declares the options: each is a field of ``tactid_recordings::Request``, and
-``tactid._options.options`` has the table of them.
+Rust declares the options: each is a field of ``tactid_recordings::Request``, or of the request for
+a design or a calibration, and ``tactid._options.options`` has the tables of them.
 """
 
 import inspect
@@ -9,6 +9,7 @@ import re
 import textwrap
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
+from types import MappingProxyType
 from typing import Any, Literal, TypeVar
 
 from tactid._base.naming import command_line_flag
@@ -56,7 +57,8 @@ class Declaration:
     @property
     def help(self) -> str:
         """Documentation for the command line, with the default and the unit."""
-        return self._sentences(self.text)
+        text = self._sentences(self.text)
+        return re.sub(r"``(\w+)``", lambda found: command_line_flag(found[1]), text)
 
     def _sentences(self, *sentences: str) -> str:
         default = f"Default: {self.default}." if self.default else ""
@@ -66,48 +68,6 @@ class Declaration:
 
 Declarations = Mapping[str, Declaration]
 """Options by their names, in the order in which they are documented."""
-
-
-_ARGUMENT = re.compile(r"^ {4}(\w+): (.*(?:\n {8}.*)*)", re.MULTILINE)
-"""An argument in a docstring, with what it is."""
-
-
-def declare(
-    function: Callable[..., Any],
-    use: Use,
-    groups: Mapping[str, Mapping[str, str | dict[str, list[str]]]],
-    texts: Mapping[str, str],
-) -> dict[str, Declaration]:
-    """Declares keywords of a function, which its docstring documents, as options of a command.
-
-    Args:
-        function: The function.
-        use: What it does.
-        groups: The kind of each keyword, in groups with a heading.
-        texts: What an option is on the command line, where it is less or more than in Python.
-    """
-    documented = {
-        name: " ".join(text.split())
-        for name, text in _ARGUMENT.findall(inspect.getdoc(function) or "")
-    }
-    parameters = inspect.signature(function).parameters
-    declared = {}
-    for group, kinds in groups.items():
-        for name, kind in kinds.items():
-            text = texts.get(name, documented.get(name, ""))
-            text = re.sub(r"``(\w+)``", lambda found: command_line_flag(found[1]), text)
-            default = "" if "Default: " in text else _default(name, parameters[name].default)
-            declared[name] = Declaration(name, text, kind, group, [use], default=default)
-    return declared
-
-
-def _default(name: str, value: object) -> str:
-    """Returns the default of a keyword in words; empty where it is no single value."""
-    if isinstance(value, bool):
-        return command_line_flag(name if value else f"no_{name}")
-    if isinstance(value, int | float):
-        return f"{value:g}"
-    return value if isinstance(value, str) else ""
 
 
 def describe(options: Declarations, use: Use | None = None) -> str:
@@ -123,6 +83,14 @@ def describe(options: Declarations, use: Use | None = None) -> str:
             indent = " " * 8
             lines.append(textwrap.fill(text, 88, subsequent_indent=indent, break_on_hyphens=False))
     return "\n".join(lines[1:])
+
+
+def arguments(options: Declarations) -> str:
+    """Lists the options with their documentation, as a docstring has arguments."""
+    texts = [f"{option.name}: {option.documentation}" for option in options.values()]
+    return "\n".join(
+        textwrap.fill(text, 92, subsequent_indent=" " * 4, break_on_hyphens=False) for text in texts
+    )
 
 
 def documented(options: Declarations, use: Use | None = None) -> Callable[[_Class], _Class]:
@@ -146,25 +114,34 @@ def _filled(lines: Iterable[str], mark: str, text: str) -> Iterable[str]:
             yield line
 
 
-def with_options(options: Declarations, use: Use) -> Callable[[_Class], _Class]:
-    """Returns a decorator that shows the options in a function's docstring and signature.
+def with_options(
+    options: Declarations, use: Use, own: Declarations = MappingProxyType({})
+) -> Callable[[_Class], _Class]:
+    """Returns a decorator that shows options in a function's docstring and signature.
 
     The signature has names only: the types of all keywords would hide them, and are in the text.
+
+    Args:
+        options: The options of an identification.
+        use: Where those of them apply that the function has.
+        own: Options that no identification has, which stand in place of ``<own>`` in a docstring.
     """
 
     def show(function: _Class) -> _Class:
         signature = inspect.signature(function)
-        given = [
-            parameter.replace(annotation=inspect.Parameter.empty)
-            for parameter in signature.parameters.values()
+        given = {
+            name: parameter.replace(annotation=inspect.Parameter.empty)
+            for name, parameter in signature.parameters.items()
             if parameter.kind is not parameter.VAR_KEYWORD
+        }
+        names = [*own, *(option.name for option in options.values() if use in option.uses)]
+        keywords = [
+            inspect.Parameter(name, inspect.Parameter.KEYWORD_ONLY, default=None)
+            for name in names
+            if name not in given
         ]
-        own = [
-            inspect.Parameter(option.name, inspect.Parameter.KEYWORD_ONLY, default=None)
-            for option in options.values()
-            if use in option.uses
-        ]
-        function.__signature__ = inspect.Signature([*given, *own])  # type: ignore[attr-defined]
-        return documented(options, use)(function)
+        shown = inspect.Signature([*given.values(), *keywords])
+        function.__signature__ = shown  # type: ignore[attr-defined]
+        return documented(options, use)(write_into_docstring(function, "<own>", arguments(own)))
 
     return show

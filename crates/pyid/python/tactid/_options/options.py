@@ -10,6 +10,7 @@ from __future__ import annotations
 import difflib
 import inspect
 from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import is_dataclass
 from typing import Any, Literal
 
 import numpy as np
@@ -17,7 +18,7 @@ import numpy as np
 from tactid import _native
 from tactid._base.errors import ArgumentError
 from tactid._native import MassProperties
-from tactid._options.declaration import Declaration, Use, documented
+from tactid._options.declaration import Declaration, Declarations, Use, documented
 
 Method = Literal["tactile", "effort", "joint-sensing", "combined"]
 """Which measurements the payload is identified from."""
@@ -25,8 +26,13 @@ Method = Literal["tactile", "effort", "joint-sensing", "combined"]
 Estimator = Literal["least-squares", "nlms"]
 """How equations become parameters."""
 
-OPTIONS = {each["name"]: Declaration(**each) for each in _native.options()}
-"""All options by their names, in the order in which they are documented."""
+OPTIONS, _OF_DESIGN, _OF_CALIBRATION = (
+    {each["name"]: Declaration(**each) for each in table} for table in _native.options()
+)
+"""All options of an identification by their names, in the order in which they are documented."""
+
+OWN: Mapping[Use, Declarations] = {"design": _OF_DESIGN, "calibration": _OF_CALIBRATION}
+"""Options that only a design or only a calibration has, by their names."""
 
 
 class Options:
@@ -109,12 +115,27 @@ def collect(
             f"`options` is of type {type(options).__name__}: expected tactid.Options"
         )
     allowed = option_names(use)
-    _check_names(keywords, [*own, *allowed])
+    _check_names(keywords, [*own, *OWN.get(use, ()), *allowed])
     collected = (options or Options()).replace(**keywords)
     for name in collected.given:
         if name not in allowed:
             raise ArgumentError(f"`{name}` does not apply to {_NAMES[use]}", option=name)
     return collected
+
+
+def take_own(keywords: dict[str, Any], use: Use) -> dict[str, Any]:
+    """Takes options that only one use has from keywords; returns their values as Rust reads them.
+
+    Recordings stay as they are: their arrays may be large.
+    """
+    taken = {name: keywords.pop(name, None) for name in OWN[use]}
+    return {
+        name: value
+        if OWN[use][name].kind == "recordings"
+        else _plain(vars(value) if is_dataclass(value) else value)
+        for name, value in taken.items()
+        if value is not None
+    }
 
 
 _NAMES: dict[Use, str] = {

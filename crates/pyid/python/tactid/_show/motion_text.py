@@ -6,11 +6,13 @@ from typing import TYPE_CHECKING
 from tactid._base.naming import Style, abridged, listed, option_name
 from tactid._base.text_table import as_text, empty_table
 from tactid._base.values import NAMES, UNITS, Z95, digits_of
-from tactid._options.excitation_arguments import WORKSPACE
 from tactid._results.records import CollisionFinding, DesignedMotion, Margin
 
 if TYPE_CHECKING:
     from rich.table import Table
+
+WORKSPACE = "the workspace"
+"""Name of the box that the tip and the payload's box stay in."""
 
 MOST_SHOWN = 6
 """Largest number of limits in the table of those that are used most."""

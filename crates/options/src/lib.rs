@@ -9,7 +9,7 @@ mod value;
 use serde::{Deserialize, Deserializer, Serialize};
 use tactid_identify::{IdentifyError, Range};
 
-pub(crate) use value::{Value, read_as};
+pub use value::Value;
 
 /// Where an option can apply.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
@@ -32,12 +32,20 @@ pub enum Use {
 
 /// Type of the values of an option.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
-#[serde(rename_all = "lowercase")]
+#[serde(rename_all = "kebab-case")]
 pub enum Kind {
     /// A truth value.
     Flag,
+    /// A truth value that is true unless another one is given.
+    Switch,
     /// A number.
     Number,
+    /// An angle, rad, that people write in degrees.
+    Degrees,
+    /// A fraction that people write as a percentage.
+    Percentage,
+    /// The standard deviation of gains, a fraction that people write as a percentage.
+    GainPercentage,
     /// A whole number that is not negative.
     Count,
     /// A text.
@@ -46,6 +54,8 @@ pub enum Kind {
     Texts,
     /// Path of a file or of a folder.
     Path,
+    /// Recordings: paths of files or of folders, or arrays.
+    Recordings,
     /// One of some names.
     Choice(&'static [&'static str]),
     /// Names with other names: a map.
@@ -54,12 +64,26 @@ pub enum Kind {
     Vector,
     /// One number for all, or one for each.
     Numbers,
+    /// A position for each joint, or positions by the names of joints.
+    Posture,
+    /// A number for each of some recordings.
+    EachNumber,
+    /// A point for all of some recordings, or for each.
+    EachPoint,
+    /// An inertia for all of some recordings, or for each.
+    EachInertia,
     /// As [`Numbers`](Self::Numbers), fractions that people write as percentages.
     Fractions,
+    /// Three forces and three moments.
+    Wrench,
     /// Three forces and three moments for all sensors, or for each.
     Wrenches,
     /// Two points: the corners of a box.
     Box,
+    /// Boxes by their names.
+    Boxes,
+    /// A grip of two pads.
+    Grip,
     /// A body: its mass, centre of mass, and inertia about it.
     Body,
     /// A link, then three coordinates and a quaternion.
@@ -70,8 +94,10 @@ pub enum Kind {
 
 /// Measurements that an option is about: it has no effect where they are not used.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum About {
+pub enum About {
+    /// Wrenches of sensors.
     Wrenches,
+    /// Efforts of joints.
     Efforts,
 }
 
@@ -96,15 +122,17 @@ pub struct Declaration {
     pub placeholder: &'static str,
     /// What only Python has, in complete sentences.
     pub python: &'static str,
+    /// Range of each of its numbers.
     #[serde(skip)]
-    pub(crate) range: Range,
+    pub range: Range,
+    /// Measurements without which it has no effect.
     #[serde(skip)]
-    pub(crate) about: Option<About>,
+    pub about: Option<About>,
 }
 
 impl Declaration {
     /// A declaration without anything that is optional.
-    pub(crate) const NONE: Self = Self {
+    pub const NONE: Self = Self {
         name: "",
         text: "",
         kind: Kind::Flag,
@@ -120,15 +148,17 @@ impl Declaration {
 }
 
 /// An option that is given, with what its checks need of the value.
-pub(crate) struct Given {
-    pub(crate) option: &'static Declaration,
+pub struct Given {
+    /// The declaration of the option.
+    pub option: &'static Declaration,
     numbers: Vec<f64>,
     /// Whether the value asks for something else than what holds without it.
-    pub(crate) is_effective: bool,
+    pub is_effective: bool,
 }
 
 impl Given {
-    pub(crate) fn new<T: Value>(option: &'static Declaration, value: &T) -> Self {
+    /// Returns an option with its value.
+    pub fn new<T: Value>(option: &'static Declaration, value: &T) -> Self {
         Self {
             option,
             numbers: value.numbers(),
@@ -140,13 +170,16 @@ impl Given {
     ///
     /// # Errors
     /// Returns [`IdentifyError::Value`] with the first that is not.
-    pub(crate) fn check(&self) -> Result<(), IdentifyError> {
+    pub fn check(&self) -> Result<(), IdentifyError> {
         self.option.range.check(self.option.name, &self.numbers)
     }
 }
 
 /// Reads the value of a field of [`options`].
-pub(crate) fn given<'de, D: Deserializer<'de>, T: Value>(
+///
+/// # Errors
+/// Returns the error of a value that is none of the type.
+pub fn read_value<'de, D: Deserializer<'de>, T: Value>(
     deserializer: D,
 ) -> Result<Option<T>, D::Error> {
     struct Read<T>(T);
@@ -165,6 +198,7 @@ pub(crate) fn given<'de, D: Deserializer<'de>, T: Value>(
 /// and the uses, and then, as far as there is something to say, in this order: `unit`, `default`,
 /// `placeholder`, `kind` (that of the type, unless given), `range`, `about`, and `python`, what
 /// only Python has.
+#[macro_export]
 macro_rules! options {
     (
         $(#[$meta:meta])*
@@ -193,18 +227,18 @@ macro_rules! options {
                 $(#[doc = $doc])+
                 $(#[doc = concat!(" Unit: ", $unit, ".")])?
                 $(#[doc = concat!(" Default: ", $default, ".")])?
-                #[serde(deserialize_with = "crate::options::given")]
+                #[serde(deserialize_with = "tactid_options::read_value")]
                 pub $field: Option<$type>,
             )+
         }
 
         impl $name {
             /// Declarations of all options, in the order in which they are documented.
-            pub const OPTIONS: &'static [crate::options::Declaration] = &[
-                $(crate::options::Declaration {
+            pub const OPTIONS: &'static [$crate::Declaration] = &[
+                $($crate::Declaration {
                     name: stringify!($field),
                     text: concat!($($doc),+).trim_ascii(),
-                    kind: crate::options::options!(@kind $type $(, $kind)?),
+                    kind: $crate::options!(@kind $type $(, $kind)?),
                     group: $group,
                     uses: $uses,
                     $(unit: $unit,)?
@@ -213,24 +247,23 @@ macro_rules! options {
                     $(range: $range,)?
                     $(about: Some($about),)?
                     $(python: $python,)?
-                    ..crate::options::Declaration::NONE
+                    ..$crate::Declaration::NONE
                 },)+
             ];
 
             /// Returns the options that are given, in the order of their declarations.
-            pub(crate) fn given(&self) -> impl Iterator<Item = crate::options::Given> {
+            pub(crate) fn given(&self) -> impl Iterator<Item = $crate::Given> {
                 let mut options = Self::OPTIONS.iter();
                 let given = [$(
                     options
                         .next()
                         .zip(self.$field.as_ref())
-                        .map(|(option, value)| crate::options::Given::new(option, value)),
+                        .map(|(option, value)| $crate::Given::new(option, value)),
                 )+];
                 given.into_iter().flatten()
             }
         }
     };
-    (@kind $type:ty) => { <$type as crate::options::Value>::KIND };
+    (@kind $type:ty) => { <$type as $crate::Value>::KIND };
     (@kind $type:ty, $kind:expr) => { $kind };
 }
-pub(crate) use options;

@@ -6,17 +6,20 @@ use std::path::PathBuf;
 use nalgebra::{Matrix3, Vector3};
 use serde::de::Error;
 use serde::{Deserialize, Deserializer};
-use tactid_dynamics::MassProperties;
+use tactid_dynamics::{MassProperties, Urdf};
 use tactid_identify::{BoundingBox, Method};
 
-use super::Kind;
+use crate::Kind;
 
 /// A type of the values of options.
-pub(crate) trait Value: Sized {
+pub trait Value: Sized {
     /// Kind of the values, for the table of options.
     const KIND: Kind;
 
     /// Reads a value.
+    ///
+    /// # Errors
+    /// Returns the error of a value that is none of the type.
     fn read<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error>;
 
     /// Returns the numbers of a value, which the range of the option is for.
@@ -61,17 +64,16 @@ impl From<Flag> for bool {
 }
 
 /// Writes the kind of a [`Value`], and its reading from what serde reads as another type.
+#[macro_export]
 macro_rules! read_as {
     ($kind:expr, $type:ty) => {
-        const KIND: crate::options::Kind = $kind;
+        const KIND: $crate::Kind = $kind;
 
         fn read<'de, D: serde::Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
             <$type as serde::Deserialize>::deserialize(deserializer).map(Self::from)
         }
     };
 }
-pub(crate) use read_as;
-
 impl Value for bool {
     read_as!(Kind::Flag, Flag);
 
@@ -96,12 +98,30 @@ impl Value for u32 {
     read_as!(Kind::Count, u32);
 }
 
+impl Value for u64 {
+    read_as!(Kind::Count, u64);
+}
+
 impl Value for String {
     read_as!(Kind::Text, String);
 }
 
 impl Value for PathBuf {
     read_as!(Kind::Path, PathBuf);
+}
+
+impl Value for Vec<PathBuf> {
+    read_as!(Kind::Recordings, OneOrSeveral<PathBuf>);
+}
+
+/// Read from the path of its file.
+impl Value for Urdf {
+    const KIND: Kind = Kind::Path;
+
+    fn read<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        let path = PathBuf::deserialize(deserializer)?;
+        Self::from_file(&path).map_err(D::Error::custom)
+    }
 }
 
 impl Value for BTreeMap<String, String> {
@@ -132,6 +152,30 @@ impl Value for Vec<f64> {
     }
 }
 
+impl Value for [f64; 6] {
+    read_as!(Kind::Wrench, [f64; 6]);
+
+    fn numbers(&self) -> Vec<f64> {
+        self.to_vec()
+    }
+}
+
+impl Value for Vec<[f64; 3]> {
+    read_as!(Kind::EachPoint, OneOrSeveral<[f64; 3]>);
+
+    fn numbers(&self) -> Vec<f64> {
+        self.as_flattened().to_vec()
+    }
+}
+
+impl Value for Vec<[[f64; 3]; 3]> {
+    read_as!(Kind::EachInertia, OneOrSeveral<[[f64; 3]; 3]>);
+
+    fn numbers(&self) -> Vec<f64> {
+        self.as_flattened().as_flattened().to_vec()
+    }
+}
+
 impl Value for Vec<[f64; 6]> {
     read_as!(Kind::Wrenches, OneOrSeveral<[f64; 6]>);
 
@@ -145,10 +189,27 @@ impl Value for BoundingBox {
     const KIND: Kind = Kind::Box;
 
     fn read<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        let [min, max] = <[[f64; 3]; 2]>::deserialize(deserializer)?;
-        let (min, max) = (min.into(), max.into());
-        Ok(Self { min, max })
+        <[[f64; 3]; 2]>::deserialize(deserializer).map(between)
     }
+}
+
+/// Their corners are checked by [`BoundingBox`] itself.
+impl Value for BTreeMap<String, BoundingBox> {
+    const KIND: Kind = Kind::Boxes;
+
+    fn read<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        let boxes = BTreeMap::<String, [[f64; 3]; 2]>::deserialize(deserializer)?;
+        let boxes = boxes.into_iter();
+        Ok(boxes
+            .map(|(name, corners)| (name, between(corners)))
+            .collect())
+    }
+}
+
+/// Returns the box between two corners, m.
+fn between([min, max]: [[f64; 3]; 2]) -> BoundingBox {
+    let (min, max) = (min.into(), max.into());
+    BoundingBox { min, max }
 }
 
 impl Value for MassProperties {
