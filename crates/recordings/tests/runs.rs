@@ -15,7 +15,7 @@ use recorded_log::Recording;
 use tactid_identify::IdentifyError;
 use tactid_recordings::{
     EstimatorKind, Identification, Method, Progress, RecordingError, Request, combine,
-    identify_log, identify_logs,
+    identify_logs,
 };
 
 fn request() -> Request {
