@@ -16,6 +16,7 @@ pub const PARAMETER_NAMES: [&str; 10] = [
 /// Products of inertia are the off-diagonal matrix entries (no sign flip), as in URDF and in
 /// `geometry_msgs/Inertia`.
 #[must_use]
+#[inline]
 pub fn symmetric_entries(matrix: &Matrix3<f64>) -> [f64; 6] {
     [
         matrix[(0, 0)],

@@ -351,11 +351,13 @@ impl Manipulator {
     ///
     /// # Errors
     /// Returns [`StateError::Length`] if it does not.
+    #[inline]
     pub fn check_length(&self, what: &'static str, given: &[f64]) -> Result<(), StateError> {
         self.check_count(what, given.len())
     }
 
     /// Checks that there is one entry for each independent joint, as [`Self::check_length`] does.
+    #[inline]
     pub(crate) fn check_count(&self, what: &'static str, given: usize) -> Result<(), StateError> {
         if given == self.dof() {
             return Ok(());

@@ -68,7 +68,7 @@ impl Workspace {
             let Some(joint) = self.bodies[first].joint else {
                 continue;
             };
-            let along = Vec3([0.0, 0.0, 1.0]);
+            let along = Vec3([0.0, 0.0, joint.ratio]);
             self.regressor_states[first].column = match joint.kind {
                 JointKind::Revolute => [Vec3([0.0; 3]), along],
                 JointKind::Prismatic => [along, Vec3([0.0; 3])],
@@ -89,7 +89,7 @@ impl Workspace {
                 let of_body = &self.regressor_states[index];
                 let [v, u] = of_body.column.map(|vector| body.in_own_frame(vector));
                 let row = &mut rows[joint.coordinate * moving + index - 1];
-                *row += power_regressor(&of_body.motion, &v, &u) * joint.ratio;
+                *row += power_regressor(&of_body.motion, &v, &u);
             }
         }
         Ok(())

@@ -34,6 +34,7 @@ pub struct Wrench {
 impl Wrench {
     /// Returns the wrench without force and moment.
     #[must_use]
+    #[inline]
     pub fn zero() -> Self {
         Self {
             force: Vector3::zeros(),
@@ -63,6 +64,7 @@ impl Wrench {
 
 impl Add for Wrench {
     type Output = Self;
+    #[inline]
     fn add(self, other: Self) -> Self {
         Self {
             force: self.force + other.force,
@@ -73,6 +75,7 @@ impl Add for Wrench {
 
 impl Sub for Wrench {
     type Output = Self;
+    #[inline]
     fn sub(self, other: Self) -> Self {
         self + -other
     }
