@@ -135,8 +135,8 @@ fn contradictions_and_fingerprints_are_checked() {
         ),
         (
             text.replace("\"gravity_tilted\"", "\"gravity_tilted\"\nodd = 1"),
-            Some(line_of("kind = \"gravity_tilted\"")),
-            "unknown field `odd`",
+            Some(line_of("kind = \"gravity_tilted\"") + 1),
+            "`odd`",
         ),
     ];
     for (text, expected, part) in cases {

@@ -1,23 +1,30 @@
 //! Contradictions of a calibration, as its file has them.
 
-use serde::de::Error;
-use serde::{Deserialize, Deserializer};
 use tactid_calibrate::Contradiction;
 use toml::Table;
 
-/// Reads contradictions whose keys are all known: serde ignores unknown ones beside what is flattened.
-pub(super) fn read<'de, D: Deserializer<'de>>(
-    deserializer: D,
-) -> Result<Vec<Contradiction>, D::Error> {
-    let tables = Vec::<Table>::deserialize(deserializer)?;
-    let read = |table: Table| {
-        let found: Contradiction = table.clone().try_into()?;
-        let known = Table::try_from(&found).map_err(Error::custom)?;
+use super::check::{Fault, Place};
+
+/// Returns the tables of contradictions.
+pub(super) fn tables(contradictions: &[Contradiction]) -> Result<Vec<Table>, toml::ser::Error> {
+    contradictions.iter().map(Table::try_from).collect()
+}
+
+/// Reads the tables of contradictions in a text, whose keys must all be known: serde ignores unknown ones beside what is
+/// flattened.
+pub(super) fn read(tables: Vec<Table>, text: &str) -> Result<Vec<Contradiction>, Fault> {
+    let read = |(index, table): (usize, Table)| {
+        let place = Place::numbered(text, "contradiction", index);
+        let found: Contradiction = table
+            .clone()
+            .try_into()
+            .map_err(|error: toml::de::Error| place.fault("kind", error.message()))?;
+        let known =
+            Table::try_from(&found).map_err(|error| place.fault("kind", &error.to_string()))?;
         match table.keys().find(|key| !known.contains_key(*key)) {
-            Some(key) => Err(Error::custom(format!("unknown field `{key}`"))),
+            Some(key) => Err(place.fault(key, "the key is unknown")),
             None => Ok(found),
         }
     };
-    let all: Result<_, toml::de::Error> = tables.into_iter().map(read).collect();
-    all.map_err(D::Error::custom)
+    tables.into_iter().enumerate().map(read).collect()
 }

@@ -5,10 +5,10 @@ use std::fmt::Write;
 use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 use tactid_calibrate::{
-    Calibration, CalibrationReport, Contradiction, EffortNoise, JointCalibration, MotionShortage,
+    Calibration, CalibrationReport, EffortNoise, JointCalibration, MotionShortage,
 };
 use tactid_identify::Delay;
-use toml::Spanned;
+use toml::{Spanned, Table};
 
 use super::check::{Fault, Place, check_numbers};
 use super::contradictions;
@@ -74,10 +74,9 @@ struct File {
     #[serde(
         rename = "contradiction",
         default,
-        skip_serializing_if = "Vec::is_empty",
-        deserialize_with = "contradictions::read"
+        skip_serializing_if = "Vec::is_empty"
     )]
-    contradictions: Vec<Contradiction>,
+    contradictions: Vec<Table>,
     #[serde(rename = "recording")]
     recordings: Vec<Used>,
     #[serde(skip_serializing)]
@@ -126,7 +125,7 @@ struct Precision {
 /// Returns the text of a calibration.
 pub(super) fn text(arm: &ArmCalibration) -> Result<String, toml::ser::Error> {
     let mut text = HEADER.to_owned();
-    text += &toml::to_string(&File::of(arm))?;
+    text += &toml::to_string(&File::of(arm)?)?;
     text += "\n[precision]\nrows = [\n";
     let mut numbers = arm.model.precision.iter();
     for row in 1..=arm.model.parameters.len() {
@@ -185,13 +184,13 @@ fn line_of(text: &str, at: usize) -> usize {
 }
 
 impl File {
-    fn of(arm: &ArmCalibration) -> Self {
+    fn of(arm: &ArmCalibration) -> Result<Self, toml::ser::Error> {
         let (model, report) = (&arm.model, &arm.report);
         let layout = Layout::of(model);
         let joints = (0..layout.joints).map(|index| Joint::of(arm, layout, index));
         let links = report.links.iter().enumerate();
         let payloads = report.payloads.iter();
-        Self {
+        Ok(Self {
             version: VERSION,
             tool: model.tool.clone(),
             gravity_m_s2: model.gravity.into(),
@@ -213,10 +212,10 @@ impl File {
                 })
                 .collect(),
             shortages: report.shortages.clone(),
-            contradictions: report.contradictions.clone(),
+            contradictions: contradictions::tables(&report.contradictions)?,
             recordings: report.recordings.iter().map(Used::of).collect(),
             precision: Precision { rows: Vec::new() },
-        }
+        })
     }
 
     fn layout(&self) -> Layout {
@@ -265,7 +264,7 @@ impl File {
                 .map(|payload| body(payload.parameters))
                 .collect(),
             shortages: self.shortages,
-            contradictions: self.contradictions,
+            contradictions: contradictions::read(self.contradictions, text)?,
             recordings: self
                 .recordings
                 .iter()
