@@ -8,7 +8,7 @@ use tactid_dynamics::{
 
 use super::description::LinkDescription;
 use super::settings::CalibrationSettings;
-use tactid_identify::IdentifyError;
+use crate::CalibrateError;
 use tactid_identify::equations::Instant;
 
 /// Velocities of all friction terms, rad/s or m/s. A calibration uses the plain Coulomb term (the last), or a step, what
@@ -108,14 +108,14 @@ impl Arm {
         robot: &Manipulator,
         tool: &str,
         settings: &CalibrationSettings,
-    ) -> Result<Self, IdentifyError> {
+    ) -> Result<Self, CalibrateError> {
         let frame = robot.frame(tool)?;
         if robot.base_kind() == BaseKind::Floating {
-            return Err(IdentifyError::CalibrationBase("the base floats"));
+            return Err(cannot_be_calibrated("the base floats"));
         }
         let bodies = bodies_between(robot, frame);
         if bodies.is_empty() {
-            return Err(IdentifyError::CalibrationBase("no joint moves the tool"));
+            return Err(cannot_be_calibrated("no joint moves the tool"));
         }
         let joints = joints_of(robot, frame);
         let first_link = |&joint: &usize| {
@@ -220,9 +220,15 @@ pub(crate) struct ArmColumns {
     moved: Vec<f64>,
 }
 
+fn cannot_be_calibrated(why: &str) -> CalibrateError {
+    CalibrateError::Robot(format!(
+        "a calibration of joint efforts needs a fixed base and joints that move the tool: {why}"
+    ))
+}
+
 impl ArmColumns {
     /// Allocates the workspace for an arm of a robot.
-    pub(crate) fn new(robot: &Manipulator, arm: &Arm) -> Result<Self, IdentifyError> {
+    pub(crate) fn new(robot: &Manipulator, arm: &Arm) -> Result<Self, CalibrateError> {
         let tool = robot.frame(&arm.tool)?;
         let moving = robot.bodies().len() - 1;
         Ok(Self {

@@ -12,7 +12,8 @@ use super::recording::{EffortRecording, check_settings};
 use super::reference::reference_fit;
 use super::report::{CalibrationResult, report};
 use super::settings::CalibrationSettings;
-use tactid_identify::IdentifyError;
+use crate::CalibrateError;
+use tactid_identify::{IdentifyError, three_digits};
 
 /// Fewest windows of a calibration: 3 s at 2 Hz.
 const MIN_WINDOWS: usize = 20;
@@ -29,32 +30,28 @@ const FOUND_RATIO: f64 = 1.05;
 /// much from the given ones that they are an error, which has the gains that fit. The noise is chosen on at most 2000 windows.
 ///
 /// # Errors
-/// Returns [`IdentifyError::TooFewWindows`] if the recordings have fewer than twenty windows in all,
-/// [`IdentifyError::NoMotion`] if no joint moves, [`IdentifyError::NoEfforts`] if all efforts are constant,
-/// [`IdentifyError::EffortConstant`] or [`IdentifyError::EffortReversed`] if those of one joint are constant while it moves
-/// or have the opposite sign, [`IdentifyError::GainUnexpected`] or [`IdentifyError::GainsUnexpected`] if gains differ
-/// from the given ones by more than five standard deviations and 10 %, [`IdentifyError::EffortDelay`] if the efforts lag
-/// or lead the motion by more than an eighth of a window,
-/// [`IdentifyError::CalibrationRobot`] or [`IdentifyError::CalibrationMismatch`] if the recordings are of different robots
-/// or have other cutoffs or gravity than the settings, [`IdentifyError::Value`] if a setting or a known payload is out of
-/// range, [`IdentifyError::GainsNotPositive`] if gains come out negative, and [`IdentifyError::CalibrationFailed`] if the numbers are
-/// too large to be solved for.
+/// Returns [`IdentifyError::TooLittle`] if the recordings have fewer than twenty windows in all,
+/// [`IdentifyError::Option`] if a setting or a known payload is out of range, [`CalibrateError::Robot`] if the recordings
+/// are of different robots or have other cutoffs or gravity than the settings, [`CalibrateError::GainsUnexpected`] if gains
+/// differ from the given ones by more than five standard deviations and 10 %, and [`CalibrateError::Data`] if no joint
+/// moves, the efforts of a joint are constant while it moves or have the opposite sign, the efforts lag or lead the motion
+/// by more than an eighth of a window, gains come out negative, or numbers are too large to be solved for.
 pub fn calibrate(
     recordings: &[(EffortRecording, Option<KnownPayload>)],
     settings: &CalibrationSettings,
-) -> Result<CalibrationResult, IdentifyError> {
+) -> Result<CalibrationResult, CalibrateError> {
     calibrate_interruptibly(recordings, settings, &mut || ControlFlow::Continue(()))
 }
 
 /// Calibrates an arm as [`calibrate()`] does, and calls `check` several times a second, which may stop the work.
 ///
 /// # Errors
-/// Returns [`IdentifyError::Interrupted`] where `check` returns [`ControlFlow::Break`], and the errors of [`calibrate()`].
+/// Returns [`CalibrateError::Interrupted`] where `check` returns [`ControlFlow::Break`], and the errors of [`calibrate()`].
 pub fn calibrate_interruptibly(
     recordings: &[(EffortRecording, Option<KnownPayload>)],
     settings: &CalibrationSettings,
     check: &mut InterruptionCheck<'_>,
-) -> Result<CalibrationResult, IdentifyError> {
+) -> Result<CalibrationResult, CalibrateError> {
     settings.check()?;
     check_recordings(recordings, settings)?;
     for (recording, payload) in recordings {
@@ -69,30 +66,28 @@ pub fn calibrate_interruptibly(
     };
     let found = fitting_gains(recordings, settings, gains, check)?;
     let joints = recordings[0].0.joint_names();
-    match &mut error {
-        IdentifyError::GainUnexpected {
-            joint, gain, gains, ..
-        } => {
-            let pairs = joints.iter().zip(&found);
-            let of_joint = pairs.filter(|(name, _)| *name == joint);
-            of_joint.for_each(|(_, found)| *gain = *found);
-            *gains = found;
-        }
-        IdentifyError::GainsUnexpected { factor, gains } => {
-            let logs: f64 = found.iter().map(|gain| gain.ln()).sum();
-            *factor = (logs / found.len() as f64).exp();
-            *gains = found;
-        }
-        _ => {}
+    if let CalibrateError::GainsUnexpected {
+        joint, gain, gains, ..
+    } = &mut error
+    {
+        let logs: f64 = found.iter().map(|gain| gain.ln()).sum();
+        let mean = (logs / found.len() as f64).exp();
+        let of_joint = |joint| {
+            joints
+                .iter()
+                .position(|name| name == joint)
+                .map(|k| found[k])
+        };
+        *gain = joint.as_ref().and_then(of_joint).unwrap_or(mean);
+        *gains = found;
     }
     Err(error)
 }
 
 /// Returns the gains that an error proposes, if it is about gains.
-fn unexpected_gains(error: &IdentifyError) -> Option<&[f64]> {
+fn unexpected_gains(error: &CalibrateError) -> Option<&[f64]> {
     match error {
-        IdentifyError::GainUnexpected { gains, .. }
-        | IdentifyError::GainsUnexpected { gains, .. } => Some(gains),
+        CalibrateError::GainsUnexpected { gains, .. } => Some(gains),
         _ => None,
     }
 }
@@ -103,7 +98,7 @@ fn fitting_gains(
     settings: &CalibrationSettings,
     mut gains: Vec<f64>,
     check: &mut InterruptionCheck<'_>,
-) -> Result<Vec<f64>, IdentifyError> {
+) -> Result<Vec<f64>, CalibrateError> {
     for _ in 0..REPETITIONS {
         let recordings = recordings.iter();
         let scaled: Vec<_> = recordings
@@ -116,7 +111,7 @@ fn fitting_gains(
                 .iter()
                 .map(|joint| joint.gain)
                 .collect(),
-            Err(IdentifyError::Interrupted) => return Err(IdentifyError::Interrupted),
+            Err(CalibrateError::Interrupted) => return Err(CalibrateError::Interrupted),
             Err(error) => match unexpected_gains(&error) {
                 Some(factors) => factors.to_vec(),
                 // The gains of the repetition before are the best there are.
@@ -140,7 +135,7 @@ fn calibrate_once(
     recordings: &[(EffortRecording, Option<KnownPayload>)],
     settings: &CalibrationSettings,
     check: &mut InterruptionCheck<'_>,
-) -> Result<CalibrationResult, IdentifyError> {
+) -> Result<CalibrationResult, CalibrateError> {
     let given: Vec<_> = recordings.iter().map(|(r, held)| (r, *held)).collect();
     let reference = reference_fit(&given)?;
     let plain = fit(&given, &reference, vec![PLAIN], settings, check)?;
@@ -165,7 +160,7 @@ fn calibrate_once(
 fn check_recordings(
     recordings: &[(EffortRecording, Option<KnownPayload>)],
     settings: &CalibrationSettings,
-) -> Result<(), IdentifyError> {
+) -> Result<(), CalibrateError> {
     let mut windows = 0;
     let mut max_velocity: f64 = 0.0;
     for (recording, payload) in recordings {
@@ -186,10 +181,14 @@ fn check_recordings(
     }
     if windows < MIN_WINDOWS {
         let window_s = recordings.first().map_or(0.0, |(r, _)| r.window_s());
-        return Err(IdentifyError::TooFewWindows { windows, window_s });
+        return Err(IdentifyError::too_few_windows(windows, window_s).into());
     }
     if max_velocity < MOVES {
-        return Err(IdentifyError::NoMotion { max_velocity });
+        return Err(CalibrateError::Data(format!(
+            "no joint moves in the recordings (the fastest reaches {} rad/s or m/s): record a motion of all joints in both \
+             directions",
+            three_digits(max_velocity)
+        )));
     }
     Ok(())
 }

@@ -22,8 +22,8 @@ use super::layout::{Group, Layout};
 use super::rows::Unknowns;
 use super::scale::scale_direction;
 use super::solver::{NormalEquations, Prior, Problem};
+use crate::CalibrateError;
 use tactid_identify::GainErrors;
-use tactid_identify::IdentifyError;
 use tactid_identify::solve::Vector;
 
 /// Standard deviations of the change of friction that are compared, in units of the friction that joints of the arm
@@ -158,13 +158,13 @@ impl Changes {
         layout: &Layout,
         prior: &Prior,
         fixes_scale: bool,
-    ) -> Result<Self, IdentifyError> {
+    ) -> Result<Self, CalibrateError> {
         let scale = if fixes_scale {
             scale_direction(layout, &prior.mean, &prior.scales)
         } else {
             None
         };
-        let failed = || IdentifyError::CalibrationFailed;
+        let failed = CalibrateError::unsolvable;
         let factor = prior.precision.clone().cholesky().ok_or_else(failed)?;
         let lower = factor.l();
         let inverse =
@@ -181,7 +181,7 @@ impl Changes {
         let sizes = GAINS
             .into_iter()
             .flat_map(|gains| FRICTION.map(|friction| Size { friction, gains }));
-        let candidate = |size: Size| -> Result<Candidate, IdentifyError> {
+        let candidate = |size: Size| -> Result<Candidate, CalibrateError> {
             let root = size.root(layout, &prior);
             let changed = &covariance + &root * root.transpose();
             let factor = changed.cholesky().ok_or_else(failed)?;
@@ -270,7 +270,7 @@ impl Changes {
         problem: &mut Problem<'_>,
         at: &Unknowns,
         data: &NormalEquations,
-    ) -> Result<(Change, f64), IdentifyError> {
+    ) -> Result<(Change, f64), CalibrateError> {
         let compared: Vec<(f64, &Candidate)> = self
             .solutions(problem, at, data)
             .map(|(solution, candidate)| (solution.log_evidence, candidate))
@@ -281,7 +281,7 @@ impl Changes {
                 .filter(|(_, candidate)| is_compared(candidate));
             of.max_by(|a, b| a.0.total_cmp(&b.0)).copied()
         };
-        let failed = || IdentifyError::CalibrationFailed;
+        let failed = CalibrateError::unsolvable;
         let (log_evidence, best) = best_of(|_| true).ok_or_else(failed)?;
         let log_evidence = |without: Option<(f64, &Candidate)>| {
             without.map_or(f64::INFINITY, |(other, _)| log_evidence - other)

@@ -7,7 +7,7 @@ use super::fit::{MOVES, PAYLOAD_SCALES};
 use super::payload::KnownPayload;
 use super::recording::EffortRecording;
 use super::rows::EffortModel;
-use tactid_identify::IdentifyError;
+use crate::CalibrateError;
 
 /// Fewest windows from which a sign is determined: chance explains fewer with either.
 const MIN_WINDOWS: usize = 20;
@@ -31,8 +31,8 @@ impl EffortRecording {
     /// torque that the robot's description and the `payload` need, with friction that brakes. Scales do not matter.
     ///
     /// # Errors
-    /// Returns [`IdentifyError::EffortConstant`] or [`IdentifyError::EffortReversed`] with the first such joint.
-    pub fn check_efforts(&self, payload: Option<&KnownPayload>) -> Result<(), IdentifyError> {
+    /// Returns [`CalibrateError::Data`] with the first such joint.
+    pub fn check_efforts(&self, payload: Option<&KnownPayload>) -> Result<(), CalibrateError> {
         self.check_varies()?;
         let held = payload.map(|payload| *payload.parameters().as_vector());
         let is_reversed = |&joint: &usize| {
@@ -48,13 +48,16 @@ impl EffortRecording {
             sums.is_opposite(Sums::bounded)
         };
         match self.first_joint(is_reversed) {
-            Some(joint) => Err(IdentifyError::EffortReversed { joint }),
+            Some(joint) => Err(CalibrateError::Data(format!(
+                "the effort of the joint `{joint}` has the opposite sign of the torque that moves it: give it a negative \
+                 effort gain"
+            ))),
             None => Ok(()),
         }
     }
 
     /// Checks that no effort is constant while its joint moves and others vary.
-    pub(crate) fn check_varies(&self) -> Result<(), IdentifyError> {
+    pub(crate) fn check_varies(&self) -> Result<(), CalibrateError> {
         let is_constant = |joint: &usize| {
             let efforts = (0..self.windows()).map(|window| self.effort(window, *joint, 0.0));
             let (low, high) = efforts
@@ -68,7 +71,9 @@ impl EffortRecording {
             return Ok(()); // There are no efforts at all, which is another error.
         }
         match self.first_joint(|joint| is_constant(joint) && moves(joint)) {
-            Some(joint) => Err(IdentifyError::EffortConstant { joint }),
+            Some(joint) => Err(CalibrateError::Data(format!(
+                "the effort of the joint `{joint}` never changes, although it moves: record its effort, too"
+            ))),
             None => Ok(()),
         }
     }
@@ -80,7 +85,7 @@ impl EffortRecording {
         model: &EffortModel,
         arm: &[f64],
         may_hold: bool,
-    ) -> Result<(), IdentifyError> {
+    ) -> Result<(), CalibrateError> {
         self.check_varies()?;
         let nothing = SVector::zeros();
         let scales = SVector::from(PAYLOAD_SCALES);
@@ -97,7 +102,10 @@ impl EffortRecording {
             sums.is_opposite(Sums::free)
         };
         match self.first_joint(is_reversed) {
-            Some(joint) => Err(IdentifyError::EffortSignChanged { joint }),
+            Some(joint) => Err(CalibrateError::Data(format!(
+                "the effort of the joint `{joint}` has the opposite sign of that in the calibration: negate it, or \
+                 calibrate anew"
+            ))),
             None => Ok(()),
         }
     }

@@ -18,8 +18,8 @@ use super::recording::EffortRecording;
 use super::rows::{EffortModel, Unknowns};
 use super::solver::{Block, Problem};
 use super::student::{DEGREES_OF_FREEDOM, WIDENING};
+use crate::CalibrateError;
 use crate::distributions::f_p;
-use tactid_identify::IdentifyError;
 
 /// Probability of the sum of squares by chance below which an assumption is contradicted: with some ten tests, one calibration
 /// in a hundred.
@@ -118,7 +118,7 @@ impl Evidence {
 pub(crate) fn contradiction(
     recordings: &[(&EffortRecording, Option<KnownPayload>)],
     fitted: &Fitted,
-) -> Result<Option<Contradiction>, IdentifyError> {
+) -> Result<Option<Contradiction>, CalibrateError> {
     if recordings
         .iter()
         .any(|(recording, _)| recording.arm.slopes == 0)
@@ -129,7 +129,7 @@ pub(crate) fn contradiction(
     let tests = tests(recordings, fitted);
     // Gravity, zeros, gains, and centres of mass.
     let factor = fitted.precision().clone().cholesky();
-    let factor = factor.ok_or(IdentifyError::CalibrationFailed)?;
+    let factor = factor.ok_or_else(CalibrateError::unsolvable)?;
     let sums = sums(&problem, &fitted.unknowns, &fitted.noise);
     let information = &sums.information - &sums.coupling * factor.solve(&sums.coupling.transpose());
     let mut strongest: Option<Evidence> = None;

@@ -3,7 +3,7 @@
 use nalgebra::{Isometry3, UnitQuaternion, Vector3};
 use tactid_dynamics::{FrameId, InertialParameters, Manipulator, symmetric_entries};
 
-use tactid_identify::IdentifyError;
+use crate::CalibrateError;
 
 /// Distance within which points are the same, m: ten times the rounding of a file that is printed to 10 µm.
 const SAME_POINT_M: f64 = 1e-4;
@@ -110,10 +110,10 @@ enum Place<'a> {
 }
 
 /// A property of two descriptions that differs.
-struct Difference {
-    property: &'static str,
+pub(crate) struct Difference {
+    pub(crate) property: &'static str,
     /// Its values in both, with the unit.
-    values: [String; 2],
+    pub(crate) values: [String; 2],
 }
 
 impl Difference {
@@ -122,16 +122,16 @@ impl Difference {
     }
 }
 
-/// Checks that two descriptions of the links of an arm are the same, from the base outwards.
-pub(crate) fn check_descriptions<'a>(
-    names: &[String],
+/// Returns the first link, from the base outwards, that two descriptions of an arm describe differently.
+pub(crate) fn first_difference<'a, 'b>(
+    names: &'b [String],
     expected: impl ExactSizeIterator<Item = &'a LinkDescription>,
     found: &[LinkDescription],
     gravity: &Vector3<f64>,
-) -> Result<(), IdentifyError> {
+) -> Result<Option<(&'b str, Difference)>, CalibrateError> {
     if [expected.len(), found.len()] != [names.len(); 2] {
         let [links, expected, found] = [names.len(), expected.len(), found.len()];
-        return Err(IdentifyError::CalibrationData {
+        return Err(CalibrateError::Field {
             field: "links",
             reason: format!("{expected} and {found} descriptions of {links} links"),
         });
@@ -142,17 +142,11 @@ pub(crate) fn check_descriptions<'a>(
         } else {
             Place::OnLink
         };
-        if let Some(Difference { property, values }) = expected.difference(found, place) {
-            let [expected, found] = values;
-            return Err(IdentifyError::CalibrationLink {
-                link: name.clone(),
-                property,
-                expected,
-                found,
-            });
+        if let Some(difference) = expected.difference(found, place) {
+            return Ok(Some((name, difference)));
         }
     }
-    Ok(())
+    Ok(None)
 }
 
 fn are_parallel(vectors: &[Vector3<f64>; 2]) -> bool {
@@ -195,7 +189,7 @@ mod tests {
     use nalgebra::Vector3;
     use tactid_dynamics::{BaseKind, Manipulator};
 
-    use super::{LinkDescription, check_descriptions};
+    use super::{LinkDescription, first_difference};
 
     const ARM: &str = r#"<robot name="arm">
       <link name="world"/>
@@ -221,7 +215,7 @@ mod tests {
         LinkDescription::of_bodies(&robot, robot.frame("tip").unwrap(), &[1, 2])
     }
 
-    /// Returns the error of comparing the arm with one whose URDF has other words in some places; empty where there is none.
+    /// Returns how the arm differs from one whose URDF has other words in some places; empty where it does not.
     fn compared(replaced: &[(&str, &str)]) -> String {
         let other = replaced.iter().fold(ARM.to_owned(), |urdf, (old, new)| {
             assert!(urdf.contains(old), "{old}");
@@ -230,8 +224,12 @@ mod tests {
         let (own, other) = (read(ARM), read(&other));
         let gravity = Vector3::new(0.0, 0.0, -9.81);
         let names = ["upper", "lower"].map(String::from);
-        let found = check_descriptions(&names, own.iter(), &other, &gravity);
-        found.map_or_else(|error| error.to_string(), |()| String::new())
+        let found = first_difference(&names, own.iter(), &other, &gravity).unwrap();
+        found.map_or_else(String::new, |(link, difference)| {
+            let [expected, found] = difference.values;
+            let property = difference.property;
+            format!("`{link}` has the {property} {expected} instead of {found}")
+        })
     }
 
     /// The first link that differs is named with what differs and both values.
@@ -275,12 +273,8 @@ mod tests {
             ),
         ];
         for (old, new, expected) in cases {
-            let error = compared(&[(old, new)]);
-            assert!(error.contains(expected), "{error}");
-            assert!(
-                error.starts_with("the calibration is of another robot"),
-                "{error}"
-            );
+            let difference = compared(&[(old, new)]);
+            assert!(difference.contains(expected), "{difference}");
         }
         let both = compared(&[("2.275", "3.87"), ("8.3931", "12.93")]);
         assert!(both.contains("`upper`"), "{both}");
@@ -292,9 +286,8 @@ mod tests {
         let (own, names) = (read(ARM), ["upper", "lower"].map(String::from));
         let gravity = Vector3::new(0.0, 0.0, -9.81);
         for (expected, found) in [(1, 2), (2, 1)] {
-            let checked =
-                check_descriptions(&names, own[..expected].iter(), &own[..found], &gravity);
-            let error = checked.unwrap_err().to_string();
+            let checked = first_difference(&names, own[..expected].iter(), &own[..found], &gravity);
+            let error = checked.err().unwrap().to_string();
             let counts = format!("{expected} and {found} descriptions of 2 links");
             assert!(error.contains(&counts), "{error}");
         }

@@ -16,7 +16,8 @@ use super::rows::{EffortModel, Unknowns};
 use super::scale::{KnownScale, scale_direction};
 use super::settings::CalibrationSettings;
 use super::solver::{Block, NormalEquations, Prior, Problem};
-use tactid_identify::IdentifyError;
+use crate::CalibrateError;
+use tactid_identify::three_digits;
 
 /// Number of passes. Noise and prior change by less than a percent in the last.
 const PASSES: usize = 8;
@@ -98,10 +99,10 @@ fn solve(
     problem: &Problem<'_>,
     at: &Unknowns,
     noise: &[EffortNoise],
-) -> Result<Solved, IdentifyError> {
+) -> Result<Solved, CalibrateError> {
     let normal = problem.normal_equations(at, noise);
     let factor = normal.matrix.clone().cholesky();
-    let factor = factor.ok_or(IdentifyError::CalibrationFailed)?;
+    let factor = factor.ok_or_else(CalibrateError::unsolvable)?;
     Ok(Solved {
         step: factor.solve(&normal.rhs),
         normal,
@@ -109,26 +110,44 @@ fn solve(
     })
 }
 
+/// Returns the names of joints as a sentence has them.
+fn listed(joints: &[String]) -> String {
+    let named: Vec<String> = joints.iter().map(|joint| format!("`{joint}`")).collect();
+    match named.split_last() {
+        None => String::new(),
+        Some((only, [])) => format!("the joint {only}"),
+        Some((last, most)) => format!("the joints {} and {last}", most.join(", ")),
+    }
+}
+
 /// Checks that the gains are positive, and that the delay is not longer than the windows can correct, s.
 fn check_unknowns(
     layout: &Layout,
     at: &Unknowns,
     (joints, window_s): (&[String], f64),
-) -> Result<(), IdentifyError> {
+) -> Result<(), CalibrateError> {
     let is_wrong = |joint: &usize| at.arm[layout.index(Group::InverseGain, *joint)] <= 0.0;
     let wrong = (0..layout.joints).filter(is_wrong);
     let joints: Vec<String> = wrong.map(|joint| joints[joint].clone()).collect();
     if !joints.is_empty() {
-        return Err(IdentifyError::GainsNotPositive { joints });
+        return Err(CalibrateError::Data(format!(
+            "the efforts of {} do not fit the motion, because their gains come out negative: check their signs and units, \
+             the units of positions, the order of the joints, the direction of gravity, the mass and the centre of mass (m) \
+             of each payload, and that no recordings are exchanged",
+            listed(&joints)
+        )));
     }
     let delay_s = at.arm[layout.index(Group::Delay, 0)];
     let longest_s = LONGEST * window_s;
     if delay_s.abs() > longest_s {
-        return Err(IdentifyError::EffortDelay {
-            delay_s,
-            longest_s,
-            window_s,
-        });
+        return Err(CalibrateError::Data(format!(
+            "the efforts {} the motion by {} ms, but windows of {} s allow for {} ms at most: correct the stamps of the \
+             efforts",
+            if delay_s < 0.0 { "lead" } else { "lag" },
+            three_digits(1e3 * delay_s.abs()),
+            three_digits(window_s),
+            three_digits(1e3 * longest_s)
+        )));
     }
     Ok(())
 }
@@ -140,7 +159,7 @@ pub(crate) fn fit(
     widths: Vec<usize>,
     settings: &CalibrationSettings,
     check: &mut InterruptionCheck<'_>,
-) -> Result<Fitted, IdentifyError> {
+) -> Result<Fitted, CalibrateError> {
     let arm = &recordings[0].0.arm;
     let model = EffortModel {
         layout: Layout {
@@ -260,7 +279,7 @@ fn rescale(
 
 impl Fitted {
     /// Returns the precision of the arm's unknowns, whatever the payloads are.
-    pub(crate) fn arm_precision(&self) -> Result<DMatrix<f64>, IdentifyError> {
+    pub(crate) fn arm_precision(&self) -> Result<DMatrix<f64>, CalibrateError> {
         let (arm, all) = (self.prior.mean.len(), self.precision.nrows());
         let of_arm = self.precision.view((0, 0), (arm, arm)).into_owned();
         if all == arm {
@@ -269,7 +288,7 @@ impl Fitted {
         let payloads = self.precision.view((arm, arm), (all - arm, all - arm));
         let coupling = self.precision.view((arm, 0), (all - arm, arm)).into_owned();
         let factor = payloads.into_owned().cholesky();
-        let factor = factor.ok_or(IdentifyError::CalibrationFailed)?;
+        let factor = factor.ok_or_else(CalibrateError::unsolvable)?;
         let of_arm = of_arm - coupling.tr_mul(&factor.solve(&coupling));
         Ok(self.with_delay_error(self.with_scale_error(of_arm)))
     }
@@ -298,7 +317,7 @@ impl Fitted {
     }
 
     /// Returns the fit as plain data.
-    pub(crate) fn calibration(&self, arm: &Arm) -> Result<Calibration, IdentifyError> {
+    pub(crate) fn calibration(&self, arm: &Arm) -> Result<Calibration, CalibrateError> {
         let precision = self.arm_precision()?;
         let rows = (0..precision.nrows()).flat_map(|i| (0..=i).map(move |k| (i, k)));
         let widths = self.model.layout.widths.iter();

@@ -12,6 +12,7 @@ use super::recording::EffortRecording;
 use super::rows::EffortModel;
 use super::student::WIDENING;
 use super::unloaded::{Update, update};
+use crate::CalibrateError;
 use tactid_identify::GainErrors;
 use tactid_identify::PayloadEstimate;
 use tactid_identify::diagnosis::{
@@ -53,20 +54,17 @@ impl Calibration {
     /// sixteen more where unloaded recordings may hold a payload or do not fit.
     ///
     /// # Errors
-    /// Returns [`IdentifyError::TooFewWindows`] if the loaded recordings have fewer than six windows,
-    /// [`IdentifyError::CalibrationRobot`], [`IdentifyError::CalibrationLink`] or
-    /// [`IdentifyError::CalibrationMismatch`] if a recording is of another robot or
-    /// has another cutoff or gravity, [`IdentifyError::EffortConstant`] or [`IdentifyError::EffortSignChanged`] if the efforts
-    /// of a joint are constant while it moves or have the opposite sign of those that calibrated the arm,
-    /// [`IdentifyError::CalibrationData`] for data that do not fit together, the errors of
-    /// [`BatchSettings::check`], [`IdentifyError::UnloadedHolds`] if the unloaded recordings show a payload, and
-    /// [`IdentifyError::CalibrationFailed`] if the numbers are too large to be solved for.
+    /// Returns [`IdentifyError::TooLittle`] if the loaded recordings have fewer than six windows, [`CalibrateError::Robot`]
+    /// if a recording is of another robot or has another cutoff or gravity, [`CalibrateError::Data`] if the efforts of a
+    /// joint are constant while it moves or have the opposite sign of the efforts that calibrated the arm, or if numbers
+    /// are too large to be solved for, [`CalibrateError::Field`] for data that do not fit together, the errors of
+    /// [`BatchSettings::check`], and [`CalibrateError::UnloadedHolds`] if the unloaded recordings show a payload.
     pub fn identify(
         &self,
         loaded: &[EffortRecording],
         unloaded: &[EffortRecording],
         settings: &BatchSettings,
-    ) -> Result<CalibratedEstimate, IdentifyError> {
+    ) -> Result<CalibratedEstimate, CalibrateError> {
         settings.check()?;
         self.check_data()?;
         for recording in loaded.iter().chain(unloaded) {
@@ -75,7 +73,7 @@ impl Calibration {
         let windows = loaded.iter().map(EffortRecording::windows).sum();
         if windows < MIN_WINDOWS {
             let window_s = window::length_s(self.cutoff_hz);
-            return Err(IdentifyError::TooFewWindows { windows, window_s });
+            return Err(IdentifyError::too_few_windows(windows, window_s).into());
         }
         let (model, prior) = self.model()?;
         for (recordings, may_hold) in [(loaded, true), (unloaded, false)] {

@@ -6,14 +6,14 @@ use tactid_dynamics::{InertialParameters, Manipulator};
 use super::arm::{Arm, WIDTHS};
 use super::compare::{EffortComparison, compare};
 use super::delay::LONGEST;
-use super::description::{LinkDescription, check_descriptions};
+use super::description::{Difference, LinkDescription, first_difference};
 use super::layout::{Group, Layout};
 use super::noise::EffortNoise;
 use super::recording::{EffortRecording, check_names, check_settings};
 use super::rows::EffortModel;
 use super::settings::CalibrationSettings;
 use super::solver::Prior;
-use tactid_identify::IdentifyError;
+use crate::CalibrateError;
 use tactid_identify::diagnosis::CONTRADICTION;
 use tactid_identify::equations::window;
 use tactid_identify::solve::Vector;
@@ -75,8 +75,8 @@ impl Calibration {
     /// numbered by their velocity.
     ///
     /// # Errors
-    /// Returns [`IdentifyError::CalibrationData`] if a friction term has a velocity that the model does not have.
-    pub fn parameter_names(&self) -> Result<Vec<String>, IdentifyError> {
+    /// Returns [`CalibrateError::Field`] if a friction term has a velocity that the model does not have.
+    pub fn parameter_names(&self) -> Result<Vec<String>, CalibrateError> {
         Ok(self.layout()?.names(&self.links, &self.joints))
     }
 
@@ -84,18 +84,20 @@ impl Calibration {
     /// the links, and the places of their joints. Links beyond the tool, the place of the base, and rounding do not matter.
     ///
     /// # Errors
-    /// Returns [`IdentifyError::CalibrationData`] if a field has the wrong length or a number that is not valid, or friction would
-    /// drive its joint, [`IdentifyError::Model`] if the robot does not have the link, [`IdentifyError::CalibrationBase`] if the base floats
-    /// or no joint moves the link, and [`IdentifyError::CalibrationRobot`] or [`IdentifyError::CalibrationLink`] with the first
-    /// joint or link that differs.
-    pub fn check(&self, robot: &Manipulator, tool: &str) -> Result<(), IdentifyError> {
+    /// Returns [`CalibrateError::Field`] if a field has the wrong length or a number that is not valid, or friction would
+    /// drive its joint, [`CalibrateError::Identify`] if the robot does not have the link, and [`CalibrateError::Robot`] if
+    /// the base floats, no joint moves the link, or with the first joint or link that differs.
+    pub fn check(&self, robot: &Manipulator, tool: &str) -> Result<(), CalibrateError> {
         self.check_data()?;
         let arm = Arm::new(robot, tool, &CalibrationSettings::default())?;
         self.check_arm(&arm)
     }
 
     /// Checks that a recording is of the calibrated robot with the same settings.
-    pub(crate) fn check_recording(&self, recording: &EffortRecording) -> Result<(), IdentifyError> {
+    pub(crate) fn check_recording(
+        &self,
+        recording: &EffortRecording,
+    ) -> Result<(), CalibrateError> {
         let arm = &recording.arm;
         self.check_arm(arm)?;
         check_settings(
@@ -104,12 +106,18 @@ impl Calibration {
         )
     }
 
-    fn check_arm(&self, arm: &Arm) -> Result<(), IdentifyError> {
+    fn check_arm(&self, arm: &Arm) -> Result<(), CalibrateError> {
         check_names("joint", &self.joints, &arm.joints)?;
         check_names("link", &self.links, &arm.links)?;
         check_names("tool", &[&self.tool], &[&arm.tool])?;
         let own = self.descriptions.iter();
-        check_descriptions(&self.links, own, &arm.descriptions, &self.gravity)
+        let difference = first_difference(&self.links, own, &arm.descriptions, &self.gravity)?;
+        difference.map_or(Ok(()), |(link, Difference { property, values })| {
+            let [expected, found] = values;
+            Err(CalibrateError::Robot(format!(
+                "the calibration is of another robot, whose link `{link}` has the {property} {expected} instead of {found}"
+            )))
+        })
     }
 
     /// Returns the length of the averaging windows, s, which belongs to the cutoff.
@@ -133,7 +141,7 @@ impl Calibration {
     }
 
     /// Checks that all fields have the right lengths and valid numbers.
-    pub(crate) fn check_data(&self) -> Result<(), IdentifyError> {
+    pub(crate) fn check_data(&self) -> Result<(), CalibrateError> {
         let layout = self.layout()?;
         let (unknowns, joints, links) = (layout.len(), layout.joints, 10 * layout.links);
         if joints == 0 || links == 0 {
@@ -180,7 +188,7 @@ impl Calibration {
 
     /// Checks that gains are positive, that only those that are known have no scale, and that the precision is that of a
     /// covariance.
-    fn check_unknowns(&self, layout: &Layout) -> Result<(), IdentifyError> {
+    fn check_unknowns(&self, layout: &Layout) -> Result<(), CalibrateError> {
         let gains = layout.range(Group::InverseGain);
         let inverse_gains = self.parameters[gains.clone()].iter().copied();
         check_numbers("parameters", inverse_gains, |gain| gain > 0.0)?;
@@ -201,7 +209,7 @@ impl Calibration {
         &self,
         layout: &Layout,
         precision: &Cholesky<f64, Dyn>,
-    ) -> Result<(), IdentifyError> {
+    ) -> Result<(), CalibrateError> {
         for (joint, torque) in self.reference_torques.iter().enumerate() {
             let of_width = |(term, &width): (usize, &usize)| {
                 let share = (FRICTION_VELOCITY / WIDTHS[width]).tanh();
@@ -234,7 +242,7 @@ impl Calibration {
     }
 
     /// Returns the order of the unknowns.
-    pub(crate) fn layout(&self) -> Result<Layout, IdentifyError> {
+    pub(crate) fn layout(&self) -> Result<Layout, CalibrateError> {
         let index = |width: &f64| WIDTHS.iter().position(|known| known == width);
         let widths = self.friction_widths.iter().map(index);
         match widths.collect::<Option<Vec<_>>>() {
@@ -251,7 +259,7 @@ impl Calibration {
     }
 
     /// Returns the model and its prior for an identification.
-    pub(crate) fn model(&self) -> Result<(EffortModel, Prior), IdentifyError> {
+    pub(crate) fn model(&self) -> Result<(EffortModel, Prior), CalibrateError> {
         let layout = self.layout()?;
         let count = layout.len();
         let triangle =
@@ -272,13 +280,12 @@ impl Calibration {
     /// of the calibration. `payload` is held in it, in the tool frame; `None` for an unloaded recording.
     ///
     /// # Errors
-    /// Returns [`IdentifyError::CalibrationRobot`], [`IdentifyError::CalibrationLink`],
-    /// [`IdentifyError::CalibrationMismatch`] or [`IdentifyError::CalibrationData`], as [`Self::identify`] does.
+    /// Returns [`CalibrateError::Robot`] or [`CalibrateError::Field`], as [`Self::identify`] does.
     pub fn compare(
         &self,
         recording: &EffortRecording,
         payload: Option<&InertialParameters>,
-    ) -> Result<EffortComparison, IdentifyError> {
+    ) -> Result<EffortComparison, CalibrateError> {
         self.check_data()?;
         self.check_recording(recording)?;
         let (model, _) = self.model()?;
@@ -288,8 +295,8 @@ impl Calibration {
 }
 
 /// Returns the error of a field.
-fn invalid<T>(field: &'static str, reason: &str) -> Result<T, IdentifyError> {
-    Err(IdentifyError::CalibrationData {
+fn invalid<T>(field: &'static str, reason: &str) -> Result<T, CalibrateError> {
+    Err(CalibrateError::Field {
         field,
         reason: reason.to_owned(),
     })
@@ -300,7 +307,7 @@ fn check_numbers(
     field: &'static str,
     mut values: impl Iterator<Item = f64>,
     is_valid: impl Fn(f64) -> bool,
-) -> Result<(), IdentifyError> {
+) -> Result<(), CalibrateError> {
     match values.find(|value| !is_valid(*value)) {
         Some(value) => invalid(field, &format!("{value} is out of range")),
         None => Ok(()),

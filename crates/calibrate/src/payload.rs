@@ -34,17 +34,12 @@ impl KnownPayload {
     /// Checks that the values are in range.
     ///
     /// # Errors
-    /// Returns [`IdentifyError::Value`] with the name of a value that is out of range: `payload_mass_kg`,
-    /// `payload_mass_std_dev_kg`, `payload_com` or `payload_inertia`, and [`IdentifyError::PayloadInertia`] if no
-    /// body has the inertia: it is not symmetric, or a principal moment exceeds the sum of the others.
+    /// Returns [`IdentifyError::Option`] with the name of a value that is out of range: `payload_mass_kg`,
+    /// `payload_mass_std_dev_kg`, `payload_com` or `payload_inertia`. No body has an inertia that is not symmetric, or of
+    /// which a principal moment exceeds the sum of the others.
     pub fn check(&self) -> Result<(), IdentifyError> {
-        let out_of_range = |name, given, expected| {
-            Err(IdentifyError::Value {
-                name,
-                given,
-                expected,
-            })
-        };
+        let out_of_range =
+            |name, given, expected| Err(IdentifyError::out_of_range(name, given, expected));
         if !(self.mass_kg > 0.0 && self.mass_kg.is_finite()) {
             return out_of_range("payload_mass_kg", self.mass_kg, "a positive number of kg");
         }
@@ -69,7 +64,12 @@ impl KnownPayload {
             return out_of_range("payload_inertia", given, "finite");
         }
         match self.inertia {
-            Some(inertia) if !self.is_possible(inertia) => Err(IdentifyError::PayloadInertia),
+            Some(inertia) if !self.is_possible(inertia) => Err(IdentifyError::Option {
+                option: "payload_inertia",
+                what: "`payload_inertia` is that of no body: it must be symmetric, with no principal moment above the sum \
+                       of the others"
+                    .to_owned(),
+            }),
             _ => Ok(()),
         }
     }
@@ -234,7 +234,7 @@ mod tests {
         ];
         for (name, payload) in cases {
             let error = payload.check().unwrap_err().to_string();
-            assert!(error.starts_with(&format!("{name} is ")), "{error}");
+            assert!(error.starts_with(&format!("`{name}` is ")), "{error}");
         }
     }
 
@@ -255,7 +255,7 @@ mod tests {
         let long = Matrix3::from_diagonal(&Vector3::new(0.01, 0.03, 0.01));
         for inertia in [skew, long, -plate] {
             let error = with(inertia).check().unwrap_err();
-            assert!(matches!(error, IdentifyError::PayloadInertia), "{error}");
+            assert!(error.to_string().contains("that of no body"), "{error}");
         }
     }
 }

@@ -2,7 +2,7 @@
 
 use super::contradiction::{Assumption, Contradiction};
 use super::report::JointCalibration;
-use tactid_identify::IdentifyError;
+use crate::CalibrateError;
 
 /// Distance from the given gain that contradicts it, in its standard deviations, and the least that does, a fraction.
 const CONTRADICTED: f64 = 5.0;
@@ -19,7 +19,7 @@ const SAME: f64 = 2.0;
 
 /// Checks that the gains are not far from those that were given, with a standard deviation, a fraction; 0 where they are
 /// not estimated.
-pub(crate) fn check_gains(joints: &[JointCalibration], std_dev: f64) -> Result<(), IdentifyError> {
+pub(crate) fn check_gains(joints: &[JointCalibration], std_dev: f64) -> Result<(), CalibrateError> {
     if std_dev == 0.0 {
         return Ok(());
     }
@@ -40,10 +40,15 @@ pub(crate) fn check_gains(joints: &[JointCalibration], std_dev: f64) -> Result<(
     let gain = |joint| if is_found(joint) { joint.gain } else { factor };
     let gains = joints.iter().map(gain).collect();
     if found.len() > 1 && high < SAME * low && mean.abs() > half_range {
-        return Err(IdentifyError::GainsUnexpected { factor, gains });
+        return Err(CalibrateError::GainsUnexpected {
+            joint: None,
+            gain: factor,
+            std_dev,
+            gains,
+        });
     }
-    Err(IdentifyError::GainUnexpected {
-        joint: first.name.clone(),
+    Err(CalibrateError::GainsUnexpected {
+        joint: Some(first.name.clone()),
         gain: first.gain,
         std_dev,
         gains,

@@ -12,8 +12,8 @@ use super::recording::EffortRecording;
 use super::rows::{EffortModel, Unknowns};
 use super::solver::{Block, NormalEquations, Prior, Problem};
 use super::student::WIDENING;
+use crate::CalibrateError;
 use tactid_identify::GainErrors;
-use tactid_identify::IdentifyError;
 use tactid_identify::KnownMass;
 use tactid_identify::solve::{Excitation, Spectrum};
 use tactid_identify::solve::{Matrix, NullSpace, Vector};
@@ -84,7 +84,7 @@ pub(crate) fn posterior(
     noise: &[EffortNoise],
     (loaded, unloaded): (&[EffortRecording], &[EffortRecording]),
     mass: Option<KnownMass>,
-) -> Result<Posterior, IdentifyError> {
+) -> Result<Posterior, CalibrateError> {
     let block = |recording, payload| Block {
         recording,
         payload,
@@ -115,7 +115,7 @@ fn solve(
     problem: &mut Problem<'_>,
     noise: &[EffortNoise],
     scales: [f64; 10],
-) -> Result<Posterior, IdentifyError> {
+) -> Result<Posterior, CalibrateError> {
     // A known mass determines the scale of the gains.
     let fixes_scale = problem.payload_rows[0].is_empty();
     let changes = Changes::new(&problem.model.layout, &problem.prior, fixes_scale)?;
@@ -142,11 +142,11 @@ fn solve(
         problem.add(&mut at, &step.step);
         last = Some((step, enlarged));
     }
-    let failed = || IdentifyError::CalibrationFailed;
+    let failed = CalibrateError::unsolvable;
     let (last, enlarged) = last.ok_or_else(failed)?;
     let (change, scale_variance) = chosen.ok_or_else(failed)?;
     if !at.payloads[0].iter().all(|entry| entry.is_finite()) {
-        return Err(IdentifyError::CalibrationFailed);
+        return Err(CalibrateError::unsolvable());
     }
     let scales = Vector::from(scales);
     let of_arm = covariance(&last.spectrum, &scales);
@@ -228,10 +228,10 @@ fn symmetric_root(matrix: DMatrix<f64>) -> DMatrix<f64> {
 
 /// Solves the normal equations: the arm, of which something is known, is eliminated, and the payload moves in observable
 /// directions.
-fn step(problem: &Problem<'_>, normal: &NormalEquations) -> Result<Step, IdentifyError> {
+fn step(problem: &Problem<'_>, normal: &NormalEquations) -> Result<Step, CalibrateError> {
     let count = problem.arm_len();
     let of_arm = normal.matrix.view((0, 0), (count, count)).into_owned();
-    let factor = of_arm.cholesky().ok_or(IdentifyError::CalibrationFailed)?;
+    let factor = of_arm.cholesky().ok_or_else(CalibrateError::unsolvable)?;
     let coupling: DMatrix<f64> = normal.matrix.view((0, count), (count, 10)).into_owned();
     let solved = factor.solve(&coupling);
     let arm_alone = factor.solve(&normal.rhs.rows(0, count).into_owned());

@@ -8,7 +8,7 @@ use super::arm::{Arm, ArmColumns};
 use super::delay::EffortWindow;
 use super::recording::EffortRecording;
 use super::settings::CalibrationSettings;
-use tactid_identify::IdentifyError;
+use crate::CalibrateError;
 use tactid_identify::equations::window::Windows;
 use tactid_identify::equations::{BaseState, MotionStep, MotionStream, PushOutcome, Sample};
 
@@ -37,13 +37,13 @@ impl EffortRecorder {
     /// payload. Other joints may move, too; the links that they move count as known.
     ///
     /// # Errors
-    /// Returns [`IdentifyError::Model`] if the robot does not have the link, [`IdentifyError::CalibrationBase`] if the
-    /// base floats or no joint moves the link, and [`IdentifyError::Value`] if a setting is out of range.
+    /// Returns [`CalibrateError::Identify`] if the robot does not have the link or a setting is out of range, and
+    /// [`CalibrateError::Robot`] if the base floats or no joint moves the link.
     pub fn new(
         robot: &Manipulator,
         tool: &str,
         settings: &CalibrationSettings,
-    ) -> Result<Self, IdentifyError> {
+    ) -> Result<Self, CalibrateError> {
         settings.check()?;
         let arm = Arc::new(Arm::new(robot, tool, settings)?);
         Ok(Self {
@@ -69,8 +69,8 @@ impl EffortRecorder {
     /// Cost: one pass over the robot's bodies above each body of the arm, and a copy of the window that the sample ends.
     ///
     /// # Errors
-    /// Returns [`IdentifyError::State`] if a slice does not fit the robot.
-    pub fn push(&mut self, sample: &Sample<'_>) -> Result<PushOutcome, IdentifyError> {
+    /// Returns [`CalibrateError::Identify`] if a slice does not fit the robot.
+    pub fn push(&mut self, sample: &Sample<'_>) -> Result<PushOutcome, CalibrateError> {
         let robot = self.columns.robot();
         robot.check_length("joint_position", sample.joint_position)?;
         if !sample.joint_velocity.is_empty() {
@@ -132,15 +132,15 @@ impl EffortRecorder {
     /// Ends the recording.
     ///
     /// # Errors
-    /// Returns [`IdentifyError::NoEfforts`] if no sample had efforts, [`IdentifyError::TooFewWindows`] if the recording
-    /// has no complete window, and [`IdentifyError::TooFewSamples`] if the sample rate is too low for the cutoff.
-    pub fn finish(self) -> Result<EffortRecording, IdentifyError> {
+    /// Returns [`CalibrateError::Data`] if no sample had efforts, and [`IdentifyError::TooLittle`] if the recording has no
+    /// complete window, or its sample rate is too low for the cutoff.
+    pub fn finish(self) -> Result<EffortRecording, CalibrateError> {
         let windows = self.recording.windows();
         if windows == 0 && self.motion.accepted() == 0 && self.without_effort > 0 {
-            return Err(IdentifyError::NoEfforts);
+            return Err(CalibrateError::no_efforts());
         }
         if windows == 0 {
-            return Err(self.windows.too_few(0));
+            return Err(self.windows.too_few(0).into());
         }
         let (rejected, gaps) = (self.rejected(), self.gaps());
         let mut recording = self.recording;

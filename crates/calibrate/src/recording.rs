@@ -4,8 +4,8 @@ use std::sync::Arc;
 
 use super::arm::{Arm, JointColumns};
 use super::delay::{EffortMoments, EffortWindow};
-use super::description::check_descriptions;
-use tactid_identify::IdentifyError;
+use super::description::{Difference, first_difference};
+use crate::CalibrateError;
 use tactid_identify::equations::window;
 
 /// Window means of one recording of joint efforts: measured efforts and the columns of their model.
@@ -126,28 +126,20 @@ impl EffortRecording {
     }
 
     /// Checks that another recording is of the same robot.
-    pub(crate) fn check_same(&self, other: &Self) -> Result<(), IdentifyError> {
+    pub(crate) fn check_same(&self, other: &Self) -> Result<(), CalibrateError> {
         let (arm, other) = (&self.arm, &other.arm);
         check_names("tool", &[arm.tool.as_str()], &[other.tool.as_str()])?;
         check_names("joint", &arm.joints, &other.joints)?;
         check_names("link", &arm.links, &other.links)?;
         let descriptions = arm.descriptions.iter();
-        check_descriptions(&arm.links, descriptions, &other.descriptions, &arm.gravity).map_err(
-            |error| match error {
-                IdentifyError::CalibrationLink {
-                    link,
-                    property,
-                    expected,
-                    found,
-                } => IdentifyError::RecordingLink {
-                    link,
-                    property,
-                    first: expected,
-                    other: found,
-                },
-                error => error,
-            },
-        )
+        let found = first_difference(&arm.links, descriptions, &other.descriptions, &arm.gravity)?;
+        found.map_or(Ok(()), |(link, Difference { property, values })| {
+            let [first, other] = values;
+            Err(CalibrateError::Robot(format!(
+                "the recordings are of different robots: the link `{link}` has the {property} {first} in the first one, \
+                 and {other} in another"
+            )))
+        })
     }
 }
 
@@ -156,16 +148,12 @@ pub(crate) fn check_names<A: AsRef<str>, B: AsRef<str>>(
     what: &'static str,
     expected: &[A],
     found: &[B],
-) -> Result<(), IdentifyError> {
+) -> Result<(), CalibrateError> {
     for k in 0..expected.len().max(found.len()) {
         let expected = expected.get(k).map_or("", AsRef::as_ref);
         let found = found.get(k).map_or("", AsRef::as_ref);
         if expected != found {
-            return Err(IdentifyError::CalibrationRobot {
-                what,
-                expected: expected.to_owned(),
-                found: found.to_owned(),
-            });
+            return Err(CalibrateError::other_robot(what, expected, found));
         }
     }
     Ok(())
@@ -175,14 +163,12 @@ pub(crate) fn check_names<A: AsRef<str>, B: AsRef<str>>(
 pub(crate) fn check_settings(
     cutoff_hz: (f64, f64),
     gravity: (&[f64], &[f64]),
-) -> Result<(), IdentifyError> {
+) -> Result<(), CalibrateError> {
     let same = |a: &f64, b: &f64| (a - b).abs() <= 1e-9 * (1.0 + a.abs());
     let mismatch = |what, expected, found| {
-        Err(IdentifyError::CalibrationMismatch {
-            what,
-            expected,
-            found,
-        })
+        Err(CalibrateError::Robot(format!(
+            "recordings with different {what} cannot be combined: {expected} and {found}"
+        )))
     };
     if !same(&cutoff_hz.0, &cutoff_hz.1) {
         let (expected, found) = (cutoff_hz.0.to_string(), cutoff_hz.1.to_string());

@@ -6,7 +6,7 @@ use super::arm::PLAIN;
 use super::payload::KnownPayload;
 use super::recording::EffortRecording;
 use super::rows::dot;
-use tactid_identify::IdentifyError;
+use crate::CalibrateError;
 
 /// Mass that every link has at least in the prior, kg, and the distance at which its moments and inertia are formed, m.
 const LEAST_MASS_KG: f64 = 0.5;
@@ -47,7 +47,7 @@ pub(crate) fn link_sizes(described: &[f64]) -> Vec<f64> {
 /// Fits links, offsets, viscous and Coulomb friction and rotors of all joints to recordings of the same arm.
 pub(crate) fn reference_fit(
     recordings: &[(&EffortRecording, Option<KnownPayload>)],
-) -> Result<Reference, IdentifyError> {
+) -> Result<Reference, CalibrateError> {
     let arm = &recordings[0].0.arm;
     let ranges = effort_ranges(recordings)?;
     let (links, joints) = (arm.described.len(), arm.joints.len());
@@ -90,7 +90,7 @@ pub(crate) fn reference_fit(
     }
     let solution = matrix
         .cholesky()
-        .ok_or(IdentifyError::CalibrationFailed)?
+        .ok_or_else(CalibrateError::unsolvable)?
         .solve(&rhs);
     let fitted = |k: usize| solution[k] * size(k);
     let reference_links: Vec<f64> = (0..links).map(|k| arm.described[k] + fitted(k)).collect();
@@ -127,7 +127,7 @@ fn rows_of<'a>(
 /// Returns the largest distance of each joint's effort from its mean, N m or N.
 fn effort_ranges(
     recordings: &[(&EffortRecording, Option<KnownPayload>)],
-) -> Result<Vec<f64>, IdentifyError> {
+) -> Result<Vec<f64>, CalibrateError> {
     let joints = recordings[0].0.arm.joints.len();
     let mut sums = vec![(0.0, 0.0, f64::INFINITY, f64::NEG_INFINITY); joints];
     for (recording, window, joint, _) in rows_of(recordings) {
@@ -142,7 +142,7 @@ fn effort_ranges(
     let ranges: Vec<f64> = sums.into_iter().map(range).collect();
     let largest = ranges.iter().copied().fold(0.0, f64::max);
     if largest == 0.0 {
-        return Err(IdentifyError::NoEfforts);
+        return Err(CalibrateError::no_efforts());
     }
     let least = LEAST_RANGE * largest;
     Ok(ranges.into_iter().map(|range| range.max(least)).collect())

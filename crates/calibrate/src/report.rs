@@ -17,8 +17,8 @@ use super::recording::EffortRecording;
 use super::settings::CalibrationSettings;
 use super::solver::Problem;
 use super::student::WIDENING;
+use crate::CalibrateError;
 use tactid_identify::Delay;
-use tactid_identify::IdentifyError;
 use tactid_identify::solve::Vector;
 
 /// The result of a calibration.
@@ -125,10 +125,14 @@ impl CalibrationReport {
     /// Checks that an unloaded recording, which is to update the calibration, is not one of its own.
     ///
     /// # Errors
-    /// Returns [`IdentifyError::UnloadedCalibrated`] if it is: its noise would count twice.
-    pub fn check_unloaded(&self, recording: &EffortRecording) -> Result<(), IdentifyError> {
+    /// Returns [`CalibrateError::Unloaded`] if it is: its noise would count twice.
+    pub fn check_unloaded(&self, recording: &EffortRecording) -> Result<(), CalibrateError> {
         match self.used(recording) {
-            Some(_) => Err(IdentifyError::UnloadedCalibrated),
+            Some(_) => Err(CalibrateError::Unloaded(
+                "the unloaded recording has calibrated the arm, and its noise would count twice: give another one of the \
+                 day, or none"
+                    .to_owned(),
+            )),
             None => Ok(()),
         }
     }
@@ -180,10 +184,10 @@ pub(crate) fn report(
     recordings: &[(&EffortRecording, Option<KnownPayload>)],
     fitted: &Fitted,
     settings: &CalibrationSettings,
-) -> Result<CalibrationReport, IdentifyError> {
+) -> Result<CalibrationReport, CalibrateError> {
     let arm = &recordings[0].0.arm;
     let factor = fitted.arm_precision()?.cholesky();
-    let covariance = factor.ok_or(IdentifyError::CalibrationFailed)?.inverse();
+    let covariance = factor.ok_or_else(CalibrateError::unsolvable)?.inverse();
     let std_dev = |k: usize| covariance[(k, k)].max(0.0).sqrt() * fitted.prior.scales[k];
     let held_out = held_out_rms(recordings, fitted);
     let (before, after) = residual_rms(recordings, fitted);

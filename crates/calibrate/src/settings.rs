@@ -52,7 +52,7 @@ impl CalibrationSettings {
     /// Checks that the values are in range.
     ///
     /// # Errors
-    /// Returns [`IdentifyError::Value`] with the name of a setting that is out of range.
+    /// Returns [`IdentifyError::Option`] with the name of a setting that is out of range.
     pub fn check(&self) -> Result<(), IdentifyError> {
         let checks = [
             ("cutoff_hz", self.cutoff_hz, self.cutoff_hz > 0.0),
@@ -70,19 +70,11 @@ impl CalibrationSettings {
                 } else {
                     "more than zero"
                 };
-                return Err(IdentifyError::Value {
-                    name,
-                    given,
-                    expected,
-                });
+                return Err(IdentifyError::out_of_range(name, given, expected));
             }
         }
         match self.gravity().iter().find(|entry| !entry.is_finite()) {
-            Some(&given) => Err(IdentifyError::Value {
-                name: "gravity",
-                given,
-                expected: "finite",
-            }),
+            Some(&given) => Err(IdentifyError::out_of_range("gravity", given, "finite")),
             None => Ok(()),
         }
     }

@@ -2,7 +2,7 @@
 
 use super::posterior::Posterior;
 use super::recording::EffortRecording;
-use tactid_identify::IdentifyError;
+use crate::CalibrateError;
 use tactid_identify::solve::HALF_WIDTH_95;
 
 /// Unloaded recordings hold a payload if its mass is more than this number of standard deviations, and the mean squares of the
@@ -32,14 +32,14 @@ pub(super) struct Update<'a> {
 /// called only where that solution leaves much unexplained.
 ///
 /// # Errors
-/// Returns [`IdentifyError::UnloadedHolds`] where a payload in the unloaded recordings explains far more than a change of the arm
+/// Returns [`CalibrateError::UnloadedHolds`] where a payload in the unloaded recordings explains far more than a change of the arm
 /// does, and the errors of `alone`.
 pub(super) fn update<'a>(
     together: Posterior,
     loaded: &'a [EffortRecording],
     unloaded: &'a [EffortRecording],
-    alone: impl Fn(&'a [EffortRecording]) -> Result<Posterior, IdentifyError>,
-) -> Result<Update<'a>, IdentifyError> {
+    alone: impl Fn(&'a [EffortRecording]) -> Result<Posterior, CalibrateError>,
+) -> Result<Update<'a>, CalibrateError> {
     let misfit = largest_misfit(&together);
     let used = |free| Update {
         free,
@@ -57,7 +57,7 @@ pub(super) fn update<'a>(
     let held = alone(unloaded)?;
     let (mass_kg, std_dev_kg) = (held.parameters[0], held.mass_std_dev());
     if mass_kg > HELD_STD_DEVS * std_dev_kg && misfit > HELD_MISFIT * largest_misfit(&held) {
-        return Err(IdentifyError::UnloadedHolds {
+        return Err(CalibrateError::UnloadedHolds {
             mass_kg,
             half_width_kg: HALF_WIDTH_95 * std_dev_kg,
         });

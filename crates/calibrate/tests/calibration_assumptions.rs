@@ -10,11 +10,10 @@ mod effort_arm;
 use effort_arm::{JOINTS, World, described, payload, recorded, uncertain_gains};
 use nalgebra::Vector3;
 use tactid_calibrate::{
-    Assumption, CalibrationResult, CalibrationSettings, Contradiction, EffortRecording,
-    KnownPayload, calibrate,
+    Assumption, CalibrateError, CalibrationResult, CalibrationSettings, Contradiction,
+    EffortRecording, KnownPayload, calibrate,
 };
 use tactid_dynamics::MassProperties;
-use tactid_identify::IdentifyError;
 
 /// What is wrong in the recordings or in what is known of them.
 #[derive(Clone, Copy, Default)]
@@ -42,7 +41,7 @@ fn record(
 }
 
 /// Calibrates an arm with gains that are not known.
-fn calibrated(seed: u64, wrong: Wrong) -> Result<CalibrationResult, IdentifyError> {
+fn calibrated(seed: u64, wrong: Wrong) -> Result<CalibrationResult, CalibrateError> {
     let mut world = World::new(seed);
     let (sin, cos) = wrong.tilt.sin_cos();
     let settings = CalibrationSettings {

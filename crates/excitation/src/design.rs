@@ -108,7 +108,7 @@ pub fn design(problem: &Problem, settings: &DesignSettings) -> Result<Design, Ex
 /// there, or exceeds a limit in every motion that was tried; [`ExcitationError::Solver`] if the conic solver fails,
 /// [`ExcitationError::NotObservable`] where no motion determines all values, [`ExcitationError::TooShort`] for a motion
 /// shorter than an averaging window, [`ExcitationError::TooFewSamples`] where a window has too few samples,
-/// [`ExcitationError::UnknownNoise`] where the noise of a channel is unknown,
+/// [`ExcitationError::Option`] where the noise of a channel is unknown,
 /// [`ExcitationError::Interrupted`] if the observer stops the design, and the errors of a problem that is not valid.
 pub fn design_observed(
     problem: &Problem,

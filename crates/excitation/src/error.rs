@@ -9,52 +9,32 @@ use crate::untested::UntestedLinks;
 /// Why a motion cannot be designed.
 #[derive(Debug, thiserror::Error)]
 pub enum ExcitationError {
-    /// The robot lacks a link or a mass.
-    #[error(transparent)]
-    Model(#[from] ModelError),
-    /// A slice does not fit the robot.
-    #[error(transparent)]
-    State(#[from] StateError),
-    /// The equations cannot be formed.
+    /// The robot lacks a link or a mass, a slice does not fit it, or the equations cannot be formed.
     #[error(transparent)]
     Identify(#[from] IdentifyError),
     /// A number is out of range.
-    #[error("`{name}` is {given}; expected {expected}")]
+    #[error("{} is {given}; expected {expected}", place(name))]
     Value {
-        /// Name of the field.
+        /// Name of the field of the problem.
         name: String,
         /// Its value.
         given: f64,
         /// What is valid.
         expected: String,
     },
-    /// An option of a request does not fit the robot or the other options.
-    #[error("{reason}")]
+    /// An option does not fit the robot or another option.
+    #[error("{what}")]
     Option {
         /// Name of the option.
-        name: &'static str,
-        /// What is wrong, with the name of the option unless it is about what the option gives.
-        reason: String,
+        option: &'static str,
+        /// What is wrong with it, and what would be right.
+        what: String,
     },
-    /// The base is fixed, so that its motion cannot be bounded.
-    #[error("the motion of the base is bounded, but the base is fixed")]
-    FixedBase,
     /// The URDF does not limit the velocity of a joint.
-    #[error(
-        "the URDF has no positive velocity limit for joint {joint}: set `JointLimits::velocity`"
-    )]
+    #[error("the URDF has no positive velocity limit for joint {joint}: add one to its <limit>")]
     NoVelocityLimit {
         /// Name of the joint.
         joint: String,
-    },
-    /// The noise of a source is not known.
-    #[error(
-        "the noise of channel {channel} is unknown, so that no interval can be predicted: give `wrench_noise`, \
-         `effort_noise` or `base_noise`"
-    )]
-    UnknownNoise {
-        /// Name of the first channel without known noise.
-        channel: String,
     },
     /// A limit is exceeded where the robot does not even move, or where it moves by hardly anything.
     #[error("no motion is possible: {} {at}", exceeded(.limit, *.used))]
@@ -68,8 +48,8 @@ pub enum ExcitationError {
     },
     /// Collision shapes of links that the motion could bring into contact are left out.
     #[error(
-        "{0}: give meshes as STL or OBJ that can be read, or accept motions that are not tested by \
-         `CollisionModel::accepting_untested`"
+        "{0}; {remedy}, or accept a motion that may run the robot through itself with `collisions=False`",
+        remedy = .0.remedy()
     )]
     Untested(UntestedLinks),
     /// The motion is shorter than what the filter needs.
@@ -84,7 +64,8 @@ pub enum ExcitationError {
     },
     /// The averaging window of the filter is shorter than a few samples, which no duration changes.
     #[error(
-        "the averaging window of {window_s:.3} s, for a cutoff of {cutoff_hz} Hz, has too few samples at {rate_hz} Hz"
+        "the averaging window of {window_s:.3} s, for a cutoff of {cutoff_hz} Hz, has too few samples at {rate_hz} Hz: \
+         raise `sample_rate`, or lower the cutoff"
     )]
     TooFewSamples {
         /// Length of a window, s.
@@ -93,12 +74,6 @@ pub enum ExcitationError {
         cutoff_hz: f64,
         /// Rate of the samples, Hz.
         rate_hz: f64,
-    },
-    /// The link of the tool is fixed to the base, so that no motion moves it.
-    #[error("no joint moves `{tool}`")]
-    NoMovingJoint {
-        /// Name of the link.
-        tool: String,
     },
     /// No motion that was tried determines all ten values.
     #[error("no motion of these joints within the limits determines all ten values of the payload")]
@@ -124,6 +99,90 @@ pub enum ExcitationError {
     /// The conic solver failed.
     #[error("the conic solver failed: {0}")]
     Solver(String),
+}
+
+impl ExcitationError {
+    /// Returns the error of an end-effector frame that no joint moves.
+    pub(crate) fn unmoved(tip: &str) -> Self {
+        Self::Option {
+            option: "tip",
+            what: format!(
+                "`tip` is {tip}, which no joint moves: expected a link at the end of the arm"
+            ),
+        }
+    }
+
+    /// Returns the name of the option that causes or resolves the error; `None` where there is none.
+    #[must_use]
+    pub fn option(&self) -> Option<&'static str> {
+        match self {
+            Self::Identify(error) => error.option(),
+            Self::Option { option, .. } => Some(option),
+            Self::Value { name, .. } => option_of(name),
+            Self::Untested(_) => Some("collisions"),
+            Self::TooFewSamples { .. } => Some("sample_rate"),
+            _ => self.remedy().map(|(option, _)| option),
+        }
+    }
+
+    /// Returns the option that lets a motion be possible, and what it does, for a reader who gives options.
+    #[must_use]
+    pub fn remedy(&self) -> Option<(&'static str, &'static str)> {
+        match self {
+            Self::TooShort { .. } => Some(("duration", "`duration` sets it")),
+            Self::Impossible { limit, .. }
+            | Self::OutOfReach {
+                binding: Some(limit),
+                ..
+            } => Some(limit.remedy()),
+            _ => None,
+        }
+    }
+}
+
+impl From<ModelError> for ExcitationError {
+    fn from(error: ModelError) -> Self {
+        Self::Identify(error.into())
+    }
+}
+
+impl From<StateError> for ExcitationError {
+    fn from(error: StateError) -> Self {
+        Self::Identify(error.into())
+    }
+}
+
+/// Returns the option that a field of the problem is from.
+fn option_of(field: &str) -> Option<&'static str> {
+    Some(match field.split(['.', '[']).next()? {
+        "start" => "start",
+        "duration_s" => "duration",
+        "rate_hz" => "sample_rate",
+        "base_noise" => "base_noise",
+        "longest_s" => "longest",
+        "wrench" => "wrench_limit",
+        "grip" => "grip",
+        "payloads" => "payload",
+        "payload_box" => "payload_box",
+        "workspace" if field.contains("keep_out") => "keep_out",
+        "workspace" => "workspace",
+        "least_distance_m" => "least_distance",
+        "base" if field.ends_with("position_m") => "base_position",
+        "base" => "base_attitude",
+        "limits" if field.contains("acceleration") => "acceleration",
+        "limits" if field.contains("velocity") => "limit_scale",
+        _ => return None,
+    })
+}
+
+/// Returns the option of a field with the place within it, such as `[2] (joint_3)` or `.friction`; the field where no option
+/// gives it.
+fn place(field: &str) -> String {
+    match (option_of(field), field.find(['.', '['])) {
+        (None, _) => field.to_owned(),
+        (Some(option), None) => format!("`{option}`"),
+        (Some(option), Some(at)) => format!("`{option}`: {}", &field[at..]),
+    }
 }
 
 /// Returns how a limit is exceeded.

@@ -59,6 +59,38 @@ impl fmt::Display for Limit {
     }
 }
 
+impl Limit {
+    /// Returns the option that relaxes the limit, or the load on it where the URDF alone sets it, with what to do.
+    pub(crate) fn remedy(&self) -> (&'static str, &'static str) {
+        match self {
+            Self::Position(_) => ("start", "the URDF sets it: begin elsewhere (`start`)"),
+            Self::Velocity(_) => ("limit_scale", "the URDF and `limit_scale` set it"),
+            Self::Acceleration(_) => ("acceleration", "`acceleration` sets it"),
+            Self::Effort(_) => (
+                "start",
+                "the URDF sets it: begin where less torque holds the payload (`start`), or expect a lighter one",
+            ),
+            Self::Wrench(_) => ("wrench_limit", "`wrench_limit` sets it"),
+            Self::Grip(_) => ("grip", "`grip` sets it"),
+            Self::BaseAttitude => ("base_attitude", "`base_attitude` sets it"),
+            Self::BasePosition => ("base_position", "`base_position` sets it"),
+            Self::Workspace(..) => ("workspace", "`workspace` sets it"),
+            Self::Distance(_, second) if second.starts_with("the keep-out box") => (
+                "keep_out",
+                "`keep_out` gives the box; a start elsewhere may be farther from it",
+            ),
+            Self::Distance(_, second) if second == "the payload" => (
+                "payload_box",
+                "`payload_box` gives the box; a start elsewhere may keep it free",
+            ),
+            Self::Distance(..) => (
+                "least_distance",
+                "`least_distance` sets it; a start elsewhere may keep it",
+            ),
+        }
+    }
+}
+
 /// Serialises a limit in words.
 fn in_words<S: Serializer>(limit: &Limit, serializer: S) -> Result<S::Ok, S::Error> {
     serializer.collect_str(limit)

@@ -222,10 +222,10 @@ fn missing(is_box: bool) -> ExcitationError {
     )
 }
 
-fn option(name: &'static str, reason: &str) -> ExcitationError {
+fn option(option: &'static str, what: &str) -> ExcitationError {
     ExcitationError::Option {
-        name,
-        reason: reason.to_owned(),
+        option,
+        what: what.to_owned(),
     }
 }
 

@@ -211,7 +211,7 @@ impl Problem {
     /// Returns the indices of the joints that move.
     ///
     /// # Errors
-    /// Returns [`ExcitationError::Model`] if the robot does not have the tool's link.
+    /// Returns [`ExcitationError::Identify`] if the robot does not have the tool's link.
     pub fn moving_joints(&self) -> Result<Vec<usize>, ExcitationError> {
         if !self.joints.is_empty() {
             return Ok(self.joints.clone());
@@ -224,8 +224,8 @@ impl Problem {
     /// Checks that all numbers are in their ranges and that slices fit the robot.
     ///
     /// # Errors
-    /// Returns [`ExcitationError::State`] for a wrong number of joints, [`ExcitationError::Value`] for a number that is out of
-    /// range, [`ExcitationError::NoMovingJoint`] for a tool that is fixed to the base, and the errors of
+    /// Returns [`ExcitationError::Identify`] for a wrong number of joints, [`ExcitationError::Value`] for a number that is out
+    /// of range, [`ExcitationError::Option`] for a tool that is fixed to the base, and the errors of
     /// [`Problem::moving_joints`].
     pub(crate) fn check(&self) -> Result<(), ExcitationError> {
         let (limits, dof) = (self.limits.len(), self.robot.dof());
@@ -240,9 +240,7 @@ impl Problem {
         self.check_posture("start", &self.start)?;
         self.check_joints()?;
         if self.moving_joints()?.is_empty() {
-            return Err(ExcitationError::NoMovingJoint {
-                tool: self.tool.clone(),
-            });
+            return Err(ExcitationError::unmoved(&self.tool));
         }
         if let End::At(end) = &self.end {
             self.check_end(end)?;
@@ -382,7 +380,10 @@ impl Problem {
         if self.base == BaseBounds::default() {
             return Ok(());
         }
-        Err(ExcitationError::FixedBase)
+        Err(ExcitationError::Option {
+            option: "base_attitude",
+            what: "`base_attitude` bounds the motion of the base, but the base is fixed".to_owned(),
+        })
     }
 
     /// Returns the gravitational acceleration in the inertial frame, m/s².

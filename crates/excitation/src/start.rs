@@ -40,8 +40,7 @@ pub(crate) fn posture(
     let (all, tip_frame) = (0..robot.dof(), robot.frame(tip)?);
     let moving: Vec<usize> = all.clone().filter(|&k| robot.moves(k, tip_frame)).collect();
     if moving.is_empty() {
-        let tool = tip.to_owned();
-        return Err(ExcitationError::NoMovingJoint { tool });
+        return Err(ExcitationError::unmoved(tip));
     }
     let rest = |joint| match robot.joint_limits(joint) {
         Some((low, high)) if low > 0.0 || high < 0.0 => 0.5 * (low + high),
@@ -113,9 +112,9 @@ fn check_limits(robot: &Manipulator, joint: usize, position: f64) -> Result<(), 
     )))
 }
 
-fn error(reason: String) -> ExcitationError {
+fn error(what: String) -> ExcitationError {
     ExcitationError::Option {
-        name: "start",
-        reason,
+        option: "start",
+        what,
     }
 }

@@ -20,6 +20,18 @@ pub struct UntestedLink {
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct UntestedLinks(pub Vec<UntestedLink>);
 
+impl UntestedLinks {
+    /// Returns what makes a test possible.
+    pub(crate) fn remedy(&self) -> &'static str {
+        if self.0.is_empty() {
+            "give a URDF with collision shapes"
+        } else {
+            "put the meshes, as STL or OBJ files, where the URDF names them (for package://, ROS_PACKAGE_PATH may name the \
+             folder that contains the package)"
+        }
+    }
+}
+
 impl fmt::Display for UntestedLinks {
     fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
         if self.0.is_empty() {

@@ -64,7 +64,10 @@ pub(crate) fn whitening(
 }
 
 fn unknown_noise(channel: &str) -> ExcitationError {
-    ExcitationError::UnknownNoise {
-        channel: channel.to_owned(),
+    ExcitationError::Option {
+        option: "base_noise",
+        what: format!(
+            "the noise of {channel} is unknown, so that no interval can be predicted: give `base_noise`"
+        ),
     }
 }

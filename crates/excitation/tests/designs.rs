@@ -174,7 +174,8 @@ fn other_methods_have_designs() {
     let mut orbit = in_orbit();
     orbit.sensing.equations.method = Method::JointSensing;
     let failed = design(&orbit, &settings);
-    assert!(matches!(failed, Err(ExcitationError::UnknownNoise { .. })));
+    let error = failed.err().unwrap();
+    assert_eq!(error.option(), Some("base_noise"), "{error}");
     orbit.sensing.base_noise = Some([1.0, 1.0, 1.0, 0.5, 0.5, 0.5]);
     let noisy = orbit
         .sensing

@@ -292,12 +292,14 @@ fn impossible_problems_name_the_limit() {
 fn windows_without_samples_and_links_that_do_not_move_are_errors() {
     let mut coarse = on_ground();
     coarse.sensing.equations.cutoff_hz = 600.0;
-    let expected =
-        "the averaging window of 0.002 s, for a cutoff of 600 Hz, has too few samples at 200 Hz";
+    let expected = "the averaging window of 0.002 s, for a cutoff of 600 Hz, has too few samples at 200 Hz: raise \
+                    `sample_rate`, or lower the cutoff";
     assert_eq!(message(&coarse), expected);
     let mut fixed = on_ground();
     fixed.tool = "base_link".to_owned();
-    assert_eq!(message(&fixed), "no joint moves `base_link`");
+    let expected =
+        "`tip` is base_link, which no joint moves: expected a link at the end of the arm";
+    assert_eq!(message(&fixed), expected);
 }
 
 /// Torques of joints that rest are limited, too: they change with the motion of the others.

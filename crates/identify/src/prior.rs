@@ -31,23 +31,24 @@ impl KnownMass {
     /// Checks that the values are in range.
     ///
     /// # Errors
-    /// Returns [`IdentifyError::Value`] if the mass is not from 1e-12 to 1e12 kg, or its standard deviation is negative or more
-    /// than 1e12 kg.
+    /// Returns [`IdentifyError::Option`] if the mass is not from 1e-12 to 1e12 kg, or its standard deviation is negative or
+    /// more than 1e12 kg.
     fn check(&self) -> Result<(), IdentifyError> {
-        let out_of_range = |name, given, expected| {
-            Err(IdentifyError::Value {
-                name,
-                given,
-                expected,
-            })
-        };
         if !MASSES_KG.contains(&self.mass_kg) {
             let expected = "a positive number of kg, from 1e-12 to 1e12";
-            return out_of_range("known_mass_kg", self.mass_kg, expected);
+            return Err(IdentifyError::out_of_range(
+                "known_mass_kg",
+                self.mass_kg,
+                expected,
+            ));
         }
         if !(0.0..=*MASSES_KG.end()).contains(&self.std_dev_kg) {
             let expected = "zero or a positive number of kg, up to 1e12";
-            return out_of_range("known_mass_std_dev_kg", self.std_dev_kg, expected);
+            return Err(IdentifyError::out_of_range(
+                "known_mass_std_dev_kg",
+                self.std_dev_kg,
+                expected,
+            ));
         }
         Ok(())
     }
@@ -83,8 +84,8 @@ impl PriorKnowledge {
     /// Checks that the values are in range.
     ///
     /// # Errors
-    /// Returns [`IdentifyError::Value`] if the mass is not positive or its standard deviation is negative, and
-    /// [`IdentifyError::Box`] if the box has no volume.
+    /// Returns [`IdentifyError::Option`] if the mass is not positive, its standard deviation is negative, or the box has no
+    /// volume.
     pub fn check(&self) -> Result<(), IdentifyError> {
         self.known_mass.map_or(Ok(()), |mass| mass.check())?;
         self.bounding_box
@@ -106,18 +107,19 @@ pub struct BoundingBox {
 }
 
 impl BoundingBox {
-    /// Checks that the box, which the setting `name` gives, has a volume.
+    /// Checks that the box, which the setting `option` gives, has a volume.
     ///
     /// # Errors
-    /// Returns [`IdentifyError::Box`] if a corner is not finite, or a side is not positive.
-    pub fn check(&self, name: &'static str) -> Result<(), IdentifyError> {
+    /// Returns [`IdentifyError::Option`] if a corner is not finite, or a side is not positive.
+    pub fn check(&self, option: &'static str) -> Result<(), IdentifyError> {
         for (axis, (min, max)) in self.min.iter().zip(&self.max).enumerate() {
             if !(min < max && (max - min).is_finite()) {
-                return Err(IdentifyError::Box {
-                    name,
-                    axis: ["x", "y", "z"][axis],
-                    min: *min,
-                    max: *max,
+                let axis = ["x", "y", "z"][axis];
+                return Err(IdentifyError::Option {
+                    option,
+                    what: format!(
+                        "the box goes from {min} to {max} m along {axis}: its upper end must be larger than its lower end"
+                    ),
                 });
             }
         }

@@ -53,14 +53,10 @@ impl Range {
     /// Checks that each value of the setting `name` is in the range.
     ///
     /// # Errors
-    /// Returns [`IdentifyError::Value`] with the first value that is not.
+    /// Returns [`IdentifyError::Option`] with the first value that is not.
     pub fn check(&self, name: &'static str, values: &[f64]) -> Result<(), IdentifyError> {
         match values.iter().find(|value| !(self.contains)(**value)) {
-            Some(&given) => Err(IdentifyError::Value {
-                name,
-                given,
-                expected: self.expected,
-            }),
+            Some(&given) => Err(IdentifyError::out_of_range(name, given, self.expected)),
             None => Ok(()),
         }
     }

@@ -99,7 +99,8 @@ fn least_squares_finds_the_payload_from_all_together() {
 
     let fixed = Manipulator::from_urdf(URDF, BaseKind::Fixed).unwrap();
     let nothing = Identifier::new(&fixed, TOOL, &[], &settings);
-    assert!(matches!(nothing, Err(IdentifyError::NoWrench)));
+    let error = nothing.map(drop).unwrap_err().to_string();
+    assert!(error.contains("at least one wrench"), "{error}");
 }
 
 /// Wrenches that are one sample late or early make errors far beyond the bound that exact samples satisfy, so
@@ -244,14 +245,14 @@ fn impossible_requests_are_errors() {
     let message = |result: Result<(), IdentifyError>| result.unwrap_err().to_string();
     assert!(message(online("hand", &SENSORS)).contains("no link `hand`"));
     assert!(message(online(TOOL, &["thumb"])).contains("no link `thumb`"));
-    assert!(matches!(online(TOOL, &[]), Err(IdentifyError::NoWrench)));
+    assert!(message(online(TOOL, &[])).contains("at least one wrench"));
     let fixed = Experiment {
         base: BaseKind::Fixed,
         ..Experiment::default()
     }
     .robot();
     let result = Identifier::new(&fixed, TOOL, &SENSORS, &joint_sensing());
-    assert!(matches!(result, Err(IdentifyError::FixedBase)));
+    assert!(message(result.map(drop)).contains("needs a free-floating base"));
 }
 
 /// A sample whose slices do not fit the robot is an error that names the joints.
@@ -265,13 +266,8 @@ fn samples_that_do_not_fit_are_errors() {
     let mut identifier = identifier(&experiment, &settings);
     let mut instant = experiment.run().remove(0);
     instant.wrenches.pop();
-    assert!(matches!(
-        identifier.push(&instant.sample()),
-        Err(IdentifyError::WrenchCount {
-            given: 1,
-            expected: 2
-        })
-    ));
+    let error = identifier.push(&instant.sample()).unwrap_err().to_string();
+    assert_eq!(error, "a sample has 1 wrenches, but there are 2 sensors");
     instant.velocity.pop();
     let error = identifier.push(&instant.sample()).unwrap_err().to_string();
     assert!(

@@ -151,9 +151,9 @@ impl<const N: usize> Lms<N> {
     /// `step` has the inverse unit of a row's squared norm.
     ///
     /// # Errors
-    /// Returns [`SettingError::Step`] if `step` is not positive and finite.
+    /// Returns [`SettingError`] if `step` is not positive and finite.
     pub fn new(step: f64) -> Result<Self, SettingError> {
-        ensure(step > 0.0 && step.is_finite(), SettingError::Step(step))?;
+        ensure(step > 0.0 && step.is_finite(), "step", step, "(0, inf)")?;
         Ok(Self::with_rule(FixedStep(step)))
     }
 }
@@ -164,11 +164,10 @@ impl<const N: usize> Nlms<N> {
     /// `alpha` has no unit, and `beta` that of a row's squared norm.
     ///
     /// # Errors
-    /// Returns [`SettingError::Alpha`] if `alpha` is outside (0, 2), and [`SettingError::Beta`] if `beta` is
-    /// outside (0, 1): the conditions for convergence below (54).
+    /// Returns [`SettingError`] if `alpha` is outside (0, 2) or `beta` outside (0, 1): the conditions for convergence below (54).
     pub fn new(alpha: f64, beta: f64) -> Result<Self, SettingError> {
-        ensure(alpha > 0.0 && alpha < 2.0, SettingError::Alpha(alpha))?;
-        ensure(beta > 0.0 && beta < 1.0, SettingError::Beta(beta))?;
+        ensure(alpha > 0.0 && alpha < 2.0, "alpha", alpha, "(0, 2)")?;
+        ensure(beta > 0.0 && beta < 1.0, "beta", beta, "(0, 1)")?;
         Ok(Self::with_rule(NormalisedStep { alpha, beta }))
     }
 

@@ -44,15 +44,14 @@ impl ChangeSettings {
     fn check(&self) -> Result<(), SettingError> {
         let above = |value: f64, limit: f64| value > limit && value.is_finite();
         let rows = self.rows_between_false_alarms;
-        ensure(above(rows, 1.0), SettingError::RowsBetweenFalseAlarms(rows))?;
+        let is_valid = above(rows, 1.0);
+        ensure(is_valid, "rows_between_false_alarms", rows, "(1, inf)")?;
         let correlation = self.correlation_rows;
-        ensure(
-            (1.0..f64::INFINITY).contains(&correlation),
-            SettingError::CorrelationRows(correlation),
-        )?;
-        ensure(above(self.shift, 0.0), SettingError::Shift(self.shift))?;
-        ensure(above(self.growth, 1.0), SettingError::Growth(self.growth))?;
-        ensure(above(self.clip, 0.0), SettingError::Clip(self.clip))
+        let is_valid = (1.0..f64::INFINITY).contains(&correlation);
+        ensure(is_valid, "correlation_rows", correlation, "[1, inf)")?;
+        ensure(above(self.shift, 0.0), "shift", self.shift, "(0, inf)")?;
+        ensure(above(self.growth, 1.0), "growth", self.growth, "(1, inf)")?;
+        ensure(above(self.clip, 0.0), "clip", self.clip, "(0, inf)")
     }
 }
 

@@ -169,7 +169,7 @@ impl Given {
     /// Checks that each number is in the range of the option.
     ///
     /// # Errors
-    /// Returns [`IdentifyError::Value`] with the first that is not.
+    /// Returns [`IdentifyError::Option`] with the first that is not.
     pub fn check(&self) -> Result<(), IdentifyError> {
         self.option.range.check(self.option.name, &self.numbers)
     }

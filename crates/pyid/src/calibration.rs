@@ -1,6 +1,6 @@
 //! Calibration of an arm from logs and arrays. The package's `calibrate` calls it.
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::sync::Arc;
 
 use pyo3::prelude::*;
@@ -266,7 +266,7 @@ impl Given {
         };
         match read() {
             Ok(joints) => Ok(Self::Arrays { name, joints }),
-            Err(error) => Err(in_recording(Path::new(&name), error)),
+            Err(error) => Err(in_recording(&name, error)),
         }
     }
 

@@ -13,7 +13,6 @@ mod dynamics;
 mod errors;
 mod estimators;
 mod excitation;
-mod excitation_errors;
 mod experiment_fields;
 mod faults;
 mod findings;

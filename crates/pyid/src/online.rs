@@ -8,11 +8,11 @@ use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use tactid_dynamics::{BaseKind, Wrench};
 use tactid_identify::{BaseState, IdentifyError, PushOutcome, Sample};
-use tactid_recordings::{OnlineSetup, RecordingError, Request};
+use tactid_recordings::{OnlineSetup, Request, base_is_fixed};
 
 use crate::arguments::{borrowed, read_joints, read_robot, read_sensors, read_wrenches};
 use crate::arrays::{Sampled, Series, common_length, output};
-use crate::errors::{ArgumentError, IntoPyErr, detached, option_error, with_option};
+use crate::errors::{ArgumentError, IntoPyErr, detached, with_option};
 use crate::findings::{FindingData, finding_data};
 use crate::options;
 use crate::poses::Poses;
@@ -147,16 +147,8 @@ impl PaperFilter {
     ) -> PyResult<PyClassInitializer<Self>> {
         let request = options::request(options)?;
         let (setup, expects) = set_up(&request, robot, sensors, false)?;
-        let solver = setup.paper_filter(request.paper_settings()).map_err(|error| match error {
-            // The class has no choice of the estimator.
-            IdentifyError::NeedsLeastSquares(method) => option_error(
-                format!(
-                    "the paper's filter cannot use the {method} method: use `tactid.Identifier`, or another `method`"
-                ),
-                "method",
-            ),
-            other => other.into_py_err(),
-        })?;
+        let solver = setup.paper_filter(request.paper_settings());
+        let solver = solver.map_err(IntoPyErr::into_py_err)?;
         let (solver, base) = shared(expects, solver);
         Ok(PyClassInitializer::from(base).add_subclass(Self(solver)))
     }
@@ -342,7 +334,7 @@ fn check_base(expects: Expected, given: [Argument<'_, '_>; 3]) -> PyResult<()> {
     let names = ["pose", "twist", "acceleration"];
     let first = names.iter().zip(given).find(|(_, given)| given.is_some());
     if let (BaseKind::Fixed, Some((name, _))) = (expects.base, first) {
-        return Err(RecordingError::BaseIsFixed { name }.into_py_err());
+        return Err(base_is_fixed(name).into_py_err());
     }
     if expects.base == BaseKind::Fixed {
         return Ok(());

@@ -10,6 +10,7 @@ use tactid_options::{Kind, Value, read_as};
 
 use crate::arm_calibration::ArmCalibration;
 use crate::{RecordingError, unit_quaternion};
+use tactid_identify::three_digits;
 
 /// How equations become parameters.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
@@ -62,7 +63,7 @@ impl SensorFrame {
     /// the frame of the link `parent`.
     ///
     /// # Errors
-    /// Returns [`RecordingError::SensorFrameNorm`] if the norm of the quaternion is not one to
+    /// Returns [`RecordingError::Option`] if the norm of the quaternion is not one to
     /// within 0.1, as for the orientations of a recording.
     pub fn new(
         parent: &str,
@@ -80,11 +81,17 @@ impl SensorFrame {
     /// Returns the pose of the sensor's frame in the frame of the link.
     ///
     /// # Errors
-    /// Returns [`RecordingError::SensorFrameNorm`] as [`new`](Self::new) does.
+    /// Returns [`RecordingError::Option`] as [`new`](Self::new) does.
     pub fn parent_from_sensor(&self) -> Result<Isometry3<f64>, RecordingError> {
         let quaternion = Quaternion::from(Vector4::from(self.quaternion));
         let rotation = unit_quaternion(quaternion)
-            .ok_or_else(|| RecordingError::SensorFrameNorm(quaternion.norm()))?;
+            .ok_or_else(|| RecordingError::Option {
+                option: "sensor_frame",
+                what: format!(
+                    "the quaternion (qx, qy, qz, qw) of `sensor_frame` has the norm {}, but must have the norm 1",
+                    three_digits(quaternion.norm())
+                ),
+            })?;
         let origin = Translation3::from(self.origin_m);
         Ok(Isometry3::from_parts(origin, rotation))
     }

@@ -55,8 +55,8 @@ pub fn combine(results: &[Identification]) -> Result<Combination, RecordingError
 /// box count once.
 ///
 /// # Errors
-/// Returns [`RecordingError::NotTheSame`] if the recordings have different frames, known masses or bounding boxes,
-/// and [`RecordingError::Identify`] if there is no recording.
+/// Returns [`RecordingError::Together`] if there is no recording, or the recordings have different frames, known masses or
+/// bounding boxes.
 pub fn combine_runs(runs: &[CombinedRun]) -> Result<Combination, RecordingError> {
     let estimates: Vec<_> = runs.iter().map(|run| run.linear.clone()).collect();
     let first = runs.first();
@@ -67,8 +67,10 @@ pub fn combine_runs(runs: &[CombinedRun]) -> Result<Combination, RecordingError>
             ("bounding box", run.bounding_box == first.bounding_box),
         ];
         if let Some((what, _)) = same.into_iter().find(|(_, is_same)| !is_same) {
-            let name = run.name.clone();
-            return Err(RecordingError::NotTheSame { what, name });
+            return Err(RecordingError::Together(format!(
+                "{} has another {what} than the first recording",
+                run.name
+            )));
         }
     }
     let prior = PriorKnowledge {

@@ -163,15 +163,15 @@ impl Options {
 /// Checks that a robot has the end-effector frame.
 ///
 /// # Errors
-/// Returns [`RecordingError::UnknownTip`] if it does not have it.
+/// Returns [`RecordingError::Tip`] if it does not have it.
 pub(crate) fn check_tip(robot: &Manipulator, tip: &str) -> Result<(), RecordingError> {
     if robot.frame(tip).is_ok() {
         return Ok(());
     }
-    Err(RecordingError::UnknownTip {
-        tip: tip.to_owned(),
-        links: list_similar(tip, robot.frame_names()),
-    })
+    Err(RecordingError::Tip(format!(
+        "the robot has no link `{tip}`, which is to be the end-effector frame; its links are: {}",
+        list_similar(tip, robot.frame_names())
+    )))
 }
 
 /// Reports options about the motion that have no effect, because another topic measures it.

@@ -25,16 +25,15 @@ use crate::{Arrays, EstimatorKind, Identification, Identified, Observer, Recordi
 ///
 /// # Errors
 /// Returns [`RecordingError::Log`] if the log cannot be opened, [`RecordingError::Identify`] if a value of the request
-/// is out of range, [`RecordingError::NoOverlap`] if the streams share no time, the errors of too little data (see
-/// below), [`RecordingError::Interrupted`] if the observer stops the work before there is enough for an estimate, and the variant that says what
-/// is wrong if the log lacks what the method needs or contradicts its own URDF.
+/// is out of range, [`RecordingError::Option`] if it does not fit the log or the other values, [`RecordingError::NoOverlap`]
+/// if the streams share no time, [`RecordingError::Interrupted`] if the observer stops the work before there is enough for
+/// an estimate, and [`RecordingError::Data`] or [`RecordingError::Tip`] if the log lacks what the method needs or
+/// contradicts its own URDF.
 ///
-/// Too little data are [`RecordingError::FarStamps`] if most stamps are far from the times of logging,
-/// [`RecordingError::TimesNotIncreasing`] if most times do not increase,
-/// [`RecordingError::TooManyGaps`] if gaps leave no stretch for a window, [`RecordingError::RareSamples`] if samples come
-/// too seldom for the cutoff, and otherwise [`TooFewWindows`](tactid_identify::IdentifyError::TooFewWindows) or
-/// [`TooFewSamples`](tactid_identify::IdentifyError::TooFewSamples) in
-/// [`RecordingError::Identify`].
+/// Too little data are [`RecordingError::Data`] where it is known why: most stamps are far from the times of logging, most
+/// times do not increase, gaps leave no stretch for a window, or samples come too seldom for the cutoff. Otherwise they are
+/// [`TooLittle`](tactid_identify::IdentifyError::TooLittle) in [`RecordingError::Identify`]. Of a log that is damaged, each
+/// is in [`RecordingError::DamagedEarly`].
 ///
 /// Messages that cannot be used are no error, but are counted in [`faults`](crate::RecordingReport::faults); a log that ends early
 /// is used up to its end, see [`damage`](crate::RecordingReport::damage). If the observer stops the reading, what was read so far is
@@ -62,8 +61,8 @@ pub fn identify_log(
 ///
 /// # Errors
 /// Returns [`RecordingError::InRecording`] with the error of the first log that cannot be identified, as [`identify_log`] lists them,
-/// [`RecordingError::Identify`] for an option that no recording could use, [`RecordingError::OptionConflict`] for the paper's filter,
-/// which cannot weight several logs, and [`RecordingError::SameRecording`] if two paths are the
+/// [`RecordingError::Identify`] for an option that no recording could use, [`RecordingError::Option`] for the paper's filter,
+/// which cannot weight several logs, and [`RecordingError::Together`] if two paths are the
 /// same log: its noise would count as agreement. A copy of a log gives the same result, which [`combine`](crate::combine) refuses.
 pub fn identify_logs<P: AsRef<Path>>(
     paths: &[P],
@@ -71,10 +70,11 @@ pub fn identify_logs<P: AsRef<Path>>(
     observer: &mut Observer<'_>,
 ) -> Result<Vec<Identification>, RecordingError> {
     if let Some((first, second)) = same_log(paths) {
-        return Err(RecordingError::SameRecording {
-            paths: [first, second].map(|index| paths[index].as_ref().to_owned()),
-            because: "its noise would count as agreement",
-        });
+        let both = [first, second].map(|index| paths[index].as_ref());
+        return Err(RecordingError::same_recording(
+            both,
+            "its noise would count as agreement",
+        ));
     }
     request.check()?;
     if request.estimator == Some(EstimatorKind::Nlms) {
@@ -93,9 +93,9 @@ pub fn identify_logs<P: AsRef<Path>>(
 
 /// Returns the error of the paper's filter for several recordings.
 fn needs_least_squares() -> RecordingError {
-    RecordingError::OptionConflict {
-        name: "estimator",
-        reason: "must be least squares for several recordings, because the paper's filter estimates no uncertainty by \
+    RecordingError::Option {
+        option: "estimator",
+        what: "`estimator` must be least squares for several recordings, because the paper's filter estimates no uncertainty by \
                  which they could be weighted"
             .into(),
     }
@@ -107,14 +107,11 @@ fn needs_least_squares() -> RecordingError {
 /// unless it is too little.
 ///
 /// # Errors
-/// Returns [`RecordingError::NotForArrays`] if the request asks for what only a log has,
-/// [`RecordingError::NoSamples`], [`RecordingError::ArrayLength`] or [`RecordingError::MissingArray`] if the arrays do
-/// not fit each other, the robot or the method, [`RecordingError::RobotTwice`], [`RecordingError::BaseIsFixed`] or
-/// [`RecordingError::UnknownTip`] if they do not fit the robot, [`RecordingError::UnloadedNeedsEffort`],
-/// [`RecordingError::NoSharedMotion`] or [`RecordingError::OtherMotion`] if the unloaded reference does not fit,
-/// [`RecordingError::EffortGains`] if the gains are not as many as the joints, [`RecordingError::Identify`] if a value
-/// of the request is out of range, [`RecordingError::NoOverlap`] if no sample has all values, and the errors of too
-/// little data that [`identify_log`] lists.
+/// Returns [`RecordingError::Option`] if the request asks for what only a log has or does not fit the robot,
+/// [`RecordingError::Arrays`] if the arrays do not fit each other, the robot or the method, [`RecordingError::Tip`] if the
+/// robot does not have the end-effector frame, [`RecordingError::Data`] if the unloaded reference does not fit,
+/// [`RecordingError::Identify`] if a value of the request is out of range, [`RecordingError::NoOverlap`] if no sample has
+/// all values, and the errors of too little data that [`identify_log`] lists.
 ///
 /// Values that are not finite and times that do not increase are no error, but are counted in
 /// [`faults`](crate::RecordingReport::faults) under the name of the array.

@@ -78,7 +78,6 @@ mod orientation;
 mod paper;
 mod paper_identification;
 mod parallel;
-mod phrases;
 mod plan;
 mod preview;
 mod progress;
@@ -91,12 +90,11 @@ mod run;
 mod same_log;
 mod shortage;
 mod sources;
-mod time_unit;
 mod topic_kind;
 mod unloaded;
 
 pub use arm_calibration::ArmCalibration;
-pub use arrays::{Arrays, UnloadedArrays};
+pub use arrays::{Arrays, UnloadedArrays, base_is_fixed};
 pub use calibration::{
     CalibrationRecording, CalibrationRequest, CalibrationRun, CalibrationSource,
     CalibrationSources, RecordingRole, calibrate_arm,
@@ -125,5 +123,3 @@ pub use tactid_identify::{
     VALUE_NAMES,
 };
 pub use tactid_options::{Declaration, Kind, Use};
-pub use time_unit::TimeUnit;
-pub use topic_kind::TopicKind;

@@ -35,10 +35,11 @@ impl LogRecording {
         let log = open_log(path, observer)?;
         if log.topics().iter().all(|topic| topic.count == 0) {
             let damage = log.damage().iter().map(|damage| format!(": {damage}"));
-            return Err(RecordingError::Empty {
-                path: path.display().to_string(),
-                damage: damage.collect(),
-            });
+            return Err(RecordingError::data(format!(
+                "there is no message in {}{}",
+                path.display(),
+                damage.collect::<String>()
+            )));
         }
         let found = LogSources::find(&log, request)?;
         let decoding = Arc::new(Decoding::new(&log, &found, request)?);

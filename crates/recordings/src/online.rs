@@ -33,7 +33,7 @@ impl OnlineSetup {
     ///
     /// # Errors
     /// Returns [`RecordingError::Identify`] if a value of the request is out of range, and
-    /// [`RecordingError::SensorFrameNorm`] for a rotation that is none.
+    /// [`RecordingError::Option`] for a rotation that is none.
     pub fn new(
         request: &Request,
         robot: Option<&Manipulator>,

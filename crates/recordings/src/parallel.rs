@@ -131,7 +131,7 @@ mod tests {
                 thread::sleep(std::time::Duration::from_millis(20));
                 Err(RecordingError::Interrupted)
             }
-            2 => Err(RecordingError::NoSamples),
+            2 => Err(RecordingError::data("none")),
             _ => Ok(index),
         };
         let error = in_parallel(6, &mut |_| ControlFlow::Continue(()), work, |_| false);

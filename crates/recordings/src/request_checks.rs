@@ -5,6 +5,7 @@ use tactid_identify::{BatchSettings, IdentifyError, Method};
 use tactid_options::{About, Declaration, Use};
 
 use crate::choices::EstimatorKind;
+use crate::paper::needs_least_squares;
 use crate::request::FILTER;
 use crate::{RecordingError, Request};
 
@@ -12,7 +13,7 @@ impl Request {
     /// Checks that nothing is given that a calibration sets or excludes.
     ///
     /// # Errors
-    /// Returns [`RecordingError::NotWithCalibration`] with the first such field.
+    /// Returns [`RecordingError::Option`] with the first such field.
     pub(crate) fn check_calibration(&self) -> Result<(), RecordingError> {
         const SET_OR_EXCLUDED: [&str; 5] = [
             "effort_gain",
@@ -28,7 +29,13 @@ impl Request {
         };
         let mut names = self.given().map(|given| given.option.name);
         match names.find(|name| is_excluded(name)) {
-            Some(name) => Err(RecordingError::NotWithCalibration { name }),
+            Some(option) => Err(RecordingError::Option {
+                option,
+                what: format!(
+                    "`{option}` cannot be given together with a calibration, which {}",
+                    why_not_with_calibration(option)
+                ),
+            }),
             None => Ok(()),
         }
     }
@@ -36,13 +43,13 @@ impl Request {
     /// Checks that each option that is given applies to a use.
     ///
     /// # Errors
-    /// Returns [`RecordingError::NotForArrays`] with the first that does not.
+    /// Returns [`RecordingError::Option`] with the first that does not.
     pub(crate) fn check_arrays(&self) -> Result<(), RecordingError> {
         // The unloaded reference of arrays is with the arrays.
         let is_of_logs =
             |option: &Declaration| option.name == "unloaded" || !option.uses.contains(&Use::Arrays);
         match self.given().find(|given| is_of_logs(given.option)) {
-            Some(given) => Err(RecordingError::NotForArrays(given.option.name)),
+            Some(given) => Err(not_for_arrays(given.option.name)),
             None => Ok(()),
         }
     }
@@ -66,17 +73,14 @@ impl Request {
     /// Checks the values that can be judged without a recording.
     ///
     /// # Errors
-    /// Returns [`IdentifyError::Value`], [`IdentifyError::Setting`] or [`IdentifyError::Box`] with
-    /// the name of a field whose value is out of range, [`RecordingError::SensorFrameNorm`] for a rotation that is none,
-    /// [`IdentifyError::PriorNeedsLeastSquares`] if a known mass or a bounding box is given to the
-    /// paper's filter, and [`RecordingError::OptionConflict`] for an option that another one must be
-    /// given with.
+    /// Returns [`IdentifyError::Option`] or [`RecordingError::Option`] with the name of a field whose
+    /// value is out of range or does not go with the other options.
     pub fn check(&self) -> Result<(), RecordingError> {
         self.check_estimator()?;
         if self.known_mass_kg.is_none() && self.known_mass_std_dev_kg.is_some() {
-            return Err(RecordingError::OptionConflict {
-                name: "known_mass_kg",
-                reason: "is missing, but its standard deviation is given".into(),
+            return Err(RecordingError::Option {
+                option: "known_mass_kg",
+                what: "`known_mass_kg` is missing, but its standard deviation is given".to_owned(),
             });
         }
         let knowledge = BatchSettings {
@@ -94,17 +98,20 @@ impl Request {
         if self.estimator == Some(EstimatorKind::Nlms) {
             self.paper_settings().check()?;
             if self.known_mass_kg.is_some() {
-                return Err(IdentifyError::PriorNeedsLeastSquares("a known mass").into());
+                return Err(needs_least_squares("a known mass").into());
             }
             if self.bounding_box.is_some() {
-                return Err(IdentifyError::PriorNeedsLeastSquares("a bounding box").into());
+                return Err(needs_least_squares("a bounding box").into());
             }
             return Ok(());
         }
         match self.given().find(|given| given.option.group == FILTER) {
-            Some(given) => Err(RecordingError::OptionConflict {
-                name: given.option.name,
-                reason: "is an option of the paper's filter, and not of least squares".into(),
+            Some(given) => Err(RecordingError::Option {
+                option: given.option.name,
+                what: format!(
+                    "`{}` is an option of the paper's filter, and not of least squares",
+                    given.option.name
+                ),
             }),
             None => Ok(()),
         }
@@ -114,8 +121,8 @@ impl Request {
     /// the method uses.
     ///
     /// # Errors
-    /// Returns [`RecordingError::EffortGains`] if the gains are not as many as the joints, and
-    /// [`IdentifyError::NoiseCount`] if noise is given neither once for all nor once for each.
+    /// Returns [`RecordingError::Option`] if the gains are not as many as the joints, and
+    /// [`IdentifyError::Option`] if noise is given neither once for all nor once for each.
     pub(crate) fn check_counts(
         &self,
         robot: &Manipulator,
@@ -125,10 +132,14 @@ impl Request {
         if let Some(gains) = &self.effort_gain
             && gains.len() != joints.len()
         {
-            return Err(RecordingError::EffortGains {
-                given: gains.len(),
-                count: joints.len(),
-                joints: joints.join(", "),
+            return Err(RecordingError::Option {
+                option: "effort_gain",
+                what: format!(
+                    "{} effort gains for {} joints: give one for each joint, in the order {}",
+                    gains.len(),
+                    joints.len(),
+                    joints.join(", ")
+                ),
             });
         }
         let joints = joints.len();
@@ -147,12 +158,7 @@ impl Request {
                 continue;
             };
             if ![1, expected].contains(&given) {
-                return Err(RecordingError::Identify(IdentifyError::NoiseCount {
-                    name,
-                    given,
-                    of,
-                    expected,
-                }));
+                return Err(IdentifyError::miscounted(name, given, expected, of).into());
             }
         }
         Ok(())
@@ -166,9 +172,32 @@ impl Request {
         }
         let is_possible = |tool| InertialParameters::from(tool).is_physical_within(ROUNDED);
         if !self.known_tool.is_none_or(is_possible) {
-            return Err(IdentifyError::ImpossibleTool.into());
+            return Err(RecordingError::Option {
+                option: "known_tool",
+                what: "`known_tool` is no body that can exist: its mass must be more than zero, and each principal \
+                       moment of inertia about its centre of mass at most the sum of the two others"
+                    .to_owned(),
+            });
         }
         Ok(())
+    }
+}
+
+/// Says why an option cannot be combined with a calibration.
+fn why_not_with_calibration(option: &str) -> &'static str {
+    match option {
+        "method" => "is for the effort method",
+        "estimator" => "needs least squares",
+        "effort_noise" => "has the noise of the joint efforts",
+        _ => "has its own",
+    }
+}
+
+/// Returns the error of an option that only a log can use.
+pub(crate) fn not_for_arrays(option: &'static str) -> RecordingError {
+    RecordingError::Option {
+        option,
+        what: format!("`{option}` does not apply to arrays"),
     }
 }
 

@@ -70,7 +70,7 @@ impl Run {
     ///
     /// # Errors
     /// Returns [`RecordingError::Log`] if the recording cannot be read, [`RecordingError::Identify`] if a setting or a
-    /// sample does not fit the robot, and [`RecordingError::OtherMotion`] if the unloaded recording has another motion.
+    /// sample does not fit the robot, and [`RecordingError::Data`] if the unloaded recording has another motion.
     pub(crate) fn new(
         recording: &impl Recording,
         plan: &Plan<'_>,

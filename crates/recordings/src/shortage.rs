@@ -2,17 +2,23 @@
 //! samples that come too seldom, damage.
 
 use tactid_identify::equations::window;
-use tactid_identify::{EquationStream, IdentifyError};
+use tactid_identify::{EquationStream, IdentifyError, three_digits};
 
 use crate::error::RecordingError;
 use crate::fault::FaultKind;
 use crate::plan::Plan;
 use crate::run::Run;
-use crate::time_unit::TimeUnit;
 
 /// Times between two samples of common recordings, s. Times whose samples would be as far apart in another unit are
 /// taken to be in this unit, if they are longer than [`LONGEST_PERIOD_S`].
 const COMMON_PERIODS_S: std::ops::RangeInclusive<f64> = 1e-4..=0.2;
+
+/// Units that are taken for seconds by mistake, with their lengths in s, from the longest to the shortest.
+const OTHER_UNITS: [(&str, f64); 3] = [
+    ("milliseconds", 1e-3),
+    ("microseconds", 1e-6),
+    ("nanoseconds", 1e-9),
+];
 
 /// Longest time between two samples of a slow recording whose times are in seconds, s.
 const LONGEST_PERIOD_S: f64 = 1.0;
@@ -41,18 +47,30 @@ pub(crate) fn no_overlap(plan: &Plan<'_>, run: &Run) -> Option<RecordingError> {
     let unused = unused.filter(|_| !plan.streams.acceleration);
     let names = plan.sources.names.iter();
     let used = names.filter(|name| Some(*name) != unused);
+    let streams: Vec<&str> = used.map(String::as_str).collect();
     (run.samples == 0).then(|| RecordingError::NoOverlap {
-        topics: used.cloned().collect(),
-        delay_s: plan.request.delay_s.unwrap_or(0.0),
+        what: share_no_time(&streams, plan.request.delay_s),
         faults: run.faults.to_vec(),
     })
 }
 
+/// Says that streams share no time, and what to check: also the delay that is given, s.
+fn share_no_time(streams: &[&str], delay_s: Option<f64>) -> String {
+    let delay = match delay_s {
+        None | Some(0.0) => "and ".to_owned(),
+        Some(delay_s) => format!("that the given delay of {delay_s} s is in seconds, and "),
+    };
+    format!(
+        "there is no stretch of time in which all of these have values: {}; check that they were recorded together, \
+         {delay}that their stamps are those of one clock",
+        streams.join(", ")
+    )
+}
+
 /// Returns the cause of an error that says that there are too few windows or samples; other errors as they are.
 ///
-/// The cause is [`RecordingError::Interrupted`] where the reading was interrupted, and otherwise what the times show:
-/// [`RecordingError::FarStamps`], [`RecordingError::TimesNotIncreasing`], [`RecordingError::TooManyGaps`] or
-/// [`RecordingError::RareSamples`].
+/// The cause is [`RecordingError::Interrupted`] where the reading was interrupted, and otherwise [`RecordingError::Data`]
+/// with what the times show.
 pub(crate) fn explain(error: RecordingError, plan: &Plan<'_>, run: &Run) -> RecordingError {
     let found = match &error {
         RecordingError::Identify(error) if is_too_little(error) => {
@@ -83,10 +101,7 @@ fn cause_in_times(plan: &Plan<'_>, run: &Run) -> Option<RecordingError> {
 
 /// Returns whether the data are too short, or too sparse, for an estimate.
 fn is_too_little(error: &IdentifyError) -> bool {
-    matches!(
-        error,
-        IdentifyError::TooFewWindows { .. } | IdentifyError::TooFewSamples { .. }
-    )
+    matches!(error, IdentifyError::TooLittle(_))
 }
 
 /// Returns the largest number of faults of a kind on one topic, with the topic.
@@ -99,19 +114,29 @@ fn most_faults(run: &Run, kind: &FaultKind) -> Option<(String, u64)> {
 
 fn far_stamps(run: &Run) -> Option<RecordingError> {
     let (topic, left_out) = most_faults(run, &FaultKind::FarStamp)?;
-    (left_out > run.samples).then_some(RecordingError::FarStamps {
-        topic,
-        left_out,
-        used: run.samples,
+    let used = run.samples;
+    (left_out > used).then(|| {
+        RecordingError::data(format!(
+            "{left_out} messages on {topic} with a stamp far from the time of logging were left out, and {used} samples \
+             could be used: stamps must be seconds and nanoseconds of the clock of the recorder"
+        ))
     })
 }
 
 fn times_not_increasing(run: &Run) -> Option<RecordingError> {
     let (name, unordered) = most_faults(run, &FaultKind::OutOfOrder)?;
-    (unordered > run.samples).then_some(RecordingError::TimesNotIncreasing {
-        name,
-        unordered,
-        used: run.samples,
+    let used = run.samples;
+    // A topic is named as it is, an array as code.
+    let stream = if name.starts_with('/') {
+        name
+    } else {
+        format!("`{name}`")
+    };
+    (unordered > used).then(|| {
+        RecordingError::data(format!(
+            "{unordered} times of {stream} are not later than the ones before them, and {used} could be used: times must \
+             increase"
+        ))
     })
 }
 
@@ -122,26 +147,44 @@ fn too_many_gaps(plan: &Plan<'_>, run: &Run) -> Option<RecordingError> {
     let (max_gap_s, window_s) = (plan.equations.max_gap_s, window_s(plan));
     let stretch_s = run.bridged_s / (gaps + 1) as f64;
     let is_cut = run.duration_s > 2.0 * window_s && stretch_s < window_s;
-    (max_gap_s < plan.period_s || is_cut).then_some(RecordingError::TooManyGaps {
-        gaps,
-        max_gap_s,
-        period_s: plan.period_s,
+    (max_gap_s < plan.period_s || is_cut).then(|| {
+        RecordingError::data_of(
+            "max_gap_s",
+            format!(
+                "too few windows: gaps between samples that are longer than {} s, the longest time that is bridged, \
+                 leave no stretch long enough (number of gaps: {gaps}); samples come every {} s: bridge longer times; \
+                 `max_gap_s` sets the longest time that is bridged",
+                three_digits(max_gap_s),
+                three_digits(plan.period_s)
+            ),
+        )
     })
 }
 
 fn too_rare_samples(plan: &Plan<'_>) -> Option<RecordingError> {
     let (period_s, window_s) = (plan.period_s, window_s(plan));
-    let mut units = TimeUnit::ALL.into_iter();
-    let is_common =
-        |(_, length_s): &(TimeUnit, f64)| COMMON_PERIODS_S.contains(&(period_s * length_s));
+    let is_common = |(_, length_s): &(&str, f64)| COMMON_PERIODS_S.contains(&(period_s * length_s));
     let is_rare = period_s * f64::from(window::MIN_INSTANTS) > window_s;
-    is_rare.then(|| RecordingError::RareSamples {
-        period_s,
-        window_s,
-        min_samples: window::MIN_INSTANTS,
-        unit: units
-            .find(|unit| period_s >= LONGEST_PERIOD_S && is_common(unit))
-            .map(|(unit, _)| unit),
+    is_rare.then(|| {
+        let mut units = OTHER_UNITS.into_iter();
+        let unit = units.find(|unit| period_s >= LONGEST_PERIOD_S && is_common(unit));
+        let needs = format!(
+            "too few samples: they come every {} s, but a window of {} s needs {}",
+            three_digits(period_s),
+            three_digits(window_s),
+            window::MIN_INSTANTS
+        );
+        match unit {
+            Some((unit, _)) => RecordingError::data(format!(
+                "{needs}; the times seem to be in {unit}, but must be in seconds"
+            )),
+            None => RecordingError::data_of(
+                "cutoff_hz",
+                format!(
+                    "{needs}; lower the cutoff, or raise the sample rate; `cutoff_hz` sets the cutoff"
+                ),
+            ),
+        }
     })
 }
 

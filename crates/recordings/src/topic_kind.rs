@@ -2,7 +2,7 @@
 
 /// Kind of a topic, as the options of [`Request`](crate::Request) distinguish them.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum TopicKind {
+pub(crate) enum TopicKind {
     /// Joint states: [`Request::joint_topic`](crate::Request::joint_topic).
     Joints,
     /// Wrenches: [`Request::wrench_topic`](crate::Request::wrench_topic).
@@ -18,8 +18,7 @@ pub enum TopicKind {
 
 impl TopicKind {
     /// Returns the name of the option that chooses the topic.
-    #[must_use]
-    pub fn option(self) -> &'static str {
+    pub(crate) fn option(self) -> &'static str {
         match self {
             Self::Joints => "joint_topic",
             Self::Wrenches => "wrench_topic",

@@ -46,15 +46,12 @@ pub(crate) fn find_unloaded(
     observer: &mut Observer<'_>,
 ) -> Result<Unloaded, RecordingError> {
     let MotionTopics::Joints { joints, .. } = &loaded.topics.motion else {
-        return Err(RecordingError::UnloadedNeedsEffort);
+        return Err(RecordingError::unloaded_needs_effort());
     };
     if loaded.options.method() != Method::Effort {
-        return Err(RecordingError::UnloadedNeedsEffort);
+        return Err(RecordingError::unloaded_needs_effort());
     }
-    let same_recording = || RecordingError::SameRecording {
-        paths: [loaded_path, path].map(Path::to_owned),
-        because: NO_LOAD,
-    };
+    let same_recording = || RecordingError::same_recording([loaded_path, path], NO_LOAD);
     if same_log(&[loaded_path, path]).is_some() {
         return Err(same_recording());
     }
@@ -76,7 +73,14 @@ pub(crate) fn find_unloaded(
     };
     let decoding = Arc::new(Decoding::new(&log, &sources, request)?);
     if decoding.joint_publishers() > 1 {
-        return Err(RecordingError::SeveralUnloadedTopics(topics.join(", ")));
+        return Err(RecordingError::data_of(
+            "unloaded",
+            format!(
+                "the joint states of the unloaded recording come from several publishers, but must come from one: record \
+                 the unloaded motion with one publisher of all joints; topics: {}",
+                topics.join(", ")
+            ),
+        ));
     }
     let ours = Motions::read(loaded_log, joints, loaded_decoding, observer)?;
     let theirs = Motions::read(&log, &topics, &decoding, observer)?;
@@ -139,10 +143,16 @@ impl Motions {
     /// Returns the time to add to another motion's times at which the motions agree best, s.
     ///
     /// # Errors
-    /// Returns [`RecordingError::NoSharedMotion`] if they share too few instants to be compared.
+    /// Returns [`RecordingError::Data`] if they share too few instants to be compared.
     pub(crate) fn shift_s(&self, other: &Self) -> Result<f64, RecordingError> {
         let coarse_s = coarse_shift_s(&self.coarse, &other.coarse);
-        let coarse_s = coarse_s.ok_or(RecordingError::NoSharedMotion)?;
+        let coarse_s = coarse_s.ok_or_else(|| {
+            RecordingError::data_of(
+                "unloaded",
+                "the loaded and the unloaded recording have too few joint states at the same points of the motion to be \
+                 compared: record the whole motion once more without the payload",
+            )
+        })?;
         Ok(fine_shift_s(&self.fine, &other.fine, coarse_s))
     }
 }
@@ -260,7 +270,7 @@ impl UnloadedSubtraction {
     /// Checks that the unloaded recording has the same motion.
     ///
     /// # Errors
-    /// Returns [`RecordingError::OtherMotion`] with the joint that differs most if it does so by more than
+    /// Returns [`RecordingError::Data`] with the joint that differs most if it does so by more than
     /// [`SAME_MOTION`].
     pub(crate) fn check_motion(&self, robot: &Manipulator) -> Result<(), RecordingError> {
         let squares = self.squares.iter().enumerate();
@@ -271,14 +281,17 @@ impl UnloadedSubtraction {
         if rms <= SAME_MOTION {
             return Ok(());
         }
-        Err(RecordingError::OtherMotion {
-            joint: robot.joint_names()[joint].clone(),
-            unit: match robot.joint_kind(joint) {
-                Some(JointKind::Prismatic) => "m",
-                Some(JointKind::Revolute) | None => "rad",
-            },
-            rms,
-            allowed: SAME_MOTION,
-        })
+        let unit = match robot.joint_kind(joint) {
+            Some(JointKind::Prismatic) => "m",
+            Some(JointKind::Revolute) | None => "rad",
+        };
+        let name = &robot.joint_names()[joint];
+        Err(RecordingError::data_of(
+            "unloaded",
+            format!(
+                "the unloaded recording has another motion: joint `{name}` differs by {rms:.3} {unit} rms, where \
+                 {SAME_MOTION} {unit} is allowed; repeat the commanded motion of the loaded recording without the payload"
+            ),
+        ))
     }
 }

@@ -146,10 +146,17 @@ fn contradictions_and_fingerprints_are_checked() {
 
 /// Asserts that a file is refused, with the line and a part of the reason.
 fn assert_refused(text: &str, expected: Option<usize>, part: &str) {
-    match read(text).unwrap_err() {
-        RecordingError::CalibrationFile { line, reason, .. } => {
-            assert!(reason.contains(part), "{reason}");
-            assert_eq!(line, expected, "{reason}");
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("arm.toml");
+    fs::write(&path, text).unwrap();
+    match ArmCalibration::read(&path).unwrap_err() {
+        RecordingError::Calibration { what, .. } => {
+            assert!(what.contains(part), "{what}");
+            let place = expected.map_or_else(String::new, |line| format!(":{line}"));
+            assert!(
+                what.starts_with(&format!("{}{place}: ", path.display())),
+                "{what}"
+            );
         }
         other => panic!("{other:?}"),
     }

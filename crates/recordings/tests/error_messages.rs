@@ -1,70 +1,119 @@
-//! Errors say what to do, in words of the Rust API.
+//! Errors of a recording say what to do.
 
-use tactid_identify::IdentifyError;
-use tactid_recordings::RecordingError;
+#![allow(clippy::unwrap_used, clippy::panic)]
 
-fn named(name: &str) -> String {
-    name.to_owned()
-}
+mod recorded_arrays;
+mod recorded_log;
 
-/// The message of an error that is about the recording ends with what would be right.
+use std::ops::ControlFlow;
+use std::path::{Path, PathBuf};
+
+use recorded_arrays::{carried, common, recorded};
+use tactid_dynamics::{BaseKind, Manipulator};
+use tactid_logs::messages::{Header, JointState, StringMsg, Time};
+use tactid_logs::{Durability, LogWriter};
+use tactid_recordings::{Method, RecordingError, Request, identify_log};
+
+/// Streams that share no time: the delay is doubted where one is given.
 #[test]
-fn errors_of_a_recording_say_what_to_do() {
-    let cases = [
+fn streams_without_a_common_time_are_named_with_what_to_check() {
+    let error = |delay_s| {
+        let request = Request {
+            delay_s,
+            ..Request::default()
+        };
+        let mut recording = carried();
+        if delay_s.is_none() {
+            recording.wrenches.fill(f64::NAN);
+        }
+        recording.identify(&request).unwrap_err()
+    };
+    for (delay_s, advice) in [
         (
-            RecordingError::NoSharedMotion,
-            "record the whole motion once more without the payload",
-        ),
-        (
-            RecordingError::OtherMotion {
-                joint: named("elbow"),
-                unit: "rad",
-                rms: 0.1,
-                allowed: 0.02,
-            },
-            "repeat the commanded motion of the loaded recording without the payload",
-        ),
-        (
-            RecordingError::SeveralUnloadedTopics(named("/a, /b")),
-            "record the unloaded motion with one publisher of all joints; topics: /a, /b",
-        ),
-        (
-            RecordingError::EmptyTopic(named("/wrench")),
-            "record it once more, or use another topic",
-        ),
-        (
-            RecordingError::MissingJoint {
-                joint: named("elbow"),
-                joints: named("shoulder"),
-            },
-            "record its joint states, or make the joint fixed in the URDF",
-        ),
-        (
-            RecordingError::NoOverlap {
-                topics: vec![named("/a"), named("/b")],
-                delay_s: 8.0,
-                faults: Vec::new(),
-            },
+            Some(8.0),
             "recorded together, that the given delay of 8 s is in seconds, and that their stamps are those of one clock",
         ),
         (
-            RecordingError::NoOverlap {
-                topics: vec![named("/a"), named("/b")],
-                delay_s: 0.0,
-                faults: Vec::new(),
-            },
-            "/a, /b; check that they were recorded together, and that their stamps are those of one clock",
+            None,
+            "pose, wrench; check that they were recorded together, and that their stamps are those of one clock",
         ),
-        (
-            RecordingError::UnloadedNeedsEffort,
-            "use this method, or leave the unloaded recording out",
-        ),
-        (
-            IdentifyError::FixedBase.into(),
-            "use the tactile or the effort method, or give the motion of the base if it is not fixed",
-        ),
-    ];
-    for (error, advice) in cases {
+    ] {
+        let error = error(delay_s);
+        assert!(matches!(error, RecordingError::NoOverlap { .. }), "{error}");
         assert!(error.to_string().ends_with(advice), "{error}");
     }
+}
+
+/// A method that needs a floating base names the methods that do not.
+#[test]
+fn a_fixed_base_has_no_momentum_of_its_own() {
+    let mut recording = recorded();
+    recording.robot = Some(Manipulator::from_urdf(common::URDF, BaseKind::Fixed).unwrap());
+    (recording.poses, recording.twists) = (Vec::new(), Vec::new());
+    let request = Request {
+        method: Some(Method::JointSensing),
+        ..Request::default()
+    };
+    let error = recording.identify(&request).unwrap_err();
+    let advice = "use the tactile or the effort method, or give the motion of the base if it is not fixed; `method` \
+                  chooses the method";
+    assert!(error.to_string().ends_with(advice), "{error}");
+}
+
+/// Writes a log of joints at rest, whose publishers have their own topics, with a topic for a description without message.
+fn write_joints(path: &Path, publishers: &[(&str, &[&str])]) {
+    let mut log = LogWriter::create(path).unwrap();
+    log.channel::<StringMsg>("/robot_description", Durability::TransientLocal)
+        .unwrap();
+    for (topic, joints) in publishers {
+        let channel = log.channel(topic, Durability::Volatile).unwrap();
+        for k in 1..200 {
+            let message = JointState {
+                header: Header {
+                    stamp: Time::from_ns(k * 10_000_000),
+                    frame_id: String::new(),
+                },
+                name: joints.iter().map(|&joint| joint.to_owned()).collect(),
+                position: vec![0.0; joints.len()],
+                velocity: vec![],
+                effort: vec![0.0; joints.len()],
+            };
+            log.write(&channel, k * 10_000_000, &message).unwrap();
+        }
+    }
+    log.finish().unwrap();
+}
+
+fn error(path: &Path, request: &Request) -> RecordingError {
+    identify_log(path, request, &mut |_| ControlFlow::Continue(())).unwrap_err()
+}
+
+/// A topic without a message, and an unloaded recording of several publishers.
+#[test]
+fn logs_that_lack_something_are_recorded_once_more() {
+    const ARM: [&str; 6] = [
+        "joint_1", "joint_2", "joint_3", "joint_4", "joint_5", "joint_6",
+    ];
+    const FINGERS: [&str; 2] = ["finger_left_joint", "finger_right_joint"];
+    let folder = tempfile::tempdir().unwrap();
+    let [empty, unloaded, loaded]: [PathBuf; 3] =
+        ["empty", "unloaded", "loaded"].map(|name| folder.path().join(name));
+    write_joints(&empty, &[("/joint_states", &ARM)]);
+    let text = error(&empty, &Request::default()).to_string();
+    let advice = "/robot_description is in the log, but has no message: record it once more, or use another topic";
+    assert_eq!(text, advice);
+
+    let instants = common::Experiment::default().run();
+    recorded_log::Recording::of(&instants).write(&loaded);
+    write_joints(&unloaded, &[("/arm", &ARM), ("/fingers", &FINGERS)]);
+    let request = Request {
+        method: Some(Method::Effort),
+        unloaded: Some(unloaded),
+        ..Request::default()
+    };
+    let error = error(&loaded, &request);
+    let advice =
+        "record the unloaded motion with one publisher of all joints; topics: /arm, /fingers";
+    assert!(error.to_string().ends_with(advice), "{error}");
+    assert_eq!(error.option(), Some("unloaded"));
 }

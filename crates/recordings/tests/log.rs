@@ -16,7 +16,7 @@ use tactid_logs::LogReader;
 use tactid_logs::messages::InertiaStamped;
 use tactid_recordings::{
     Clock, EstimatorKind, Finding, Identification, Identified, Method, PaperFilter, PaperSettings,
-    RecordingError, Request, TopicKind, identify_log, write_estimates,
+    RecordingError, Request, identify_log, write_estimates,
 };
 
 fn identified(path: &Path, request: &Request) -> Result<Identified, RecordingError> {
@@ -213,7 +213,13 @@ fn the_observer_can_stop() {
 #[test]
 fn a_log_that_lacks_something_says_what() {
     type Change = fn(&mut Recording<'_>);
-    let cases: [(&str, Change); 7] = [
+    let cases: [(&str, Change); 8] = [
+        (
+            "record its joint states, or make the joint fixed in the URDF; `rename_joints` renames joints of the log",
+            |r| {
+                r.joint_names.pop();
+            },
+        ),
         ("no robot description: give a URDF", |r| {
             r.description = None
         }),
@@ -271,16 +277,14 @@ fn wrenches_that_are_not_of_fingers_must_be_named() {
     ];
     for sensors in unrelated {
         let (_folder, path, _) = recorded(|recording| recording.sensors = sensors);
-        match identify(&path, &least_squares()) {
-            Err(RecordingError::UnrelatedWrenches {
-                sensors: named,
-                tip,
-            }) => {
-                let frames: Vec<&str> = named.iter().map(|(_, frame)| frame.as_str()).collect();
-                assert_eq!((frames.as_slice(), tip.as_str()), (sensors, TOOL));
-            }
-            other => panic!("{sensors:?}: {other:?}"),
-        }
+        let error = identify(&path, &least_squares()).unwrap_err();
+        let named = format!(
+            "topics of wrenches: /finger_0/wrench in `{}`, /finger_1/wrench in `{}`; they are summed where each is of \
+             another finger, a link that joints beyond `{TOOL}` move",
+            sensors[0], sensors[1]
+        );
+        assert!(error.to_string().contains(&named), "{error}");
+        assert_eq!(error.option(), Some("wrench_topic"));
         let mut request = least_squares();
         let fingers = ["/finger_0/wrench", "/finger_1/wrench"];
         request.wrench_topic = Some(fingers.map(str::to_owned).to_vec());
@@ -321,10 +325,11 @@ fn a_requested_topic_that_is_missing_is_named() {
     let mut request = least_squares();
     request.wrench_topic = Some(vec!["/no_such_topic".to_owned()]);
     match identify(&path, &request) {
-        Err(RecordingError::NoSuchTopic { kind, topic, .. }) => {
-            assert_eq!(
-                (kind, topic.as_str()),
-                (TopicKind::Wrenches, "/no_such_topic")
+        Err(RecordingError::Option { option, what }) => {
+            assert_eq!(option, "wrench_topic");
+            assert!(
+                what.starts_with("the log has no topic /no_such_topic of type"),
+                "{what}"
             );
         }
         other => panic!("{other:?}"),
@@ -422,10 +427,7 @@ fn an_unloaded_recording_needs_the_effort_method() {
         ..least_squares()
     };
     let error = identify(&path, &request).unwrap_err();
-    assert!(
-        matches!(error, RecordingError::UnloadedNeedsEffort),
-        "{error}"
-    );
+    assert_eq!(error.option(), Some("method"), "{error}");
     let request = Request {
         method: Some(Method::Effort),
         ..request

@@ -53,7 +53,7 @@ fn impossible_requests_are_errors() {
     let message = |result: Result<(), IdentifyError>| result.unwrap_err().to_string();
     assert!(message(new("hand", &SENSORS)).contains("no link `hand`"));
     assert!(message(new(TOOL, &["thumb"])).contains("no link `thumb`"));
-    assert!(matches!(new(TOOL, &[]), Err(IdentifyError::NoWrench)));
+    assert!(message(new(TOOL, &[])).contains("at least one wrench"));
     let defaults = PaperSettings::default();
     for (settings, name) in [
         (
@@ -61,7 +61,7 @@ fn impossible_requests_are_errors() {
                 alpha: 2.0,
                 ..defaults
             },
-            "alpha is 2",
+            "`alpha` is 2",
         ),
         (
             PaperSettings {
@@ -84,10 +84,13 @@ fn impossible_requests_are_errors() {
         method: Method::Combined { effort: false },
         ..equations.clone()
     };
-    assert!(matches!(
-        PaperFilter::new(&robot, TOOL, &SENSORS, &combined, defaults),
-        Err(IdentifyError::NeedsLeastSquares("combined"))
-    ));
+    let error = PaperFilter::new(&robot, TOOL, &SENSORS, &combined, defaults).unwrap_err();
+    assert!(
+        error
+            .to_string()
+            .contains("which the combined method does not compute"),
+        "{error}"
+    );
 }
 
 /// A sample whose slices do not fit the robot is an error that names the joints.
@@ -100,13 +103,8 @@ fn samples_that_do_not_fit_are_errors() {
     let mut filter = paper_filter(&experiment, &EquationSettings::default());
     let mut instant = experiment.run().remove(0);
     instant.wrenches.pop();
-    assert!(matches!(
-        filter.push(&instant.sample()),
-        Err(IdentifyError::WrenchCount {
-            given: 1,
-            expected: 2
-        })
-    ));
+    let error = filter.push(&instant.sample()).unwrap_err().to_string();
+    assert_eq!(error, "a sample has 1 wrenches, but there are 2 sensors");
     instant.velocity.pop();
     let error = filter.push(&instant.sample()).unwrap_err().to_string();
     assert!(

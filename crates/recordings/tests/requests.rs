@@ -7,7 +7,7 @@ mod recorded_arrays;
 use nalgebra::{Matrix3, Vector3};
 use recorded_arrays::{CARRIED_KG, Recording, carried, quick, recorded};
 use tactid_dynamics::{MassProperties, Wrench};
-use tactid_identify::{EquationSettings, Finding as Data, IdentifyError, Sample, states_of_poses};
+use tactid_identify::{EquationSettings, Finding as Data, Sample, states_of_poses};
 use tactid_recordings::{
     ActsOn, EstimatorKind, Finding, Method, OnlineSetup, RecordingError, Request,
 };
@@ -126,7 +126,10 @@ fn options_for_logs_are_rejected() {
     let recording = recorded();
     for (request, expected) in requests.iter().zip(["unloaded", "imu_topic"]) {
         match recording.identify(request) {
-            Err(RecordingError::NotForArrays(name)) => assert_eq!(name, expected),
+            Err(RecordingError::Option { option, what }) => {
+                assert_eq!(option, expected);
+                assert_eq!(what, format!("`{expected}` does not apply to arrays"));
+            }
             other => panic!("{other:?}"),
         }
     }
@@ -135,7 +138,10 @@ fn options_for_logs_are_rejected() {
         ..Request::default()
     };
     match recording.identify(&request) {
-        Err(RecordingError::EffortGains { given, count, .. }) => assert_eq!((given, count), (3, 8)),
+        Err(RecordingError::Option { option, what }) => {
+            assert_eq!(option, "effort_gain");
+            assert!(what.starts_with("3 effort gains for 8 joints"), "{what}");
+        }
         other => panic!("{other:?}"),
     }
 }
@@ -166,11 +172,9 @@ fn a_value_out_of_range_is_named() {
         }),
     ];
     let empty = Recording::of(&[]);
-    let assert_names = |request: &Request, expected: &str| match empty.identify(request) {
-        Err(RecordingError::Identify(IdentifyError::Value { name, .. })) => {
-            assert_eq!(name, expected);
-        }
-        other => panic!("{expected}: {other:?}"),
+    let assert_names = |request: &Request, expected: &str| {
+        let error = empty.identify(request).unwrap_err();
+        assert_eq!(error.option(), Some(expected), "{error}");
     };
     for (name, change) in fields {
         for bad in [f64::NAN, f64::NEG_INFINITY] {
@@ -201,28 +205,28 @@ fn a_value_out_of_range_is_named() {
 #[test]
 fn counts_of_noise_are_checked() {
     let recording = recorded();
-    let count = |request: &Request| match recording.identify(request) {
-        Err(RecordingError::Identify(IdentifyError::NoiseCount { name, given, .. })) => {
-            (name, given)
-        }
-        other => panic!("{other:?}"),
+    let assert_counted = |request: &Request, name: &str, given: usize| {
+        let error = recording.identify(request).unwrap_err();
+        assert_eq!(error.option(), Some(name), "{error}");
+        let expected = format!("`{name}` has {given} entries: give one for all, or one for each");
+        assert!(error.to_string().starts_with(&expected), "{error}");
     };
     for given in [0, 3] {
         let wrench = Request {
             wrench_noise: Some(vec![[1.0; 6]; given]),
             ..quick()
         };
-        assert_eq!(count(&wrench), ("wrench_noise", given));
+        assert_counted(&wrench, "wrench_noise", given);
         let effort = Request {
             effort_noise: Some(vec![1.0; given]),
             ..quick()
         };
-        assert_eq!(count(&effort), ("effort_noise", given));
+        assert_counted(&effort, "effort_noise", given);
         let of_gain = Request {
             effort_gain_std_dev: Some(vec![0.05; given]),
             ..quick()
         };
-        assert_eq!(count(&of_gain), ("effort_gain_std_dev", given));
+        assert_counted(&of_gain, "effort_gain_std_dev", given);
     }
     let momentum = Request {
         method: Some(Method::JointSensing),

@@ -12,7 +12,6 @@ use std::path::PathBuf;
 use common::{Experiment, Instant, Noise, TOOL};
 use rand::{SeedableRng, rngs::SmallRng};
 use recorded_log::Recording;
-use tactid_identify::IdentifyError;
 use tactid_recordings::{
     EstimatorKind, Identification, Method, Progress, RecordingError, Request, combine,
     identify_logs,
@@ -94,10 +93,7 @@ fn an_error_names_its_log() {
     assert!(path.ends_with("broken.mcap") && error.to_string().contains(&named));
     paths[1] = folder.path().join(".").join("run0.mcap");
     let error = identified(&paths, &request()).unwrap_err();
-    assert!(
-        matches!(error, RecordingError::SameRecording { .. }),
-        "{error}"
-    );
+    assert!(matches!(error, RecordingError::Together(_)), "{error}");
 }
 
 /// Where the observer stops the reading, the logs that follow the first one that was stopped are left out.
@@ -135,10 +131,7 @@ fn results_that_do_not_fit_are_errors() {
         "recording 2 has another frame than the first recording"
     );
     let error = combine(&[]).unwrap_err();
-    assert!(matches!(
-        error,
-        RecordingError::Identify(IdentifyError::NoRuns)
-    ));
+    assert_eq!(error.to_string(), "there is no recording to combine");
     let paper_request = Request {
         estimator: Some(EstimatorKind::Nlms),
         ..request()
@@ -148,8 +141,8 @@ fn results_that_do_not_fit_are_errors() {
     let error = identified(&paths, &paper_request).unwrap_err();
     assert!(matches!(
         error,
-        RecordingError::OptionConflict {
-            name: "estimator",
+        RecordingError::Option {
+            option: "estimator",
             ..
         }
     ));

@@ -70,11 +70,10 @@ fn the_frame_of_messages_may_be_given() {
     };
     let right = identify(&["finger_left_link"], &quick()).unwrap();
     match identify(&["thumb"], &quick()) {
-        Err(RecordingError::UnknownFrame { frame, topic, .. }) => {
-            assert_eq!(
-                (frame.as_str(), topic.as_deref()),
-                ("thumb", Some("/finger_0/wrench"))
-            );
+        Err(RecordingError::Data { what, option }) => {
+            let place = "the frame `thumb` of /finger_0/wrench is neither a link nor fixed to one";
+            assert!(what.starts_with(place), "{what}");
+            assert_eq!(option, Some("sensor_frame"));
         }
         other => panic!("{other:?}"),
     }
@@ -94,7 +93,10 @@ fn the_frame_of_messages_may_be_given() {
 fn a_frame_that_cannot_be_placed_is_an_error() {
     let unit = [0.0, 0.0, 0.0, 1.0];
     match recorded().identify(&with_frame("tool0", [0.0; 3], unit)) {
-        Err(RecordingError::SensorFrameForSeveral(sensors)) => assert_eq!(sensors, 2),
+        Err(RecordingError::Option { option, what }) => {
+            assert_eq!(option, "sensor_frame");
+            assert!(what.ends_with("but there are 2 sensors"), "{what}");
+        }
         other => panic!("{other:?}"),
     }
     match carried().identify(&with_frame("wrist", [0.0; 3], unit)) {
@@ -106,13 +108,12 @@ fn a_frame_that_cannot_be_placed_is_an_error() {
     }
     for (quaternion, norm) in [([0.0; 4], 0.0), ([1.0; 4], 2.0)] {
         match SensorFrame::new("wrist", [0.0; 3], quaternion) {
-            Err(error @ RecordingError::SensorFrameNorm(given)) => {
-                assert_eq!(given, norm);
+            Err(RecordingError::Option { option, what }) => {
+                assert_eq!(option, "sensor_frame");
                 let message = format!(
-                    "the quaternion (qx, qy, qz, qw) of the sensor's frame has the norm {norm}, but must have the \
-                     norm 1"
+                    "the quaternion (qx, qy, qz, qw) of `sensor_frame` has the norm {norm}, but must have the norm 1"
                 );
-                assert_eq!(error.to_string(), message);
+                assert_eq!(what, message);
             }
             other => panic!("{other:?}"),
         }
@@ -122,8 +123,8 @@ fn a_frame_that_cannot_be_placed_is_an_error() {
     let rounded = [0.57, 0.57, 0.57, 0.0];
     assert!(SensorFrame::new("wrist", [0.0; 3], rounded).is_ok());
     match carried().identify(&with_frame("sensor", [f64::NAN, 0.0, 0.0], unit)) {
-        Err(RecordingError::Identify(IdentifyError::Value { name, .. })) => {
-            assert_eq!(name, "sensor_frame");
+        Err(RecordingError::Identify(IdentifyError::Option { option, .. })) => {
+            assert_eq!(option, "sensor_frame");
         }
         other => panic!("{other:?}"),
     }

@@ -163,7 +163,7 @@ impl CollisionModel {
     /// [`CollisionModel::accepting_untested`] allows it.
     ///
     /// # Errors
-    /// Returns [`ExcitationError::Model`] for a pose or a size of a shape that is not finite numbers or not positive.
+    /// Returns [`ExcitationError::Identify`] for a pose or a size of a shape that is not finite numbers or not positive.
     pub fn of_urdf(
         urdf: &Urdf,
         robot: &Manipulator,

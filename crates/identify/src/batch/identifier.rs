@@ -42,8 +42,8 @@ impl BatchSettings {
     /// Checks that the values are in range.
     ///
     /// # Errors
-    /// Returns [`IdentifyError::Value`] if the mass is not positive or its standard deviation is negative, and
-    /// [`IdentifyError::Box`] if the box has no volume.
+    /// Returns [`IdentifyError::Option`] if the mass is not positive, its standard deviation is negative, or the box has no
+    /// volume.
     pub fn check(&self) -> Result<(), IdentifyError> {
         self.prior().check()
     }
@@ -122,7 +122,7 @@ impl BatchIdentifier {
     /// Cost: one pass over the robot's bodies, and a copy of the window that the sample ends.
     ///
     /// # Errors
-    /// Returns [`IdentifyError::State`] if a slice does not fit the robot, and [`IdentifyError::WrenchCount`] if the
+    /// Returns [`IdentifyError::State`] if a slice does not fit the robot, and [`IdentifyError::Wrenches`] if the
     /// wrenches do not fit the sensors. Bad data are no error: see [`PushOutcome`].
     pub fn push(&mut self, sample: &Sample<'_>) -> Result<PushOutcome, IdentifyError> {
         let (outcome, equation) = self.stream.push(sample)?;
@@ -150,8 +150,7 @@ impl BatchIdentifier {
     /// Cost: several fits, each of up to 20 passes over all windows.
     ///
     /// # Errors
-    /// Returns [`IdentifyError::TooFewWindows`] if the recording is too short for the cutoff, and
-    /// [`IdentifyError::TooFewSamples`] if the sample rate is too low for it.
+    /// Returns [`IdentifyError::TooLittle`] if the recording is too short, or its sample rate too low, for the cutoff.
     pub fn solve(&self) -> Result<BatchResult, IdentifyError> {
         let equations = self.batch.equations();
         let channels = self.stream.channels();

@@ -53,9 +53,11 @@ impl Model {
         settings.check(robot, sensors)?;
         let tool = robot.frame(tool)?;
         let sources = sources_of(robot, tool, sensors, settings)?;
-        check_masses(robot, tool, &sources).map_err(|source| IdentifyError::NoMasses {
-            method: settings.method.name(),
-            source,
+        check_masses(robot, tool, &sources).map_err(|error| {
+            IdentifyError::Method(format!(
+                "the {} method needs the masses of the robot: {error}; or use the tactile method, which needs none",
+                settings.method.name()
+            ))
         })?;
         let row_counts: Vec<usize> = sources.iter().map(|s| s.channels().len()).collect();
         let row_count = row_counts.iter().sum();
@@ -163,10 +165,10 @@ impl Model {
         if sample.wrenches.len() == self.sensor_count {
             return Ok(());
         }
-        Err(IdentifyError::WrenchCount {
-            given: sample.wrenches.len(),
-            expected: self.sensor_count,
-        })
+        let (given, expected) = (sample.wrenches.len(), self.sensor_count);
+        Err(IdentifyError::Wrenches(format!(
+            "a sample has {given} wrenches, but there are {expected} sensors"
+        )))
     }
 
     /// Computes the entries of an instant, which enter means over windows: the targets of all rows, then what their

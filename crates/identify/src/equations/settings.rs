@@ -80,8 +80,8 @@ impl EquationSettings {
     /// Checks the settings against a robot and its sensors.
     ///
     /// # Errors
-    /// Returns [`IdentifyError::Value`] or [`IdentifyError::NoiseCount`] if a value is out of range, and
-    /// [`IdentifyError::NoWrench`] or [`IdentifyError::FixedBase`] if this robot does not allow the method.
+    /// Returns [`IdentifyError::Option`] if a value is out of range, and [`IdentifyError::Method`] if this robot does not
+    /// allow the method.
     pub(crate) fn check(&self, robot: &Manipulator, sensors: &[&str]) -> Result<(), IdentifyError> {
         self.check_method(robot, sensors)?;
         self.check_values(robot)?;
@@ -91,11 +91,15 @@ impl EquationSettings {
     fn check_method(&self, robot: &Manipulator, sensors: &[&str]) -> Result<(), IdentifyError> {
         let is_fixed = robot.base_kind() == BaseKind::Fixed;
         match self.method {
-            Method::Tactile if sensors.is_empty() => Err(IdentifyError::NoWrench),
+            Method::Tactile if sensors.is_empty() => Err(no_wrench()),
             Method::Combined { effort: false } if sensors.is_empty() && is_fixed => {
-                Err(IdentifyError::NoWrench)
+                Err(no_wrench())
             }
-            Method::JointSensing if is_fixed => Err(IdentifyError::FixedBase),
+            Method::JointSensing if is_fixed => Err(IdentifyError::Method(
+                "the joint-sensing method needs a free-floating base, because a fixed base exchanges momentum with the \
+                 ground: use the tactile or the effort method, or give the motion of the base if it is not fixed"
+                    .to_owned(),
+            )),
             _ => Ok(()),
         }
     }
@@ -123,6 +127,12 @@ impl EquationSettings {
     }
 }
 
+fn no_wrench() -> IdentifyError {
+    IdentifyError::Method(
+        "the method needs at least one wrench: name a sensor, or use the joint-sensing or the effort method".to_owned(),
+    )
+}
+
 /// Returns a setting that is given once for all, once for each, or not at all, for each of `count`: `count`
 /// entries, or none.
 pub(crate) fn expand<T: Clone>(given: &[T], count: usize) -> Vec<T> {
@@ -140,10 +150,5 @@ fn check_count(
     if [0, 1, expected].contains(&given) {
         return Ok(());
     }
-    Err(IdentifyError::NoiseCount {
-        name,
-        given,
-        of,
-        expected,
-    })
+    Err(IdentifyError::miscounted(name, given, expected, of))
 }

@@ -48,10 +48,9 @@ impl EquationStream {
     /// measured in the links `sensors`.
     ///
     /// # Errors
-    /// Returns [`IdentifyError::Model`] if the robot does not have one of the links, [`IdentifyError::Value`] or
-    /// [`IdentifyError::NoiseCount`] if a setting is out of range, [`IdentifyError::NoWrench`] if the method has
-    /// nothing to measure, [`IdentifyError::FixedBase`] if it needs a free-floating base, and
-    /// [`IdentifyError::NoMasses`] if it needs masses that the robot's description does not have.
+    /// Returns [`IdentifyError::Model`] if the robot does not have one of the links, [`IdentifyError::Option`] if a setting
+    /// is out of range, and [`IdentifyError::Method`] if the method has nothing to measure, or needs a free-floating base
+    /// or masses that the robot's description does not have.
     pub fn new(
         robot: &Manipulator,
         tool: &str,
@@ -74,7 +73,7 @@ impl EquationStream {
     /// Cost: one pass over the robot's bodies; no allocation.
     ///
     /// # Errors
-    /// Returns [`IdentifyError::State`] if a slice does not fit the robot, and [`IdentifyError::WrenchCount`] if the
+    /// Returns [`IdentifyError::State`] if a slice does not fit the robot, and [`IdentifyError::Wrenches`] if the
     /// wrenches do not fit the sensors. Bad data are no error: see [`PushOutcome`].
     pub fn push(
         &mut self,

@@ -6,7 +6,7 @@
 use std::f64::consts::PI;
 
 use super::sample::is_measurable;
-use crate::IdentifyError;
+use crate::{IdentifyError, three_digits};
 
 /// Number of windows that overlap: one begins at each third of the length. The weights of overlapping windows
 /// then sum to a constant, so that every instant counts the same.
@@ -261,12 +261,13 @@ impl<W: WindowSums> Windows<W> {
     pub fn too_few(&self, windows: usize) -> IdentifyError {
         let window_s = self.length_s;
         if self.sparse > windows as u64 {
-            IdentifyError::TooFewSamples {
-                window_s,
-                min_samples: MIN_INSTANTS,
-            }
+            IdentifyError::TooLittle(format!(
+                "too few samples: most windows of {} s have fewer than {MIN_INSTANTS}; lower the cutoff, or raise the \
+                 sample rate",
+                three_digits(window_s)
+            ))
         } else {
-            IdentifyError::TooFewWindows { windows, window_s }
+            IdentifyError::too_few_windows(windows, window_s)
         }
     }
 

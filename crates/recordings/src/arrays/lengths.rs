@@ -1,7 +1,6 @@
 //! Checks of the lengths of arrays.
 
 use tactid_dynamics::{BaseKind, Manipulator};
-use tactid_identify::IdentifyError;
 
 use super::fields::Arrays;
 use crate::{Method, RecordingError};
@@ -10,9 +9,8 @@ impl Arrays<'_> {
     /// Checks the arrays that describe the motion of a robot, or of a sensor alone unless there is a robot.
     ///
     /// # Errors
-    /// Returns [`RecordingError::NoSamples`] if there is no time, [`RecordingError::ArrayLength`] if a length does not
-    /// fit the times and the robot, and [`RecordingError::MissingArray`] if joint positions are missing, or the
-    /// poses of a floating base or of a sensor without a robot.
+    /// Returns [`RecordingError::Arrays`] if there is no time, a length does not fit the times and the robot, or joint
+    /// positions or the poses of a floating base or of a sensor without a robot are missing.
     pub(super) fn check_motion(
         &self,
         robot: &Manipulator,
@@ -20,26 +18,25 @@ impl Arrays<'_> {
     ) -> Result<(), RecordingError> {
         let (samples, joints) = (self.time.len(), robot.dof());
         if samples == 0 {
-            return Err(RecordingError::NoSamples);
+            return Err(RecordingError::Arrays(
+                "`time` is empty: there is no sample".to_owned(),
+            ));
         }
         if joints > 0 && self.q.is_empty() {
-            return Err(RecordingError::MissingArray {
-                name: "q",
-                reason: "the robot has joints",
-            });
+            return Err(missing("q", "the robot has joints"));
         }
         if !has_robot && self.pose.is_empty() {
-            return Err(RecordingError::MissingArray {
-                name: "pose",
-                reason: "without a robot nothing else says how the sensor moves and where down is: give its pose at \
-                         each sample, or one pose for a sensor at rest",
-            });
+            return Err(missing(
+                "pose",
+                "without a robot nothing else says how the sensor moves and where down is: give its pose at each sample, \
+                 or one pose for a sensor at rest",
+            ));
         }
         if robot.base_kind() == BaseKind::Floating && self.pose.is_empty() {
-            return Err(RecordingError::MissingArray {
-                name: "pose",
-                reason: "the base floats: give its pose at each sample, or one pose for a base that does not move",
-            });
+            return Err(missing(
+                "pose",
+                "the base floats: give its pose at each sample, or one pose for a base that does not move",
+            ));
         }
         let matrices = [
             ("q", self.q, joints, "joints"),
@@ -62,13 +59,13 @@ impl Arrays<'_> {
     /// Checks that something measures the load.
     ///
     /// # Errors
-    /// Returns [`RecordingError::MissingArray`] if there are neither wrenches nor joint efforts.
+    /// Returns [`RecordingError::Arrays`] if there are neither wrenches nor joint efforts.
     pub(super) fn check_load(&self) -> Result<(), RecordingError> {
         if self.wrench.is_empty() && self.effort.is_empty() {
-            return Err(RecordingError::MissingArray {
-                name: "wrench",
-                reason: "nothing measures the load: give wrenches, or the efforts of the joints",
-            });
+            return Err(missing(
+                "wrench",
+                "nothing measures the load: give wrenches, or the efforts of the joints",
+            ));
         }
         Ok(())
     }
@@ -76,27 +73,22 @@ impl Arrays<'_> {
     /// Checks that there are the arrays that a method needs.
     ///
     /// # Errors
-    /// Returns [`RecordingError::MissingArray`] if the efforts or the motion of the base are missing, and
-    /// [`IdentifyError::FixedBase`] if the method needs a base that moves.
+    /// Returns [`RecordingError::Arrays`] if the efforts or the motion of the base are missing.
     pub(super) fn check_method(
         &self,
         method: Method,
         robot: &Manipulator,
     ) -> Result<(), RecordingError> {
-        if method == Method::JointSensing && robot.base_kind() == BaseKind::Fixed {
-            return Err(IdentifyError::FixedBase.into());
-        }
         if method == Method::Effort && self.effort.is_empty() {
-            return Err(RecordingError::MissingArray {
-                name: "effort",
-                reason: "the effort method needs it",
-            });
+            return Err(missing("effort", "the effort method needs it"));
         }
-        if method == Method::JointSensing && self.pose.len() <= 1 && self.twist.is_empty() {
-            return Err(RecordingError::MissingArray {
-                name: "twist",
-                reason: "the joint-sensing method needs the motion of the base",
-            });
+        let is_still = self.pose.len() <= 1 && self.twist.is_empty();
+        // That the base is fixed is another error.
+        if method == Method::JointSensing && is_still && robot.base_kind() == BaseKind::Floating {
+            return Err(missing(
+                "twist",
+                "the joint-sensing method needs the motion of the base",
+            ));
         }
         Ok(())
     }
@@ -104,14 +96,10 @@ impl Arrays<'_> {
     /// Checks the wrenches against the number of sensors.
     ///
     /// # Errors
-    /// Returns [`RecordingError::ArrayLength`] if the length does not fit, and [`RecordingError::MissingArray`] if there
-    /// are sensors without wrenches.
+    /// Returns [`RecordingError::Arrays`] if the length does not fit, or there are sensors without wrenches.
     pub(super) fn check_wrenches(&self, sensors: usize) -> Result<(), RecordingError> {
         if self.wrench.is_empty() && sensors > 0 {
-            return Err(RecordingError::MissingArray {
-                name: "wrench",
-                reason: "there are sensors",
-            });
+            return Err(missing("wrench", "there are sensors"));
         }
         let factors = [
             (self.time.len(), "samples"),
@@ -122,9 +110,14 @@ impl Arrays<'_> {
     }
 }
 
+/// Returns the error of an array that is needed and empty.
+fn missing(name: &str, why: &str) -> RecordingError {
+    RecordingError::Arrays(format!("`{name}` is missing: {why}"))
+}
+
 /// Checks that an array has as many entries as the product of some factors, given with their names.
 pub(super) fn check_length(
-    name: &'static str,
+    name: &str,
     given: usize,
     factors: &[(usize, &str)],
 ) -> Result<(), RecordingError> {
@@ -135,9 +128,8 @@ pub(super) fn check_length(
     let factors = factors
         .iter()
         .map(|(factor, what)| format!("{factor} {what}"));
-    Err(RecordingError::ArrayLength {
-        name,
-        given,
-        expected: format!("{expected} ({})", factors.collect::<Vec<_>>().join(" x ")),
-    })
+    Err(RecordingError::Arrays(format!(
+        "`{name}` has {given} entries, but must have {expected} ({})",
+        factors.collect::<Vec<_>>().join(" x ")
+    )))
 }

@@ -10,3 +10,4 @@ mod unloaded;
 
 pub use fields::{Arrays, UnloadedArrays};
 pub(crate) use recording::ArrayRecording;
+pub use robot::base_is_fixed;

@@ -1,6 +1,6 @@
 //! The unloaded reference of arrays: checked, and placed on the clock of the loaded arrays.
 
-use std::path::PathBuf;
+use std::path::Path;
 
 use tactid_dynamics::Manipulator;
 
@@ -28,10 +28,9 @@ impl UnloadedSamples {
     /// samples.
     ///
     /// # Errors
-    /// Returns [`RecordingError::UnloadedNeedsEffort`] if the method is another than effort,
-    /// [`RecordingError::ArrayLength`] if a length does not fit, [`RecordingError::SameRecording`] if the reference has the positions
-    /// and the efforts of the loaded samples, and [`RecordingError::NoSharedMotion`] if the two
-    /// share too little motion.
+    /// Returns [`RecordingError::Data`] if the method is another than effort or the two share too little motion,
+    /// [`RecordingError::Arrays`] if a length does not fit, and [`RecordingError::Together`] if the reference has the
+    /// positions and the efforts of the loaded samples.
     pub(super) fn new(
         unloaded: &UnloadedArrays<'_>,
         loaded: &Samples<'_>,
@@ -39,14 +38,12 @@ impl UnloadedSamples {
         method: Method,
     ) -> Result<Self, RecordingError> {
         if method != Method::Effort {
-            return Err(RecordingError::UnloadedNeedsEffort);
+            return Err(RecordingError::unloaded_needs_effort());
         }
         let arrays = loaded.arrays;
         if (unloaded.q, unloaded.effort) == (arrays.q, arrays.effort) {
-            return Err(RecordingError::SameRecording {
-                paths: ["the arrays", "their unloaded reference"].map(PathBuf::from),
-                because: NO_LOAD,
-            });
+            let names = ["the arrays", "their unloaded reference"].map(Path::new);
+            return Err(RecordingError::same_recording(names, NO_LOAD));
         }
         let mut found = Self {
             joints: Vec::new(),
@@ -132,7 +129,7 @@ impl UnloadedArrays<'_> {
     /// Checks the lengths of the arrays.
     ///
     /// # Errors
-    /// Returns [`RecordingError::ArrayLength`] if a length does not fit the times and the robot.
+    /// Returns [`RecordingError::Arrays`] if a length does not fit the times and the robot.
     pub(super) fn check(&self, robot: &Manipulator) -> Result<(), RecordingError> {
         let factors = [(self.time.len(), "samples"), (robot.dof(), "joints")];
         check_length("unloaded.q", self.q.len(), &factors)?;

@@ -3,14 +3,16 @@
 use std::path::{Path, PathBuf};
 
 use tactid_calibrate::{
-    CalibrationResult, CalibrationSettings, EffortComparison, EffortRecording, KnownPayload,
-    calibrate_interruptibly,
+    CalibrateError, CalibrationResult, CalibrationSettings, EffortComparison, EffortRecording,
+    KnownPayload, calibrate_interruptibly,
 };
 use tactid_dynamics::Manipulator;
-use tactid_identify::{Finding as DataFinding, IdentifyError};
 
 use super::held_out::check_empty;
 use super::record::Recorded;
+use super::refusals::{
+    are_of_grams, check_radians, do_not_fit, needs_rough_gains, wrong_positions,
+};
 use crate::ArmCalibration;
 use crate::arrays::ArrayRecording;
 use crate::defaults::{CLAIMED_GAIN_STD_DEV, effort_gains};
@@ -23,10 +25,6 @@ use crate::{Arrays, DataFault, Finding, Observer, Progress, RecordingError, Requ
 
 /// What is known of gains that a loaded recording is to find, as a fraction.
 const FOUND_GAIN_STD_DEV: f64 = 0.2;
-
-/// Mean factor on the gains from which on masses in grams are likelier than efforts in another unit: a motor behind its gear
-/// has up to 100 N m per ampere.
-const FACTOR_OF_GRAMS: f64 = 300.0;
 
 /// A recording of a calibration.
 #[derive(Clone, Debug)]
@@ -116,22 +114,18 @@ pub struct CalibrationRun {
 /// times a second.
 ///
 /// # Errors
-/// Returns [`RecordingError::NothingToCalibrate`] if no recording is given, [`RecordingError::SameRecording`] if two are
-/// the same log or have the same content, [`RecordingError::InRecording`] with the recording and the
-/// reason if one cannot be used (its positions are in degrees, for instance), [`RecordingError::Interrupted`] if the observer stops the work, and
-/// [`RecordingError::Identify`] if a value is out of range or the recordings do not suffice.
+/// Returns [`RecordingError::Option`] if no recording is given, [`RecordingError::Together`] if two are the same log or have
+/// the same content, [`RecordingError::InRecording`] with the recording and the reason if one cannot be used (its positions
+/// are in degrees, for instance), [`RecordingError::Interrupted`] if the observer stops the work, and
+/// [`RecordingError::Identify`], [`RecordingError::Calibrate`] or [`RecordingError::Calibration`] if a value is out of range
+/// or the recordings do not suffice.
 pub fn calibrate_arm(
     sources: &CalibrationSources<'_>,
     request: &Request,
     observer: &mut Observer<'_>,
 ) -> Result<CalibrationRun, RecordingError> {
     request.check()?;
-    if sources.unloaded.is_empty() && sources.loaded.is_empty() {
-        return Err(RecordingError::NothingToCalibrate);
-    }
-    for (_, payload) in &sources.loaded {
-        payload.check()?;
-    }
+    sources.check()?;
     let settings = sources.settings(request);
     settings.check()?;
     let efforts = Request {
@@ -188,6 +182,19 @@ struct GivenRecording<'a> {
 }
 
 impl CalibrationSources<'_> {
+    /// Checks that there is a recording, and what is known of the payloads.
+    fn check(&self) -> Result<(), RecordingError> {
+        if self.unloaded.is_empty() && self.loaded.is_empty() {
+            return Err(RecordingError::Option {
+                option: "unloaded",
+                what: "a calibration needs at least one recording, without a payload or with a known one"
+                    .to_owned(),
+            });
+        }
+        let mut loaded = self.loaded.iter();
+        Ok(loaded.try_for_each(|(_, payload)| payload.check())?)
+    }
+
     fn settings(&self, request: &Request) -> CalibrationSettings {
         let defaults = CalibrationSettings::default();
         let gain_std_dev = if !self.loaded.is_empty() {
@@ -234,7 +241,7 @@ fn check_paths(recordings: &[GivenRecording<'_>]) -> Result<(), RecordingError> 
 
 /// Returns the error that two recordings are the same.
 fn given_twice(first: &GivenRecording<'_>, second: &GivenRecording<'_>) -> RecordingError {
-    let paths = [first, second].map(|each| each.source.path().to_owned());
+    let paths = [first, second].map(|each| each.source.path());
     let because = if first.role == second.role {
         "its noise would count twice"
     } else if second.role == RecordingRole::HeldOut {
@@ -242,58 +249,30 @@ fn given_twice(first: &GivenRecording<'_>, second: &GivenRecording<'_>) -> Recor
     } else {
         "it either has a payload or not"
     };
-    RecordingError::SameRecording { paths, because }
-}
-
-/// Checks that positions are not in degrees: sines of other angles explain nothing, which the fit itself does not always
-/// notice.
-fn check_radians(findings: &[Finding]) -> Result<(), RecordingError> {
-    match wrong_positions(findings) {
-        Some(RecordingError::PositionsBeyondLimits(beyond)) if beyond.are_degrees => {
-            Err(RecordingError::PositionsBeyondLimits(beyond))
-        }
-        _ => Ok(()),
-    }
-}
-
-/// Returns the error that positions beyond their limits are, where this is why efforts cannot be explained.
-fn wrong_positions(findings: &[Finding]) -> Option<RecordingError> {
-    findings.iter().find_map(|finding| match finding {
-        Finding::Data(DataFinding::PositionsBeyondLimits(beyond)) => {
-            Some(RecordingError::PositionsBeyondLimits(beyond.clone()))
-        }
-        _ => None,
-    })
+    RecordingError::same_recording(paths, because)
 }
 
 /// Returns why recordings could not calibrate an arm.
-fn cause(error: IdentifyError, used: &[(&GivenRecording<'_>, Notes)]) -> RecordingError {
-    if matches!(error, IdentifyError::Interrupted) {
+fn cause(error: CalibrateError, used: &[(&GivenRecording<'_>, Notes)]) -> RecordingError {
+    if matches!(error, CalibrateError::Interrupted) {
         return RecordingError::Interrupted;
     }
     let mut noted = used.iter();
     let cause = noted.find_map(|(given, notes)| {
-        Some(wrong_positions(&notes.findings)?.in_recording(given.source.path()))
+        let error = do_not_fit(wrong_positions(&notes.findings)?);
+        Some(error.in_recording(given.source.path()))
     });
     if let Some(cause) = cause {
         return cause;
     }
     match (&error, used.first()) {
-        (
-            IdentifyError::GainUnexpected { gains, .. }
-            | IdentifyError::GainsUnexpected { gains, .. },
-            Some((_, notes)),
-        ) if geometric_mean(gains) < FACTOR_OF_GRAMS => RecordingError::EffortGainsUnexpected {
-            effort_gain: notes.gains.times(gains),
-            source: error,
-        },
+        (CalibrateError::GainsUnexpected { gains, .. }, Some((_, notes)))
+            if !are_of_grams(gains) =>
+        {
+            needs_rough_gains(&error, &notes.gains.times(gains))
+        }
         _ => error.into(),
     }
-}
-
-fn geometric_mean(numbers: &[f64]) -> f64 {
-    let logarithms = numbers.iter().map(|number| number.abs().ln());
-    (logarithms.sum::<f64>() / numbers.len() as f64).exp()
 }
 
 /// The effort gains of a recording before the calibration, N m or N for one unit of the recorded value.
@@ -385,7 +364,7 @@ fn read_recording(
     check_radians(&findings)?;
     windows
         .check_efforts(payload.as_ref())
-        .map_err(|error| wrong_positions(&findings).unwrap_or(error.into()))?;
+        .map_err(|error| wrong_positions(&findings).map_or(error.into(), do_not_fit))?;
     let notes = Notes {
         gains: GivenGains::new(request, &plan.sources.robot, windows.joint_names()),
         run,
@@ -419,8 +398,12 @@ fn check_empty_recordings(
             let checked = check_empty(&result.calibration, windows, comparison);
             let checked = checked.map_err(|error| match error {
                 // The calibration has taken a share of its mass for the arm's.
-                IdentifyError::UnloadedHolds { .. } if given.role == RecordingRole::Unloaded => {
-                    IdentifyError::UnloadedDiffers
+                CalibrateError::UnloadedHolds { .. } if given.role == RecordingRole::Unloaded => {
+                    CalibrateError::Unloaded(
+                        "the unloaded recording holds a payload that the other ones do not have: give those of the empty \
+                         arm only"
+                            .to_owned(),
+                    )
                 }
                 error => error,
             });

@@ -12,8 +12,8 @@ impl ArmCalibration {
     /// Reads the file of a calibration.
     ///
     /// # Errors
-    /// Returns [`RecordingError::CalibrationIo`] if the file cannot be read, and [`RecordingError::CalibrationFile`] with
-    /// the line, where it is known, if it is not what [`Self::write`] writes.
+    /// Returns [`RecordingError::Calibration`] if the file cannot be read, or, with the line where it is known, if it is not
+    /// what [`Self::write`] writes.
     pub fn read(path: &Path) -> Result<Self, RecordingError> {
         let failed = |source| io_error("read", path, source);
         let text = tactid_dynamics::read_text(path).map_err(failed)?;
@@ -23,28 +23,33 @@ impl ArmCalibration {
     /// Reads a calibration from the text of its file. `origin` is named in the error.
     ///
     /// # Errors
-    /// Returns [`RecordingError::CalibrationFile`] with the line, where it is known, if the text is not that of a calibration.
+    /// Returns [`RecordingError::Calibration`] with the line, where it is known, if the text is not that of a calibration.
     pub fn from_toml(text: &str, origin: &Path) -> Result<Self, RecordingError> {
-        text::parse(text).map_err(|fault| RecordingError::CalibrationFile {
-            path: origin.to_owned(),
-            line: fault.line,
-            reason: fault.reason,
+        text::parse(text).map_err(|fault| {
+            let line = fault
+                .line
+                .map_or_else(String::new, |line| format!(":{line}"));
+            wrong(format!("{}{line}: {}", origin.display(), fault.reason))
         })
     }
 
     /// Returns the text of the file of the calibration, which has every number bit by bit.
     ///
     /// # Errors
-    /// Returns [`RecordingError::CalibrationText`] if the calibration has what TOML does not.
+    /// Returns [`RecordingError::Calibration`] if the calibration has what TOML does not.
     pub fn to_toml(&self) -> Result<String, RecordingError> {
-        text::text(self).map_err(|error| RecordingError::CalibrationText(error.to_string()))
+        text::text(self).map_err(|error| {
+            wrong(format!(
+                "the calibration cannot be written as TOML: {error}"
+            ))
+        })
     }
 
     /// Writes the calibration as a TOML file, from which [`Self::read`] gets the same numbers, bit by bit. The file is
     /// there whole or not at all.
     ///
     /// # Errors
-    /// Returns [`RecordingError::CalibrationIo`] if the file cannot be written, and the error of [`Self::to_toml`].
+    /// Returns [`RecordingError::Calibration`] if the file cannot be written, and the error of [`Self::to_toml`].
     pub fn write(&self, path: &Path) -> Result<(), RecordingError> {
         let failed = |source| io_error("write", path, source);
         let text = self.to_toml()?;
@@ -64,10 +69,11 @@ fn temporary_path(path: &Path) -> PathBuf {
     path.with_file_name(format!(".{name}.{}", std::process::id()))
 }
 
-fn io_error(action: &'static str, path: &Path, source: io::Error) -> RecordingError {
-    RecordingError::CalibrationIo {
-        action,
-        path: path.to_owned(),
-        source,
-    }
+fn io_error(action: &str, path: &Path, source: io::Error) -> RecordingError {
+    let path = path.display();
+    wrong(format!("cannot {action} the calibration {path}: {source}"))
+}
+
+fn wrong(what: String) -> RecordingError {
+    RecordingError::Calibration { what, option: None }
 }

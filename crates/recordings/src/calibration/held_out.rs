@@ -1,6 +1,6 @@
 //! Check that a recording without payload holds none.
 
-use tactid_calibrate::{Calibration, EffortComparison, EffortRecording};
+use tactid_calibrate::{CalibrateError, Calibration, EffortComparison, EffortRecording};
 use tactid_identify::{BatchSettings, HALF_WIDTH_95, IdentifyError};
 
 /// A recording holds a payload if its mass is more than this number of standard deviations, and the mean square of the residuals
@@ -11,18 +11,18 @@ const HELD_RATIO: f64 = 4.0;
 /// Checks that a recording holds nothing. `comparison` is that without payload.
 ///
 /// # Errors
-/// Returns [`IdentifyError::UnloadedHolds`] if a payload explains far more of the recording than a change of the arm does, and
+/// Returns [`CalibrateError::UnloadedHolds`] if a payload explains far more of the recording than a change of the arm does, and
 /// the errors of [`Calibration::identify`] but for a recording that is too short.
 pub(super) fn check_empty(
     model: &Calibration,
     recording: &EffortRecording,
     comparison: &EffortComparison,
-) -> Result<(), IdentifyError> {
+) -> Result<(), CalibrateError> {
     let settings = BatchSettings::default();
     let found = match model.identify(std::slice::from_ref(recording), &[], &settings) {
         Ok(found) => found,
         // What is too short for a payload is only compared.
-        Err(IdentifyError::TooFewWindows { .. }) => return Ok(()),
+        Err(CalibrateError::Identify(IdentifyError::TooLittle(_))) => return Ok(()),
         Err(error) => return Err(error),
     };
     let is_determined = found.result.estimate.std_devs[0].is_finite();
@@ -38,7 +38,7 @@ pub(super) fn check_empty(
     };
     let is_significant = is_determined && mass_kg > HELD_STD_DEVS * std_dev_kg;
     if is_significant && (0..joints).any(is_worse) {
-        return Err(IdentifyError::UnloadedHolds {
+        return Err(CalibrateError::UnloadedHolds {
             mass_kg,
             half_width_kg: HALF_WIDTH_95 * std_dev_kg,
         });

@@ -9,6 +9,7 @@ mod layout;
 mod link;
 mod payload;
 mod record;
+mod refusals;
 mod request;
 mod text;
 mod used;

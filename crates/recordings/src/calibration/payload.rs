@@ -2,8 +2,7 @@
 
 use std::path::Path;
 
-use tactid_calibrate::EffortRecording;
-use tactid_identify::IdentifyError;
+use tactid_calibrate::{CalibrateError, EffortRecording};
 
 use super::record::Recorded;
 use crate::ArmCalibration;
@@ -11,6 +10,7 @@ use crate::arrays::ArrayRecording;
 use crate::identification::CalibratedFit;
 use crate::log::LogRecording;
 use crate::recording::Recording;
+use crate::request_checks::not_for_arrays;
 use crate::{
     Arrays, Finding, Identification, Identified, Observer, Progress, RecordingError, Request,
     UnloadedArrays,
@@ -53,7 +53,7 @@ pub(crate) fn identify_calibrated_arrays(
     observer: &mut Observer<'_>,
 ) -> Result<Identified, RecordingError> {
     if request.unloaded.is_some() {
-        return Err(RecordingError::NotForArrays("unloaded"));
+        return Err(not_for_arrays("unloaded"));
     }
     let efforts = request_with(request, calibration)?;
     let unloaded = match &arrays.unloaded {
@@ -91,15 +91,8 @@ fn of_the_tool(
     calibration: &ArmCalibration,
 ) -> RecordingError {
     match error {
-        RecordingError::UnknownTip { .. } | RecordingError::UnknownFrame { topic: None, .. }
-            if request.tip.is_none() =>
-        {
-            let expected = calibration.model.tool.clone();
-            RecordingError::Identify(IdentifyError::CalibrationRobot {
-                what: "tool",
-                expected,
-                found: String::new(),
-            })
+        RecordingError::Tip(_) if request.tip.is_none() => {
+            CalibrateError::other_robot("tool", &calibration.model.tool, "").into()
         }
         other => other,
     }

@@ -56,7 +56,7 @@ impl CalibrationRequest {
     /// Returns what is known of the payload of each of some loaded recordings.
     ///
     /// # Errors
-    /// Returns [`RecordingError::OptionConflict`] for options that do not fit each other or the number of recordings.
+    /// Returns [`RecordingError::Option`] for options that do not fit each other or the number of recordings.
     pub fn payloads(&self, loaded: usize) -> Result<Vec<KnownPayload>, RecordingError> {
         if loaded == 0 {
             let mut given = self.given().map(|given| given.option.name);
@@ -122,8 +122,8 @@ fn wrong_count(name: &'static str, given: usize, loaded: usize, expected: &str) 
 }
 
 fn conflict(name: &'static str, reason: &str) -> RecordingError {
-    RecordingError::OptionConflict {
-        name,
-        reason: reason.to_owned().into(),
+    RecordingError::Option {
+        option: name,
+        what: format!("`{name}` {reason}"),
     }
 }

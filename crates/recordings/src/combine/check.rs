@@ -1,15 +1,22 @@
 //! Whether an estimate can be combined with others.
 
 use nalgebra::SymmetricEigen;
+use tactid_identify::LinearEstimate;
 use tactid_identify::solve::{Matrix, normalized};
-use tactid_identify::{IdentifyError, LinearEstimate};
+
+use crate::RecordingError;
 
 /// Checks that the numbers are finite, and that the information is symmetric and positive semidefinite.
 ///
 /// # Errors
-/// Returns [`IdentifyError::Information`] otherwise, with the index of the `run`.
-pub(crate) fn check_run(of: &LinearEstimate, run: usize) -> Result<(), IdentifyError> {
-    let wrong = |problem| Err(IdentifyError::Information { run, problem });
+/// Returns [`RecordingError::Together`] otherwise, with the number of the `run`.
+pub(crate) fn check_run(of: &LinearEstimate, run: usize) -> Result<(), RecordingError> {
+    let wrong = |problem| {
+        Err(RecordingError::Together(format!(
+            "the information or the covariance of recording {} {problem}",
+            run + 1
+        )))
+    };
     let numbers = of.parameters.iter().chain(of.information.iter());
     let numbers = numbers.chain(of.covariance.iter());
     let numbers = numbers.chain(of.shared.changes.iter());

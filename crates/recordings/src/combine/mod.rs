@@ -40,10 +40,10 @@ pub use self::agreement::{Agreement, RunDistance, ValueDifference};
 use self::between::Variation;
 use self::check::check_run;
 use self::term::{Pooled, Term};
+use crate::RecordingError;
 use tactid_calibrate::distributions::students_factor;
 use tactid_identify::Finding;
 use tactid_identify::GainErrors;
-use tactid_identify::IdentifyError;
 use tactid_identify::LinearEstimate;
 use tactid_identify::PayloadEstimate;
 use tactid_identify::diagnosis::nearest_consistent;
@@ -84,8 +84,8 @@ pub struct Combination {
 /// covariance divided by `n`, except for the errors that they share. Cost: for `n` runs, some 0.1 ms times `n²`.
 ///
 /// # Errors
-/// Returns [`IdentifyError::NoRuns`] if there is none, [`IdentifyError::Information`] if an information or a covariance is not
-/// finite, symmetric and positive semidefinite, [`IdentifyError::SameRunTwice`] if two runs are equal, and those of a known mass and a bounding box that
+/// Returns [`RecordingError::Together`] if there is none, an information or a covariance is not finite, symmetric and positive
+/// semidefinite, or two runs are equal, and the errors of a known mass and a bounding box that
 /// [`BatchSettings::check`](tactid_identify::BatchSettings::check) lists.
 ///
 /// ```
@@ -111,16 +111,21 @@ pub fn combine_estimates(
     frame: &str,
     runs: &[LinearEstimate],
     prior: &PriorKnowledge,
-) -> Result<Combination, IdentifyError> {
+) -> Result<Combination, RecordingError> {
     if runs.is_empty() {
-        return Err(IdentifyError::NoRuns);
+        return Err(RecordingError::Together(
+            "there is no recording to combine".to_owned(),
+        ));
     }
     for (index, run) in runs.iter().enumerate() {
         check_run(run, index)?;
         let is_same = |other: &LinearEstimate| other == run && run.information != Matrix::zeros();
         if let Some(first) = runs[..index].iter().position(is_same) {
-            let runs = [first, index];
-            return Err(IdentifyError::SameRunTwice { runs });
+            return Err(RecordingError::Together(format!(
+                "recordings {} and {} have the same data: their noise would count as agreement",
+                first + 1,
+                index + 1
+            )));
         }
     }
     prior.check()?;

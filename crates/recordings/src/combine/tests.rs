@@ -337,10 +337,8 @@ fn the_combined_payload_is_consistent() {
 #[test]
 fn bad_input_is_an_error() {
     let settings = PriorKnowledge::default();
-    assert!(matches!(
-        combine_estimates("tool", &[], &settings),
-        Err(IdentifyError::NoRuns)
-    ));
+    let error = combine_estimates("tool", &[], &settings).unwrap_err();
+    assert_eq!(error.to_string(), "there is no recording to combine");
     let good = run(&mut SmallRng::seed_from_u64(9), &truth());
     let with = |change: &dyn Fn(&mut LinearEstimate)| {
         let mut bad = good.clone();
@@ -359,10 +357,8 @@ fn bad_input_is_an_error() {
     ];
     for change in changes {
         let error = with(change).unwrap_err();
-        assert!(
-            matches!(error, IdentifyError::Information { run: 1, .. }),
-            "{error}"
-        );
+        let place = "the information or the covariance of recording 2 ";
+        assert!(error.to_string().starts_with(place), "{error}");
     }
     let nothing = with(&|none| none.information = Matrix::zeros()).unwrap();
     assert!(nothing.agreement.agree && nothing.estimate.identifiable() == [true; 10]);

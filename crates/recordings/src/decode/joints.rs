@@ -8,6 +8,7 @@ use tactid_logs::messages::JointState;
 
 use super::renaming::Renaming;
 use crate::error::RecordingError;
+use crate::sources::several_topics;
 use crate::sources::{LogSources, MotionTopics};
 use crate::topic_kind::TopicKind;
 use crate::{Finding, Method};
@@ -45,9 +46,8 @@ impl JointGroups {
     /// Reads the beginning of a log. `renamed` are names of joints in the log with those of the robot.
     ///
     /// # Errors
-    /// Returns [`RecordingError::SeveralTopics`] if several topics have the same joints,
-    /// [`RecordingError::MissingJoint`] if a joint that moves the tool is not in the log, and
-    /// [`RecordingError::RenamedJoint`] if a name of `renamed` is not there.
+    /// Returns [`RecordingError::Data`] if several topics have the same joints or a joint that moves the tool is not in the
+    /// log, and [`RecordingError::Option`] if a name of `renamed` is not there.
     pub(crate) fn find(
         log: &LogReader,
         sources: &LogSources,
@@ -183,11 +183,8 @@ fn sort(seen: BTreeMap<Vec<usize>, BTreeSet<String>>) -> Result<Vec<Vec<usize>>,
         } else if !(is_repeated && has_same_topics && topics.len() == 1) {
             let all: BTreeSet<&String> = topics.iter().chain(before).collect();
             let all: Vec<&str> = all.into_iter().map(String::as_str).collect();
-            return Err(RecordingError::SeveralTopics {
-                what: "joint states of the same joints",
-                topics: all.join(", "),
-                kind: TopicKind::Joints,
-            });
+            let what = "joint states of the same joints";
+            return Err(several_topics(what, &all.join(", "), TopicKind::Joints));
         }
     }
     Ok(groups)
@@ -196,7 +193,7 @@ fn sort(seen: BTreeMap<Vec<usize>, BTreeSet<String>>) -> Result<Vec<Vec<usize>>,
 /// Returns the joints of the robot that are in no group.
 ///
 /// # Errors
-/// Returns [`RecordingError::MissingJoint`] if one of them matters: it moves the tool or a sensor, or the method needs
+/// Returns [`RecordingError::Data`] if one of them matters: it moves the tool or a sensor, or the method needs
 /// the motion of its link.
 fn absent(
     groups: &[Vec<usize>],
@@ -214,10 +211,14 @@ fn absent(
             let known = groups.iter().flatten();
             let known = known.map(|place| robot.joint_names()[*place].as_str());
             let names = known.chain(unknown.iter().map(String::as_str));
-            return Err(RecordingError::MissingJoint {
-                joint: name.clone(),
-                joints: list_similar(name, names),
-            });
+            return Err(RecordingError::data_of(
+                "rename_joints",
+                format!(
+                    "joint `{name}` of the URDF is needed, but is not in the log, whose joints are: {}; record its joint \
+                     states, or make the joint fixed in the URDF; `rename_joints` renames joints of the log",
+                    list_similar(name, names)
+                ),
+            ));
         }
         absent.push(name.clone());
     }

@@ -22,34 +22,36 @@ impl Renaming {
     /// of the log, or all of the robot, must have names that are the same behind a prefix of the log and one of the robot.
     ///
     /// # Errors
-    /// Returns [`RecordingError::RenamedJoint`] if a requested name is not in the log, or not one of the robot, and
-    /// [`RecordingError::RenamedTwice`] if two are to have the same name.
+    /// Returns [`RecordingError::Option`] if a requested name is not in the log or not one of the robot, or if two are to
+    /// have the same name.
     pub(crate) fn new(
         recorded: &BTreeSet<&String>,
         joints: &[String],
         requested: Option<&BTreeMap<String, String>>,
     ) -> Result<Self, RecordingError> {
+        let wrong = |what| RecordingError::Option {
+            option: "rename_joints",
+            what,
+        };
         let mut requested_names = BTreeMap::new();
         for (name, joint) in requested.into_iter().flatten() {
             if let Some(other) = requested_names.insert(joint, name) {
-                return Err(RecordingError::RenamedTwice {
-                    recorded: [other.clone(), name.clone()],
-                    joint: joint.clone(),
-                });
+                return Err(wrong(format!(
+                    "cannot rename both `{other}` and `{name}` to the joint `{joint}`"
+                )));
             }
-            let in_log = !recorded.contains(name);
-            if in_log || !joints.contains(joint) {
-                return Err(RecordingError::RenamedJoint {
-                    recorded: name.clone(),
-                    joint: joint.clone(),
-                    in_log,
-                    joints: if in_log {
-                        list_similar(name, recorded.iter().map(|name| name.as_str()))
-                    } else {
-                        list_similar(joint, joints.iter().map(String::as_str))
-                    },
-                });
-            }
+            let (place, known) = if !recorded.contains(name) {
+                let known = recorded.iter().map(|name| name.as_str());
+                ("the log", list_similar(name, known))
+            } else if !joints.contains(joint) {
+                let known = joints.iter().map(String::as_str);
+                ("the robot", list_similar(joint, known))
+            } else {
+                continue;
+            };
+            return Err(wrong(format!(
+                "cannot rename the joint `{name}` to `{joint}`: {place} has no such joint; its joints are: {known}"
+            )));
         }
         let fits = |name: &&String| joints.contains(name);
         let is_found = requested.is_none_or(BTreeMap::is_empty) && !recorded.iter().any(fits);
@@ -173,11 +175,10 @@ mod tests {
         let renaming = new(&[("a", "d")]).unwrap();
         assert_eq!((renaming.apply("a"), renaming.apply("b")), ("d", "b"));
         assert_eq!(renaming.finding(), None);
-        let in_log = |requested| match new(requested) {
-            Err(RecordingError::RenamedJoint { in_log, .. }) => in_log,
-            other => panic!("{other:?}"),
-        };
-        assert!(in_log(&[("x", "d")]));
-        assert!(!in_log(&[("a", "x")]));
+        for (requested, lacks) in [(("x", "d"), "the log has"), (("a", "x"), "the robot has")] {
+            let error = new(&[requested]).err().unwrap();
+            assert_eq!(error.option(), Some("rename_joints"));
+            assert!(error.to_string().contains(lacks), "{error}");
+        }
     }
 }

@@ -49,22 +49,18 @@ impl PaperSettings {
     /// Checks that each setting is in its range.
     ///
     /// # Errors
-    /// Returns [`IdentifyError::Setting`] or [`IdentifyError::Value`] with the first setting that is not.
+    /// Returns [`IdentifyError::Option`] with the first setting that is not.
     pub fn check(&self) -> Result<(), IdentifyError> {
         Nlms::<1>::new(self.alpha, self.beta)?;
         if !(self.average_s >= 0.0 && self.average_s.is_finite()) {
-            return Err(IdentifyError::Value {
-                name: "average_s",
-                given: self.average_s,
-                expected: "zero or more",
-            });
+            return Err(IdentifyError::out_of_range(
+                "average_s",
+                self.average_s,
+                "zero or more",
+            ));
         }
         if self.epochs == 0 {
-            return Err(IdentifyError::Value {
-                name: "epochs",
-                given: 0.0,
-                expected: "one or more",
-            });
+            return Err(IdentifyError::out_of_range("epochs", 0.0, "one or more"));
         }
         Ok(())
     }
@@ -78,14 +74,27 @@ impl PaperSettings {
             (gives_noise, "the noise of the sensors"),
         ];
         if let Some((_, what)) = beyond_filter.into_iter().find(|(given, _)| *given) {
-            return Err(IdentifyError::PriorNeedsLeastSquares(what));
+            return Err(needs_least_squares(what));
         }
         match equations.method {
-            Method::Effort | Method::Combined { .. } => {
-                Err(IdentifyError::NeedsLeastSquares(equations.method.name()))
-            }
+            Method::Effort | Method::Combined { .. } => Err(IdentifyError::Method(format!(
+                "the paper's filter needs the force and the moment on the end-effector, which the {} method does not \
+                     compute: use least squares, or another method",
+                equations.method
+            ))),
             Method::Tactile | Method::JointSensing => Ok(()),
         }
+    }
+}
+
+/// Returns the error of what the paper's filter cannot use.
+pub(crate) fn needs_least_squares(what: &str) -> IdentifyError {
+    IdentifyError::Option {
+        option: "estimator",
+        what: format!(
+            "{what} needs least squares: the paper's filter estimates ten parameters and nothing else; `estimator` chooses \
+             the estimator"
+        ),
     }
 }
 
@@ -123,10 +132,9 @@ impl PaperFilter {
     /// measured in the links `sensors`.
     ///
     /// # Errors
-    /// Returns the errors of [`EquationStream::new`], [`IdentifyError::Setting`] or [`IdentifyError::Value`]
-    /// if a setting of the filter is out of range, [`IdentifyError::NeedsLeastSquares`] if the method does not compute
-    /// the force and the moment on the end-effector, and [`IdentifyError::PriorNeedsLeastSquares`] if the settings
-    /// contain what only least squares can use.
+    /// Returns the errors of [`EquationStream::new`], [`IdentifyError::Option`] if a setting of the filter is out of
+    /// range or the settings contain what only least squares can use, and [`IdentifyError::Method`] if the method does not
+    /// compute the force and the moment on the end-effector.
     pub fn new(
         robot: &Manipulator,
         tool: &str,
@@ -160,7 +168,7 @@ impl PaperFilter {
     /// Cost: one pass over the robot's bodies; no allocation.
     ///
     /// # Errors
-    /// Returns [`IdentifyError::State`] if a slice does not fit the robot, and [`IdentifyError::WrenchCount`] if the
+    /// Returns [`IdentifyError::State`] if a slice does not fit the robot, and [`IdentifyError::Wrenches`] if the
     /// wrenches do not fit the sensors. Bad data are no error: see [`PushOutcome`].
     pub fn push(&mut self, sample: &Sample<'_>) -> Result<PushOutcome, IdentifyError> {
         let (outcome, equation) = self.stream.push(sample)?;

@@ -8,5 +8,6 @@ mod rows;
 mod singular_values;
 
 pub use estimate::PaperEstimate;
+pub(crate) use filter::needs_least_squares;
 pub use filter::{PaperFilter, PaperSettings};
 pub use singular_values::SingularValues;

@@ -16,7 +16,7 @@ const PLACED_FRAME: &str = "sensor_frame";
 /// `named`, unless it is empty or a link already.
 ///
 /// # Errors
-/// Returns [`RecordingError::SensorFrameForSeveral`] if there is more than one sensor, and [`ModelError::UnknownFrame`] if
+/// Returns [`RecordingError::Option`] if there is more than one sensor, and [`ModelError::UnknownFrame`] if
 /// the robot does not have the link.
 pub(crate) fn place_sensor(
     robot: &Manipulator,
@@ -24,7 +24,13 @@ pub(crate) fn place_sensor(
     named: &[String],
 ) -> Result<(Manipulator, String), RecordingError> {
     let [named] = named else {
-        return Err(RecordingError::SensorFrameForSeveral(named.len()));
+        return Err(RecordingError::Option {
+            option: "sensor_frame",
+            what: format!(
+                "the frame of one wrench sensor is given, but there are {} sensors",
+                named.len()
+            ),
+        });
     };
     let is_free = !named.is_empty() && robot.frame(named).is_err();
     let name = if is_free { named } else { PLACED_FRAME };
@@ -60,7 +66,8 @@ impl StaticTransforms {
     /// Returns the robot with a frame, which is one of its links already or is fixed to one.
     ///
     /// # Errors
-    /// Returns [`RecordingError::UnknownFrame`], with the `topic` that names the frame, if no transform leads to it.
+    /// Returns [`RecordingError::Data`], with the `topic` that names the frame, or [`RecordingError::Tip`] without one, if no
+    /// transform leads to it.
     pub(crate) fn place(
         &self,
         robot: Manipulator,
@@ -70,10 +77,19 @@ impl StaticTransforms {
         if robot.frame(frame).is_ok() {
             return Ok(robot);
         }
-        let unknown = || RecordingError::UnknownFrame {
-            frame: frame.to_owned(),
-            topic: topic.cloned(),
-            links: list_similar(frame, robot.frame_names()),
+        let unknown = || {
+            let whose = topic.map_or("the end-effector", String::as_str);
+            let what = format!(
+                "the frame `{frame}` of {whose} is neither a link nor fixed to one by /tf_static; the links are: {}",
+                list_similar(frame, robot.frame_names())
+            );
+            match topic {
+                None => RecordingError::Tip(what),
+                Some(_) => {
+                    let what = what + "; `sensor_frame` places the sensor";
+                    RecordingError::data_of("sensor_frame", what)
+                }
+            }
         };
         let mut ancestor = frame;
         let mut ancestor_from_frame = Isometry3::identity();

@@ -12,7 +12,7 @@ use crate::defaults::{Contents, Options, check_tip};
 use crate::{Finding, RecordingError, Request, SensorFrame};
 use frames::StaticTransforms;
 pub(crate) use frames::place_sensor;
-pub(crate) use topics::{MeasuredTopics, MotionTopics, joint_topics, times_ns};
+pub(crate) use topics::{MeasuredTopics, MotionTopics, joint_topics, several_topics, times_ns};
 use topics::{first, missing, slowest_period_s};
 
 /// Name of the frame of a sensor that is carried about, where nothing names one.
@@ -221,11 +221,17 @@ fn check_sum(
     if (0..frames.len()).all(is_finger) {
         return Ok(());
     }
-    let pairs = topics.wrenches.iter().cloned().zip(sensors.iter().cloned());
-    Err(RecordingError::UnrelatedWrenches {
-        sensors: pairs.collect(),
-        tip: tip.to_owned(),
-    })
+    let pairs = topics.wrenches.iter().zip(sensors);
+    let named = pairs.map(|(topic, frame)| format!("{topic} in `{frame}`"));
+    Err(RecordingError::data_of(
+        "wrench_topic",
+        format!(
+            "the log has several topics of wrenches: {}; they are summed where each is of another finger, a link that \
+             joints beyond `{tip}` move; name the topic to use, or those whose sum acts on the payload; `wrench_topic` \
+             names the topic",
+            named.collect::<Vec<_>>().join(", ")
+        ),
+    ))
 }
 
 /// Checks that an inertial unit on the base measures in the base's own frame.
@@ -242,9 +248,11 @@ fn check_base_imu(
     if frame.is_empty() || frame == base {
         return Ok(());
     }
-    Err(RecordingError::ImuFrame {
-        topic: topic.clone(),
-        frame,
-        base: base.to_owned(),
-    })
+    Err(RecordingError::data_of(
+        "imu_topic",
+        format!(
+            "{topic} is in the frame `{frame}`, but an inertial unit on a moving base must be in the base's own, `{base}`: \
+             transform its messages, or do not use it"
+        ),
+    ))
 }

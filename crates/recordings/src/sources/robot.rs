@@ -35,6 +35,12 @@ fn description(log: &LogReader) -> Result<String, RecordingError> {
     let mut named = topics.iter();
     match named.find(|topic| topic.name.ends_with("robot_description")) {
         Some(topic) => Ok(first::<StringMsg>(log, &topic.name)?.data),
-        None => Err(RecordingError::NoUrdf(topic_names(log, ""))),
+        None => Err(RecordingError::data_of(
+            "urdf",
+            format!(
+                "the log has no robot description: give a URDF; its topics are: {}; `urdf` names its file",
+                topic_names(log, "")
+            ),
+        )),
     }
 }

@@ -50,7 +50,12 @@ impl MeasuredTopics {
         };
         let has_efforts = may_use_efforts && has_efforts(log, &joints)?;
         if method.is_none() && wrenches.is_empty() && !has_efforts {
-            return Err(RecordingError::NoLoad(topic_names(log, "")));
+            return Err(RecordingError::data(format!(
+                "the log has neither a wrench (type {}) nor joint states with an effort: nothing measures the load; its \
+                 topics are: {}",
+                WrenchStamped::TYPE,
+                topic_names(log, "")
+            )));
         }
         if method == Some(Method::Tactile) && wrenches.is_empty() {
             return Err(missing::<WrenchStamped>(log, "wrench"));
@@ -181,7 +186,11 @@ impl MotionTopics {
                 acceleration,
             }),
             (None, Some(topic)) => Ok(Self::Imu(topic)),
-            (None, None) => Err(RecordingError::NoMotion(topic_names(log, ""))),
+            (None, None) => Err(RecordingError::data(format!(
+                "the log has wrenches but no motion: neither joint states, nor odometry of the sensor, nor an IMU; its \
+                 topics are: {}",
+                topic_names(log, "")
+            ))),
         }
     }
 }
@@ -247,11 +256,13 @@ fn choose<M: Message>(
     }
     let is_absent = |name: &&String| !log.topics_of::<M>().any(|topic| topic.name == **name);
     match requested.iter().find(is_absent) {
-        Some(name) => Err(RecordingError::NoSuchTopic {
-            kind,
-            topic: name.clone(),
-            type_name: M::TYPE,
-            topics: topic_names(log, name),
+        Some(name) => Err(RecordingError::Option {
+            option: kind.option(),
+            what: format!(
+                "the log has no topic {name} of type {}; its topics are: {}",
+                M::TYPE,
+                topic_names(log, name)
+            ),
         }),
         None => Ok(requested.to_vec()),
     }
@@ -265,19 +276,25 @@ fn choose_one<M: Message>(
 ) -> Result<Option<String>, RecordingError> {
     let mut found = choose::<M>(log, requested.map_or(&[], std::slice::from_ref), kind)?;
     if found.len() > 1 {
-        return Err(RecordingError::SeveralTopics {
-            what: match kind {
-                TopicKind::Joints => "joint states",
-                TopicKind::Wrenches => "wrenches",
-                TopicKind::Odometry => "odometry",
-                TopicKind::Imu => "inertial units",
-                TopicKind::Acceleration => "accelerations",
-            },
-            topics: found.join(", "),
-            kind,
-        });
+        let what = match kind {
+            TopicKind::Joints => "joint states",
+            TopicKind::Wrenches => "wrenches",
+            TopicKind::Odometry => "odometry",
+            TopicKind::Imu => "inertial units",
+            TopicKind::Acceleration => "accelerations",
+        };
+        return Err(several_topics(what, &found.join(", "), kind));
     }
     Ok(found.pop())
+}
+
+/// Returns the error of several topics of which one must be chosen.
+pub(crate) fn several_topics(what: &str, topics: &str, kind: TopicKind) -> RecordingError {
+    let option = kind.option();
+    let what = format!(
+        "the log has several topics of {what}: {topics}; choose one; `{option}` names the topic"
+    );
+    RecordingError::data_of(option, what)
 }
 
 /// Returns the topics of joint states that are requested, or all.
@@ -312,18 +329,20 @@ pub(crate) fn topic_names(log: &LogReader, similar_to: &str) -> String {
 }
 
 /// Returns the error that the log has no topic of a type.
-pub(crate) fn missing<M: Message>(log: &LogReader, what: &'static str) -> RecordingError {
-    RecordingError::MissingTopic {
-        what,
-        type_name: M::TYPE,
-        topics: topic_names(log, ""),
-    }
+pub(crate) fn missing<M: Message>(log: &LogReader, what: &str) -> RecordingError {
+    RecordingError::data(format!(
+        "the log has no {what} (type {}); its topics are: {}",
+        M::TYPE,
+        topic_names(log, "")
+    ))
 }
 
 /// Returns the first message on a topic that the log has.
 pub(crate) fn first<M: Message>(log: &LogReader, topic: &str) -> Result<M, RecordingError> {
     match log.messages_on([topic])?.next() {
         Some(message) => Ok(message?.decode()?),
-        None => Err(RecordingError::EmptyTopic(topic.to_owned())),
+        None => Err(RecordingError::data(format!(
+            "{topic} is in the log, but has no message: record it once more, or use another topic"
+        ))),
     }
 }

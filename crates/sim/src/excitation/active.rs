@@ -225,9 +225,7 @@ impl ActiveControl {
     fn estimate(&self) -> Result<(PayloadEstimate, Option<SMatrix<f64, 10, 10>>), SimError> {
         let result = match self.identifier.solve() {
             Ok(result) => result,
-            Err(IdentifyError::TooFewWindows { .. } | IdentifyError::TooFewSamples { .. }) => {
-                return Ok((self.identifier.unknown(), None));
-            }
+            Err(IdentifyError::TooLittle(_)) => return Ok((self.identifier.unknown(), None)),
             Err(error) => return Err(planning(error)),
         };
         let std_devs = result.estimate.std_devs;
