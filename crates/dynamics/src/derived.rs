@@ -99,7 +99,7 @@ impl Manipulator {
         robot
     }
 
-    /// Sets the parameters of each body to the sum of those of its links.
+    /// Sets the parameters of each body to the sum over its links.
     fn lump_links(&mut self) {
         for body in &mut self.bodies {
             body.parameters = InertialParameters::zero();

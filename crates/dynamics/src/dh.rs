@@ -15,7 +15,8 @@ pub struct DhLink {
     pub joint: String,
     /// Name of the link and of frame `i`.
     pub link: String,
-    /// Kind of the joint. The position of a revolute joint adds to `theta`, that of a prismatic joint to `d`.
+    /// Kind of the joint. The position of a revolute joint adds to `theta`, the position of a
+    /// prismatic joint to `d`.
     pub kind: JointKind,
     /// Joint angle θ at joint position zero, rad.
     pub theta: f64,

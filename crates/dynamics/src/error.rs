@@ -144,7 +144,8 @@ pub enum StateError {
         /// Names of the joints in their order.
         joints: String,
     },
-    /// A part of a [`StateSeries`](crate::StateSeries) has neither the entries of all states nor, for all of them, those of one.
+    /// A part of a [`StateSeries`](crate::StateSeries) has neither the entries of all states nor
+    /// the entries of one state for all of them.
     #[error("{what} has {given} entries, but {count} states with {each} each need {} (or {each}, the same for all of them)", each * count)]
     Series {
         /// The quantity at fault, for instance `position`.

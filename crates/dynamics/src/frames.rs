@@ -42,8 +42,9 @@ impl Workspace {
     /// Returns the motion of a frame as the regressors need it: expressed in the frame itself, the acceleration less
     /// `gravity`, the gravitational acceleration in the inertial frame, m/s², pointing down.
     ///
-    /// It is [`FrameMotion::in_frame`] of [`frame_motion`](Self::frame_motion), in less time. The cost is that of a few
-    /// products where the workspace was last used with the same gravity, and else one pass over the bodies above the frame.
+    /// It is [`FrameMotion::in_frame`] of [`frame_motion`](Self::frame_motion), in less time. It
+    /// costs a few products where the workspace was last used with the same gravity, and else one
+    /// pass over the bodies above the frame.
     #[must_use]
     pub fn tool_motion(&self, frame: FrameId, gravity: &Vector3<f64>) -> ToolMotion {
         let fixed = &self.frames[self.robot.position(frame)];
@@ -157,7 +158,7 @@ impl Workspace {
         moving
     }
 
-    /// Returns the moving placement of a body's joint frame in that of its parent.
+    /// Returns the moving placement of a body's joint frame in the parent's joint frame.
     #[inline(always)]
     fn moving_placement_in_parent(&self, index: usize) -> MovingPlacement {
         let parent = &self.states[self.bodies[index].parent];

@@ -218,8 +218,8 @@ impl InertialParameters {
 /// Descriptions of robots round to three or four digits, and a thin rod or plate lies on the boundary.
 const INERTIA_TOLERANCE: f64 = 1e-3;
 
-/// Square of the radius of gyration, m², below which a moment is a rounding error: that of a radius of 0.1 µm.
-/// Published robots have moments of ±1e-18 kg m² that are the rest of a difference.
+/// Square of the radius of gyration, m², below which a moment is a rounding error: a radius of 0.1
+/// µm. Published robots have moments of ±1e-18 kg m² that are the rest of a difference.
 const ROUNDING: f64 = 1e-14;
 
 /// Returns the principal moments about the centre of mass in ascending order, kg m², if no body of positive mass has

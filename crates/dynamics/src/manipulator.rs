@@ -139,7 +139,7 @@ pub struct Manipulator {
 }
 
 impl Manipulator {
-    /// Returns a robot of one link, whose frame is the base's.
+    /// Returns a robot of one link, with the frame of the base.
     pub(crate) fn with_root(base_kind: BaseKind, root: &str, own: InertialParameters) -> Self {
         let mut robot = Self {
             base_kind,
@@ -204,8 +204,8 @@ impl Manipulator {
         self.bodies[body].parameters = lumped;
     }
 
-    /// Returns a floating rigid body with one frame and no mass: the model of a sensor whose own motion is measured
-    /// where there is no arm.
+    /// Returns a floating rigid body with one frame and no mass: the model of a sensor with
+    /// measured motion where there is no arm.
     #[must_use]
     pub fn lone_body(name: &str) -> Self {
         Self::with_root(BaseKind::Floating, name, InertialParameters::zero())
@@ -291,7 +291,7 @@ impl Manipulator {
         &self.link(frame).name
     }
 
-    /// Returns the frame of the root link, whose pose is the pose of the base.
+    /// Returns the frame of the root link. Its pose is the pose of the base.
     #[must_use]
     pub fn base_frame(&self) -> FrameId {
         FrameId(0)
@@ -371,7 +371,8 @@ impl Manipulator {
     }
 }
 
-/// Returns for each body the index after that of the last one that it carries: in depth-first order these follow it.
+/// Returns for each body the index after the last body that it carries: in depth-first order these
+/// follow it.
 pub(crate) fn subtree_ends(bodies: &[Body]) -> Vec<usize> {
     let mut ends: Vec<usize> = (1..=bodies.len()).collect();
     for (index, body) in bodies.iter().enumerate().rev() {

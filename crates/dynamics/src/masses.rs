@@ -82,8 +82,8 @@ impl Manipulator {
         }
     }
 
-    /// Checks that each body that moves is one that can exist, as a simulation of its motion needs: the mass is positive and
-    /// the inertia is that of a rigid body.
+    /// Checks that each body that moves is one that can exist, as a simulation of its motion needs:
+    /// the mass is positive and a rigid body can have the inertia.
     ///
     /// # Errors
     /// Returns [`ModelError::NoInertial`], [`ModelError::MasslessBase`], [`ModelError::Mass`] or [`ModelError::Inertia`]

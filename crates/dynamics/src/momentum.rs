@@ -76,8 +76,9 @@ pub fn free_base_motion(
     FreeRobot::new(workspace, joints)?.base_motion(workspace, pose, joints)
 }
 
-/// Momentum and inertia of a robot whose base does not move, from which [`free_base_motion`] follows, also with an additional body:
-/// where one motion is computed with many payloads, each costs four of the six passes over the bodies.
+/// Momentum and inertia of a robot on a base at rest, from which [`free_base_motion`] follows, also
+/// with an additional body: where one motion is computed with many payloads, each costs four of the
+/// six passes over the bodies.
 #[derive(Clone, Copy, Debug)]
 pub struct FreeRobot {
     /// Linear and angular momentum, in the places of force and moment, in the frame of the base and about its origin.

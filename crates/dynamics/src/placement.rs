@@ -58,7 +58,7 @@ impl FixedFrame {
         }
     }
 
-    /// Returns the motion of the frame in the frame itself, where `state` is that of its body.
+    /// Returns the motion of the frame in the frame itself, where `state` is the state of its body.
     #[inline(always)]
     pub(crate) fn motion<T: Real>(&self, state: &BodyState<T>) -> FixedMotion<T> {
         let zero = state.sliding_velocity.splat(0.0);
@@ -91,7 +91,8 @@ impl Placement {
         }
     }
 
-    /// Returns the placement of a body in the frame of its parent; that of the base is in the inertial frame.
+    /// Returns the placement of a body in the frame of its parent; the base is placed in the
+    /// inertial frame.
     #[inline(always)]
     pub(crate) fn in_parent(body: &BodyState<f64>) -> Self {
         Self {

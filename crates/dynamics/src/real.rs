@@ -44,7 +44,7 @@ impl Real for f64 {
     }
 }
 
-/// Largest angle whose quarter turns [`sin_cos`] counts without a rounding error, rad.
+/// Largest angle, rad, of which [`sin_cos`] counts the quarter turns without a rounding error.
 const LARGEST_ANGLE: f64 = 1e6;
 
 /// Returns an angle of equal sine and cosine that [`sin_cos`] can take: the angle itself up to a million rad.
@@ -60,8 +60,8 @@ pub(crate) fn bounded_angle(angle: f64) -> f64 {
 /// Added and subtracted, it rounds a number below 2^51 to the nearest integer.
 const ROUNDING: f64 = 6_755_399_441_055_744.0; // 1.5 · 2^52
 
-/// π/2 as a sum of three numbers, the first two of 33 bits: a product with a count of quarter turns below 2^20 is exact
-/// (Cody and Waite 1980; the numbers are those of fdlibm).
+/// π/2 as a sum of three numbers, the first two of 33 bits: a product with a count of quarter turns
+/// below 2^20 is exact (Cody and Waite 1980; fdlibm has the same numbers).
 const HALF_PI: [f64; 3] = [
     1.570_796_326_734_125_6,
     6.077_100_506_303_966e-11,
@@ -137,7 +137,8 @@ fn polynomial<T: Real>(z: T, coefficients: &[f64; 6]) -> T {
 mod tests {
     use super::*;
 
-    /// Sine and cosine agree with those of the standard library over many turns, at and beside multiples of π/2.
+    /// Sine and cosine agree with the standard library over many turns, at and beside multiples of
+    /// π/2.
     #[test]
     fn sine_and_cosine_are_those_of_the_standard_library() {
         let steps = (-40_000..40_000).map(|k| f64::from(k) * 0.01237);

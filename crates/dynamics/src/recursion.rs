@@ -1,9 +1,10 @@
 //! The recursion over the bodies that all computations share: motion outwards, (1)-(20), and forces inwards, (21)-(41), of
 //! Hou et al. 2016.
 //!
-//! The vectors of a body are expressed in its joint frame: its origin is that of the body's frame, and its z axis is the
-//! joint's axis. A joint then moves its body about or along z, whatever its axis is in the description, and the inertia of
-//! a body is constant. The rates of a vector fixed to the body come from one matrix, `Ω̇ = [ω̇]× + [ω]×²` of (31).
+//! The vectors of a body are expressed in its joint frame: its origin is the origin of the body's
+//! frame, and its z axis is the joint's axis. A joint then moves its body about or along z,
+//! whatever its axis is in the description, and the inertia of a body is constant. The rates of a
+//! vector fixed to the body come from one matrix, `Ω̇ = [ω̇]× + [ω]×²` of (31).
 
 use nalgebra::{Isometry3, Matrix3, Rotation3, UnitQuaternion, Vector3};
 
@@ -16,7 +17,7 @@ use crate::vector::{Mat3, Vec3};
 pub(crate) struct BodyModel {
     /// Index of the parent body; 0 for the base itself.
     pub(crate) parent: usize,
-    /// Index after that of the last body that this one carries: in depth-first order these follow it.
+    /// Index after the last body that this one carries: in depth-first order these follow it.
     pub(crate) end: usize,
     /// Joint above the body; `None` for the base.
     pub(crate) joint: Option<JointModel>,
@@ -68,9 +69,11 @@ pub(crate) struct JointState<T> {
 /// Motion of one body and the wrench on it, in its joint frame.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct BodyState<T> {
-    /// Rotation of this joint frame in that of the parent; for the base, in the inertial frame.
+    /// Rotation of this joint frame in the parent's joint frame; for the base, in the inertial
+    /// frame.
     pub(crate) rotation: Mat3<T>,
-    /// Position of this frame's origin in that of the parent, m; for the base, in the inertial frame.
+    /// Position of this frame's origin in the parent's joint frame, m; for the base, in the
+    /// inertial frame.
     pub(crate) translation: Vec3<T>,
     /// Velocity along a prismatic joint, m/s; zero for a revolute one and the base.
     pub(crate) sliding_velocity: T,
@@ -209,7 +212,7 @@ impl<T: Real> BodyState<T> {
         }
     }
 
-    /// Sets `Ω̇` to that of the angular velocity and acceleration.
+    /// Computes `Ω̇` from the angular velocity and acceleration.
     #[inline(always)]
     fn set_omega_matrix(&mut self) {
         let products = self.angular_velocity.products();

@@ -38,13 +38,15 @@ impl Workspace {
         Ok(())
     }
 
-    /// Computes the regressor of the joint torques for all bodies that joints move: row `joint · n + k` is that of
-    /// [`body_torque_regressor`](Self::body_torque_regressor) for the `k`-th of these `n` bodies, in the order of
-    /// [`Manipulator::bodies`](crate::Manipulator::bodies) without the base, and for the frame of the body. A row is zero
-    /// where the joint does not move the body.
+    /// Computes the regressor of the joint torques for all bodies that joints move: row
+    /// `joint · n + k` is the row `joint` of [`body_torque_regressor`](Self::body_torque_regressor)
+    /// for the `k`-th of these `n` bodies, in the order of
+    /// [`Manipulator::bodies`](crate::Manipulator::bodies) without the base, and for the frame of
+    /// the body. A row is zero where the joint does not move the body.
     ///
-    /// The cost is a product for each joint and each body below it; where `gravity` is not that of the motion, each body also
-    /// costs a pass over those above it. Nothing is allocated, and [`forces`](crate::forces()) is not needed.
+    /// The cost is a product for each joint and each body below it; where `gravity` differs from
+    /// the motion's, each body also costs a pass over those above it. Nothing is allocated, and
+    /// [`forces`](crate::forces()) is not needed.
     ///
     /// # Errors
     /// Returns [`StateError::Rows`] if `rows` does not have one entry for each independent joint and moving body.

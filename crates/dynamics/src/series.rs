@@ -35,10 +35,11 @@ pub enum VectorUnit {
 
 /// Batched dynamics: computations for many states of a [`Manipulator`] at once, a [`StateSeries`].
 ///
-/// A computation takes its states two, four or eight at a time. Results agree with those of a
-/// [`Workspace`](crate::Workspace) to rounding and not bit by bit, because some processors round a product and a sum once. Each
-/// call allocates one register for each entry of the bodies' states; a control loop, which has one state at a time, uses a
-/// [`Workspace`](crate::Workspace), which allocates nothing.
+/// A computation takes its states two, four or eight at a time. Results agree with the results of a
+/// [`Workspace`](crate::Workspace) to rounding and not bit by bit, because some processors round a
+/// product and a sum once. Each call allocates one register for each entry of the bodies' states; a
+/// control loop, which has one state at a time, uses a [`Workspace`](crate::Workspace), which
+/// allocates nothing.
 ///
 /// ```
 /// # use nalgebra::{Isometry3, Vector3};

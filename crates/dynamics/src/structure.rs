@@ -20,7 +20,7 @@ pub struct LinkView<'a> {
 /// The joint that moves a body of a [`Manipulator`] relative to its parent.
 #[derive(Clone, Copy, Debug)]
 pub struct JointView<'a> {
-    /// Name of the independent joint whose coordinate moves this one: its own, or that of the joint it mimics.
+    /// Name of the independent joint that moves this one: itself, or the joint it mimics.
     pub name: &'a str,
     /// Kind of the joint.
     pub kind: JointKind,

@@ -64,7 +64,7 @@ fn open(path: &Path) -> io::Result<File> {
     options.read(true).open(path)
 }
 
-/// Returns the error of a path that is not that of a file without the number of the operating system's error.
+/// Returns the error of a path that is no file, without the number of the operating system's error.
 fn in_plain_words(error: io::Error) -> io::Error {
     let message = match error.kind() {
         io::ErrorKind::NotFound => "there is no such file",

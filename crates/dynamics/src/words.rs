@@ -113,7 +113,7 @@ pub fn percent(ratio: f64) -> String {
     }
 }
 
-/// Returns a number with its noun, whose plural ends in `s`.
+/// Returns a number with its noun, which has a plural in `s`.
 #[must_use]
 pub fn counted(count: usize, noun: &str) -> String {
     format!("{count} {noun}{}", if count == 1 { "" } else { "s" })

@@ -103,7 +103,7 @@ impl Workspace {
         workspace
     }
 
-    /// Returns the robot whose state this is.
+    /// Returns the robot that has this state.
     #[must_use]
     pub fn robot(&self) -> &Manipulator {
         &self.robot
@@ -216,9 +216,10 @@ pub fn motion(
     motion_under_gravity(workspace, base, joints, &Vector3::zeros())
 }
 
-/// Computes the motion of every body as [`motion`] does. Where `gravity` is that of the computations that follow (forces, a
-/// [`tool_motion`](Workspace::tool_motion), a regressor), these need no pass of their own for it, because it acts as an
-/// upward acceleration of the base. What they return is the same.
+/// Computes the motion of every body as [`motion`] does. Where the computations that follow have
+/// the same `gravity` (forces, a [`tool_motion`](Workspace::tool_motion), a regressor), these need
+/// no pass of their own for it, because it acts as an upward acceleration of the base. What they
+/// return is the same.
 ///
 /// # Errors
 /// Returns [`StateError::Length`] if a slice does not have one entry for each independent joint. The workspace is then
@@ -244,9 +245,10 @@ pub fn motion_under_gravity(
 /// A body without mass counts as massless: [`Manipulator::check_masses`](crate::Manipulator::check_masses) reports whether the
 /// description of the robot lacks a mass.
 ///
-/// Read the result with [`Workspace::joint_torques`] and [`Workspace::base_wrench`]. The cost is one pass inwards;
-/// where `gravity` is not that of the motion, each body also costs a pass over those above it. Nothing is allocated. [`inverse_dynamics`] does the same together with the motion, in
-/// less time.
+/// Read the result with [`Workspace::joint_torques`] and [`Workspace::base_wrench`]. The cost is
+/// one pass inwards; where `gravity` differs from the motion's, each body also costs a pass over
+/// those above it. Nothing is allocated. [`inverse_dynamics`] does the same together with the
+/// motion, in less time.
 pub fn forces(workspace: &mut Workspace, gravity: &Vector3<f64>) {
     workspace.set_gravity(gravity);
     workspace.compute_forces();

@@ -263,8 +263,8 @@ fn stale_forces_are_an_error() {
     );
 }
 
-/// Frames of a robot that is locked beyond them move as those of the whole robot, whatever the locked joints are given.
-/// The mass stays.
+/// Frames of a robot that is locked beyond them move as on the whole robot, whatever the locked
+/// joints are given. The mass stays.
 #[test]
 fn locked_joints_do_not_matter_to_the_frames_they_do_not_move() {
     let rng = &mut rng(12);
@@ -291,8 +291,9 @@ fn locked_joints_do_not_matter_to_the_frames_they_do_not_move() {
     assert!(has_locked);
 }
 
-/// A robot with locked joints has the momentum of the whole robot whose locked joints rest at position zero. Joints that
-/// follow others could not rest alone, so that all of these move on their own.
+/// A robot with locked joints has the momentum of the whole robot with the locked joints at rest at
+/// position zero. Joints that follow others could not rest alone, so that all of these move on
+/// their own.
 #[test]
 fn locked_joints_carry_their_masses_along() {
     let rng = &mut rng(13);

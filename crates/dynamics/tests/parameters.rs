@@ -197,8 +197,8 @@ fn plates_rods_and_points_are_physical() {
     assert!(!missed.is_physical() && missed.is_physical_within(0.01));
 }
 
-/// A body whose inertia about the origin satisfies the triangle inequality is impossible if its inertia about the centre
-/// of mass does not.
+/// A body is impossible if its inertia satisfies the triangle inequality about the origin, but not
+/// about the centre of mass.
 #[test]
 fn first_moment_counts_in_physical_consistency() {
     let inertia = Matrix3::identity() * 2.0;

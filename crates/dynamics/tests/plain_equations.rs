@@ -115,7 +115,7 @@ fn plain(robot: &Manipulator, state: &State, gravity: &Vector3<f64>) -> (Vec<Pla
     (bodies, torques)
 }
 
-/// Returns the first link of each body, whose frame is that of the body.
+/// Returns the first link of each body, which has the frame of the body.
 fn first_links(robot: &Manipulator) -> Vec<String> {
     let first = |body| {
         robot
@@ -128,7 +128,7 @@ fn first_links(robot: &Manipulator) -> Vec<String> {
     (0..robot.bodies().len()).map(first).collect()
 }
 
-/// Motion, torques and the wrench on the base equal those of the plain equations.
+/// Motion, torques and the wrench on the base equal the results of the plain equations.
 #[test]
 fn recursion_computes_the_plain_equations() {
     let rng = &mut rng(1);
@@ -206,7 +206,8 @@ fn joint_torque_regressor_gives_the_torques() {
     }
 }
 
-/// The motion that regressors need is that of the frame, expressed in it, whichever gravity the workspace was used with.
+/// The motion that regressors need is the frame's, expressed in it, whichever gravity the workspace
+/// was used with.
 #[test]
 fn tool_motion_is_the_motion_of_the_frame() {
     let rng = &mut rng(3);

@@ -113,7 +113,7 @@ fn one_entry_holds_for_all_states() {
     }
 }
 
-/// A length that is neither that of one state nor that of all is refused, with its name.
+/// A length that fits neither one state nor all is refused, with its name.
 #[test]
 fn wrong_lengths_are_refused() {
     let robot = common::tactid();

@@ -11,7 +11,7 @@ use tactid_dynamics::{
 const SOUND: &str = "<inertial><mass value='1'/>\
     <inertia ixx='1' ixy='0' ixz='0' iyy='1' iyz='0' izz='1'/></inertial>";
 
-/// Returns a robot whose joint `hinge` moves a link `arm` with the given content.
+/// Returns a robot with a joint `hinge` that moves a link `arm` with the given content.
 fn robot(arm: &str) -> Manipulator {
     with(arm, "<axis xyz='0 0 1'/>", "")
 }
@@ -91,7 +91,7 @@ fn impossible_inertias() {
         robot(&inertial("1", ["-1.4e-20", "0", "4e-18"])).findings(),
         []
     );
-    // A cylinder whose moments are given to four digits is possible.
+    // A cylinder with moments of four digits is possible.
     assert_eq!(
         robot(&inertial("1", ["-2e-22", "1.0004", "1"])).findings(),
         []

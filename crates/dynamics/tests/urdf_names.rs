@@ -192,7 +192,7 @@ fn impossible_boxes_are_refused() {
     }
 }
 
-/// Replaced mass properties are those of the model, and of the text that is written.
+/// The model and the text that is written have the replaced mass properties.
 #[test]
 fn mass_properties_can_be_replaced() {
     let mut urdf = described("").unwrap();

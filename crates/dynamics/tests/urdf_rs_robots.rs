@@ -60,7 +60,7 @@ fn robots_that_a_program_makes() {
     assert!(matches!(build(robot), Err(ModelError::Syntax(_))));
 }
 
-/// Names are those of the document, whatever characters they have.
+/// Names are as in the document, whatever characters they have.
 #[test]
 fn names_with_escapes() {
     let names = [

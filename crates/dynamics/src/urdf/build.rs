@@ -80,7 +80,7 @@ impl<'a> Builder<'a> {
         Ok(parameters)
     }
 
-    /// Reports what the preprocessing has left out in a link or joint, whose name is `owner`.
+    /// Reports what the preprocessing has left out in a link or joint with the name `owner`.
     fn report_ignored(&mut self, repair: Option<&'a Repair>, owner: &str) {
         for (inside, part, name) in repair.iter().flat_map(|repair| &repair.ignored) {
             let owners = self.ignored.entry((inside, *part, name)).or_default();
@@ -90,8 +90,8 @@ impl<'a> Builder<'a> {
         }
     }
 
-    /// Adds all links below the root in depth-first order. The stack is explicit, because a long
-    /// chain would exhaust that of a recursion.
+    /// Adds all links below the root in depth-first order. The stack is explicit, because a
+    /// recursion along a chain could exhaust its own.
     fn add_links(&mut self, root: &str, robot: &mut Manipulator) -> Result<(), ModelError> {
         let tree = self.tree;
         let below = |link: &str, position: usize| {
@@ -216,8 +216,8 @@ fn check(
         .ok_or(ModelError::NotFinite { what, name })
 }
 
-/// Returns the lower and upper limit of a joint's position, rad or m, or `None` for a joint that is
-/// continuous, or whose limits are not two finite numbers of which the lower comes first.
+/// Returns the lower and upper limit of a joint's position, rad or m, or `None` for a continuous
+/// joint and for limits that are not two finite numbers, the lower first.
 fn position_limits(joint: &urdf_rs::Joint) -> Option<(f64, f64)> {
     let (lower, upper) = (joint.limit.lower, joint.limit.upper);
     let is_limited = joint.joint_type != JointType::Continuous;

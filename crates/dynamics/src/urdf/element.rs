@@ -8,8 +8,8 @@ use quick_xml::events::{BytesStart, Event};
 
 use crate::{ModelError, text_file::MAX_BYTES};
 
-/// Number of elements that may be nested. A URDF needs six and the plugins inside some files a few more; the limit
-/// bounds the depth of every recursion over the tree, that of its destructor included.
+/// Number of elements that may be nested. A URDF needs six and the plugins inside some files a few
+/// more; the limit bounds the depth of every recursion over the tree, in its destructor, too.
 const MAX_DEPTH: usize = 200;
 
 /// Largest number of elements; bounds the memory to about 200 MB.

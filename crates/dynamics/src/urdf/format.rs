@@ -7,7 +7,7 @@ pub(super) type Attribute = (&'static str, usize, &'static str);
 /// What is written for an unknown number.
 pub(super) const UNKNOWN: &str = "nan";
 
-/// Elements without children, whose attributes are checked. A misspelled attribute of another
+/// Elements without children that have their attributes checked. A misspelled attribute of another
 /// element is missed elsewhere or means nothing for motion and mass.
 pub(super) const LEAVES: [&str; 7] = [
     "origin", "axis", "mass", "inertia", "mimic", "parent", "child",

@@ -21,7 +21,7 @@ use tree::{Tree, names};
 
 pub use shapes::CollisionShape;
 
-/// A URDF whose links and joints form one tree.
+/// A URDF with links and joints that form one tree.
 ///
 /// This is the only reader of URDFs: [`Manipulator::from_urdf`] and the simulator use it, so that
 /// both accept the same files. [`urdf_rs`] reads what a model needs, after a preprocessing that
@@ -53,7 +53,7 @@ pub struct Urdf {
     robot: urdf_rs::Robot,
     repairs: Repairs,
     root: String,
-    /// Index of each link among those of the robot.
+    /// Index of each link among the links of the robot.
     links: HashMap<String, usize>,
 }
 
@@ -213,7 +213,7 @@ impl Manipulator {
     /// ```
     ///
     /// # Errors
-    /// Returns the errors of [`Urdf::from_xml`] for links that do not form one tree, those of
+    /// Returns the errors of [`Urdf::from_xml`] for links that do not form one tree, the errors of
     /// [`Urdf::manipulator_below`], and [`ModelError::NotFinite`] for a pose or axis of a joint.
     pub fn from_robot(
         robot: &urdf_rs::Robot,

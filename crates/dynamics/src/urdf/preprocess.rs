@@ -61,7 +61,7 @@ pub(super) struct LeftOut {
     pub(super) fault: Option<Unreadable>,
 }
 
-/// An attribute whose text is not the finite numbers that it must be.
+/// An attribute without the finite numbers that it must have.
 #[derive(Clone, Debug)]
 pub(super) struct Unreadable {
     element: &'static str,
@@ -204,7 +204,7 @@ impl Document<'_> {
         fault.map_or(Ok(name), |fault| Err(fault.of("joint", name)))
     }
 
-    /// Writes what is kept of an element, whose name is `element`.
+    /// Writes what is kept of an element with the name `element`.
     fn element(&mut self, given: &Element, element: &'static str) {
         self.report(given, element);
         self.kept += 1;
@@ -351,7 +351,8 @@ fn roll_pitch_yaw(text: &str) -> Option<[f64; 3]> {
     let quaternion = Quaternion::from(<[f64; 4]>::try_from(finite_numbers(text, 4)?).ok()?);
     let r = UnitQuaternion::try_new(quaternion, 1e-9)?.to_rotation_matrix();
     let yaw = r[(1, 0)].atan2(r[(0, 0)]);
-    // R_z(-yaw) R = R_y(pitch) R_x(roll), whose entries stay exact where the pitch is a right angle.
+    // R_z(-yaw) R = R_y(pitch) R_x(roll) has entries that stay exact where the pitch is a right
+    // angle.
     let (sin, cos) = yaw.sin_cos();
     let pitch = (-r[(2, 0)]).atan2(cos * r[(0, 0)] + sin * r[(1, 0)]);
     let sin_roll = sin * r[(0, 2)] - cos * r[(1, 2)];

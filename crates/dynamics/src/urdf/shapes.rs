@@ -16,13 +16,13 @@ pub struct CollisionShape {
     /// is empty where there is no element.
     ///
     /// Cylinders and capsules are along z; boxes, cylinders, capsules and spheres have their centre
-    /// at the frame's origin, and their sizes are positive. The length of a capsule is that of its
-    /// cylinder alone. Mesh files are not read.
+    /// at the frame's origin, and their sizes are positive. The length of a capsule is the length
+    /// of its cylinder alone. Mesh files are not read.
     pub geometry: Result<Geometry, String>,
 }
 
-/// Returns the collision shapes of a link whose elements have the selected names: those that urdf-rs
-/// has read, and after them those that the preprocessing has left out.
+/// Returns the collision shapes of a link from the elements with the selected names: those that
+/// urdf-rs has read, and after them those that the preprocessing has left out.
 ///
 /// # Errors
 /// Returns [`ModelError::ShapeSize`] for a size that is not positive, and [`ModelError::Numbers`] for

@@ -112,7 +112,7 @@ impl State {
     }
 
     /// Returns pose and velocity a short time later or earlier. The base turns by `Exp(φ)` with
-    /// `φ = ω t + ω̇ t²/2`, whose angular velocity is the left Jacobian of `Exp` times `φ̇`.
+    /// `φ = ω t + ω̇ t²/2`, so that its angular velocity is the left Jacobian of `Exp` times `φ̇`.
     pub(crate) fn at(&self, t: f64) -> Self {
         let base = &self.base;
         let (w, dw) = (base.angular_velocity, base.angular_acceleration);
@@ -160,7 +160,7 @@ where
 pub(crate) struct RandomLink {
     pub(crate) parent: usize,
     pub(crate) kind: &'static str,
-    /// Link whose joint the joint mimics, with multiplier and offset.
+    /// Link of the joint that the joint mimics, with multiplier and offset.
     pub(crate) mimic: Option<(usize, f64, f64)>,
     /// Parameters in the link's frame.
     pub(crate) parameters: InertialParameters,
