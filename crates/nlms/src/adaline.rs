@@ -1,4 +1,4 @@
-//! The Adaline of the paper's section 3: a linear neuron whose weights are the parameters.
+//! The Adaline of the paper's section 3: a linear neuron with the parameters as weights.
 
 use nalgebra::SVector;
 
@@ -12,12 +12,12 @@ pub const PAPER_BETA: f64 = 0.9;
 
 /// Chooses the step size μ of (53).
 pub trait LearningRule {
-    /// Returns μ for a row `u` whose squared norm is `row_squared = uᵀu`, in the inverse unit of
+    /// Returns μ for a row `u` with the squared norm `row_squared = uᵀu`, in the inverse unit of
     /// `row_squared`.
     fn step(&self, row_squared: f64) -> f64;
 }
 
-/// Linear neuron `y = A(k) w`, (51) without bias, whose weights `w` are trained to fulfil
+/// Linear neuron `y = A(k) w`, (51) without bias, with weights `w` that are trained to fulfil
 /// `A(k) w = b(k)`, (52).
 ///
 /// Each row trains the weights once: `w ← w + μ e u`, (53), where `u = A(k)ᵀ` is the row, `e` is the
@@ -161,7 +161,7 @@ impl<const N: usize> Lms<N> {
 impl<const N: usize> Nlms<N> {
     /// Returns a filter with the given α and β of (54) and weights of one, the paper's `w_0`.
     ///
-    /// `alpha` has no unit, and `beta` that of a row's squared norm.
+    /// `alpha` has no unit, and `beta` the unit of a row's squared norm.
     ///
     /// # Errors
     /// Returns [`SettingError`] if `alpha` is outside (0, 2) or `beta` outside (0, 1): the conditions for convergence below (54).

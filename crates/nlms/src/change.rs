@@ -13,15 +13,15 @@ pub struct ChangeSettings {
     /// Lower bound of the mean number of rows between two false alarms; default 1e9. The delay of an
     /// alarm grows with its logarithm.
     pub rows_between_false_alarms: f64,
-    /// Number of rows over which the innovations are correlated, at least 1; default 1 (white). It is
-    /// the peak of their spectral density over that of white innovations: `(1 + φ) / (1 - φ)` where
-    /// innovations `k` rows apart have the correlation `φ^k`.
+    /// Number of rows over which the innovations are correlated, at least 1; default 1 (white). It
+    /// is the peak of their spectral density, as a multiple of white innovations':
+    /// `(1 + φ) / (1 - φ)` where innovations `k` rows apart have the correlation `φ^k`.
     pub correlation_rows: f64,
     /// Smallest lasting shift of the mean that is detected, in standard deviations; default 1. A
     /// shift of half of it or less adds no evidence.
     pub shift: f64,
     /// Smallest growth of the standard deviation that is detected, a factor above 1; default 2. The
-    /// growth reveals changes whose effect alternates in sign with the motion.
+    /// growth reveals changes with an effect that alternates in sign with the motion.
     pub growth: f64,
     /// Limit of a single innovation, in standard deviations; default 4. Innovations beyond it count as
     /// `clip`, so that a single outlier raises no alarm.
@@ -63,17 +63,18 @@ impl ChangeSettings {
 /// anew. One row costs about a dozen multiplications.
 ///
 /// # False alarms
-/// For white innovations the mean time to a false alarm of one such sum is at least `eʰ` rows (Lorden
-/// 1971, Annals of Mathematical Statistics 42), so that the three together keep
+/// For white innovations the mean time to a false alarm of one such sum is at least `eʰ` rows
+/// (Lorden 1971, Annals of Mathematical Statistics 42), so that the three together keep
 /// [`rows_between_false_alarms`](ChangeSettings::rows_between_false_alarms), whatever the number of
 /// parameters. Where innovations are correlated over
-/// [`correlation_rows`](ChangeSettings::correlation_rows), so many rows count as one: the evidence of
-/// each row and the number of rows are divided by it. The mean likelihood ratio of a long stretch of
-/// rows then does not grow, for any stationary Gaussian process whose spectral density nowhere exceeds
-/// `correlation_rows` (for the standard deviation's sum, because `-ln(1 - s)` is convex in `s`). This
-/// does not prove the rate, as Lorden's theorem does for white innovations. Measured over 1e6 rows at a
-/// documented rate of one alarm in 1000 rows, with correlations of 0, 0.6 and 0.95 between neighbours:
-/// 141, 87 and 74 alarms, a seventh of the documented rate or less.
+/// [`correlation_rows`](ChangeSettings::correlation_rows), so many rows count as one: the evidence
+/// of each row and the number of rows are divided by it. The mean likelihood ratio of a long
+/// stretch of rows then does not grow, for any stationary Gaussian process with a spectral density
+/// that nowhere exceeds `correlation_rows` (for the standard deviation's sum, because `-ln(1 - s)`
+/// is convex in `s`). This does not prove the rate, as Lorden's theorem does for white innovations.
+/// Measured over 1e6 rows at a documented rate of one alarm in 1000 rows, with correlations of 0,
+/// 0.6 and 0.95 between neighbours: 141, 87 and 74 alarms, a seventh of the documented rate or
+/// less.
 ///
 /// # Delay
 /// A shift by `m` standard deviations is detected after about
@@ -197,7 +198,7 @@ mod tests {
     use super::*;
     use crate::{Estimator, Rls};
 
-    /// Innovations of mean 0 and standard deviation 1 whose neighbours have this correlation.
+    /// Innovations of mean 0 and standard deviation 1 with this correlation of neighbours.
     struct Noise {
         rng: StdRng,
         correlation: f64,
@@ -222,7 +223,7 @@ mod tests {
             self.last
         }
 
-        /// The peak of the spectral density over that of white innovations.
+        /// The peak of the spectral density, as a multiple of white innovations'.
         fn correlation_rows(&self) -> f64 {
             (1.0 + self.correlation) / (1.0 - self.correlation)
         }

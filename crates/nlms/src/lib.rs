@@ -1,7 +1,7 @@
 //! Online estimators of the parameters `x` of a linear equation `A x = b`, (49), one row at a time.
 //!
 //! The crate implements section 3 of Hou et al. 2016 (doi 10.3873/j.issn.1000-1328.2016.10.009),
-//! equations (49)-(54): an Adaline, a linear neuron whose weights are the parameters, is trained on
+//! equations (49)-(54): an Adaline, a linear neuron with the parameters as weights, is trained on
 //! the rows by least mean squares ([`Lms`]) or by normalised least mean squares ([`Nlms`]). It adds
 //! recursive least squares ([`Rls`]) and a [`ChangeDetector`]. Nothing in it knows of robots, and
 //! nothing allocates.
@@ -33,10 +33,10 @@
 //! | [`Lms`] | to reproduce section 3.1 of the paper | as [`Nlms`], and a known bound on the norm of the rows | `2 N` |
 //! | [`ChangeDetector`] | beside an estimator, to detect that the parameters have changed | Gaussian innovations, normalised to variance one | about 12 |
 //!
-//! [`Lms`] and [`Nlms`] follow parameters that change, but noise on the targets never averages out. [`Rls`]
-//! weights all rows equally and never forgets: after a change of the parameters, start a new one with
-//! [`Rls::starting_at`]. To weight rows whose noise differs, divide each row and its target by the
-//! standard deviation of the noise. `make bench-study` compares the three on the same rows.
+//! [`Lms`] and [`Nlms`] follow parameters that change, but noise on the targets never averages out.
+//! [`Rls`] weights all rows equally and never forgets: after a change of the parameters, start a
+//! new one with [`Rls::starting_at`]. To weight rows by their noise, divide each row and its target
+//! by the standard deviation of the noise. `make bench-study` compares the three on the same rows.
 
 #![cfg_attr(test, allow(clippy::unwrap_used, clippy::expect_used, clippy::panic))]
 
@@ -66,7 +66,7 @@ pub trait Estimator<const N: usize> {
     /// the [counts](Self::counts).
     fn update(&mut self, row: &SVector<f64, N>, target: f64) -> Outcome;
 
-    /// Returns the current estimate. Each parameter has the unit of the target over that of its
+    /// Returns the current estimate. Each parameter has the unit of the target over the unit of its
     /// column.
     fn parameters(&self) -> SVector<f64, N>;
 

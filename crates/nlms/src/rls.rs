@@ -19,8 +19,8 @@ const BLOCK: usize = 8;
 /// the covariance loses half of the digits. A direction that no row excites keeps its initial value, and all parameters
 /// do where the solution is beyond the range of numbers. The units of rows, targets and parameters do not matter.
 ///
-/// The rows are assumed to be exact, and the noise on the targets white with one standard deviation.
-/// Rows whose noise differs are divided by its standard deviation, the row and its target alike.
+/// The rows are assumed to be exact, and the noise on the targets white with one standard
+/// deviation. Where noise differs, each row and its target are divided by its standard deviation.
 ///
 /// Single rows are kept until there are eight, which enter the factorisation together. A row costs `N²` multiplications and an
 /// eighth of `N` square roots in the mean: seven of eight updates only copy it, and the eighth does the work of all. The estimate costs about `N³` multiplications, and
@@ -59,13 +59,13 @@ impl<const N: usize> Default for Rls<N> {
 }
 
 impl<const N: usize> Rls<N> {
-    /// Returns an estimator without rows whose parameters are ones, as those of the paper's filters.
+    /// Returns an estimator without rows; its parameters are ones, as in the paper's filters.
     #[must_use]
     pub fn new() -> Self {
         Self::starting_at(SVector::repeat(1.0))
     }
 
-    /// Returns an estimator without rows whose parameters are `parameters`.
+    /// Returns an estimator without rows that has these parameters.
     ///
     /// The initial values weigh as little as rounding, 1.5e-8 of the largest entry of each column. They show only in directions
     /// that no row excites.
@@ -82,10 +82,11 @@ impl<const N: usize> Rls<N> {
 
     /// Updates the estimate with several rows and their targets, and overwrites them.
     ///
-    /// The result differs from that of single [updates](Estimator::update) by rounding only. Each row
-    /// costs `N²` multiplications, and all rows together cost `N` square roots: less than single updates from eight rows on,
-    /// or where a result is asked for after each block. A row that is not finite, or
-    /// whose magnitude is 1e150 or more, changes nothing but the [counts](Estimator::counts).
+    /// The result differs from single [updates](Estimator::update) by rounding only. Each row costs
+    /// `N²` multiplications, and all rows together cost `N` square roots: less than single updates
+    /// from eight rows on, or where a result is asked for after each block. A row that is not
+    /// finite, or has a magnitude of 1e150 or more, changes nothing but the
+    /// [counts](Estimator::counts).
     ///
     /// ```
     /// use nalgebra::Vector1;
@@ -226,8 +227,9 @@ mod tests {
         }
     }
 
-    /// Asking for the parameters after each row changes nothing of what follows, and the parameters include every row
-    /// so far: they are those of an estimator that has the same rows in one block.
+    /// Asking for the parameters after each row changes nothing of what follows, and the parameters
+    /// include every row so far: an estimator that has the same rows in one block has the same
+    /// ones.
     #[test]
     fn rows_that_are_kept_count_at_once() {
         let (mut single, mut rows) = (Rls::<3>::new(), Vec::new());
@@ -299,8 +301,9 @@ mod tests {
         assert_eq!(rls.counts(), expected);
     }
 
-    /// The covariance is that of repeated runs, with rows divided by the standard deviation of their
-    /// noise: the mean of e'C⁻¹e over 2000 runs is 3, with a standard deviation of √(6 / 2000) = 0.055.
+    /// The covariance describes repeated runs, with rows divided by the standard deviation of their
+    /// noise: the mean of e'C⁻¹e over 2000 runs is 3, with a standard deviation of √(6 / 2000) =
+    /// 0.055.
     #[test]
     fn covariance_is_that_of_repeated_runs() {
         let mut rng = StdRng::seed_from_u64(4);

@@ -9,7 +9,8 @@ use nalgebra::{SMatrix, SVector};
 /// initial value a direction that only rounding excites.
 const START_WEIGHT: f64 = 1.5e-8;
 
-/// Weight of the initial value of a parameter whose column is zero: any weight leaves the parameter at its initial value.
+/// Weight of the initial value of a parameter with a column of zeros: any weight leaves the
+/// parameter at its initial value.
 const UNSEEN_WEIGHT: f64 = 1e-100;
 
 /// Ratio of a diagonal entry of `R` to the size of its column below which it is rounding.
