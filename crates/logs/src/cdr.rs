@@ -27,7 +27,7 @@ const MAX_PADDING: usize = 3;
 /// Reason why bytes cannot be decoded or a message cannot be encoded.
 #[derive(Debug, thiserror::Error)]
 pub enum CdrError {
-    /// The header is missing or is not that of plain CDR. The field contains the first bytes.
+    /// The header is missing or does not belong to plain CDR. The field contains the first bytes.
     #[error("does not start as CDR (00 01 00 00 or 00 00 00 00) but with {0:02x?}")]
     Header(Vec<u8>),
     /// The message is compressed, and could not be decompressed.
@@ -68,8 +68,8 @@ pub fn decode<M: Field + Default>(bytes: &[u8]) -> Result<M, CdrError> {
     Ok(message)
 }
 
-/// Decodes a message of either byte order into an existing one, whose texts and sequences keep their allocations.
-/// After an error the fields of `message` are unspecified.
+/// Decodes a message of either byte order into an existing one. Its texts and sequences keep their
+/// allocations. After an error the fields of `message` are unspecified.
 ///
 /// # Errors
 /// Returns the errors of [`decode`].

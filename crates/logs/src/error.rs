@@ -81,7 +81,7 @@ pub enum LogError {
         /// The reason.
         why: &'static str,
     },
-    /// A message was requested as another type than that of its topic, or is not encoded as CDR.
+    /// A message was requested as another type than its topic has, or is not encoded as CDR.
     #[error("topic {topic} {what}")]
     WrongType {
         /// Name of the topic.

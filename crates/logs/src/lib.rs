@@ -36,8 +36,9 @@
 //! [`LogWriter`] writes a log that `ros2 bag play`, Foxglove, PlotJuggler and Rerun can open. [`LogReader`] reads an
 //! `.mcap` or `.db3` file or the folder of a bag of any length and returns the messages in the order of their log times.
 //!
-//! A damaged MCAP log, or that of a writer that was killed, is readable up to the damage, which [`LogReader::damage`] and
-//! [`Messages::damage`] report. A damaged database is an error: its messages have no order in the file.
+//! A damaged MCAP log, or the log of a killed writer, is readable up to the damage, which
+//! [`LogReader::damage`] and [`Messages::damage`] report. A damaged database is an error: its
+//! messages have no order in the file.
 //!
 //! # Conventions
 //!

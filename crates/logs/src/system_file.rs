@@ -18,14 +18,15 @@ pub(crate) fn options() -> OpenOptions {
     options
 }
 
-/// Opens a file for reading and returns it with its metadata, which are those of the open file whatever happens to its path.
+/// Opens a file for reading and returns it with its metadata, which describe the open file whatever
+/// happens to its path.
 pub(crate) fn open(path: &Path) -> io::Result<(File, Metadata)> {
     let file = options().read(true).open(path)?;
     let metadata = file.metadata()?;
     Ok((file, metadata))
 }
 
-/// Mark of a file, which differs from that of a file that takes its place.
+/// Mark of a file, which differs from the mark of a file that takes its place.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct FileMark {
     /// Device and inode, where the system has them.
@@ -54,8 +55,9 @@ impl FileMark {
         self.inode
     }
 
-    /// Returns whether both marks may be those of one file. A file that is being recorded keeps its inode; a finished one keeps
-    /// its length and time, also on network file systems that number a file anew whenever it is opened.
+    /// Returns whether both marks may belong to one file. A file that is being recorded keeps its
+    /// inode; a finished one keeps its length and time, also on network file systems that number a
+    /// file anew whenever it is opened.
     pub(crate) fn may_be_same_file(&self, other: &Self) -> bool {
         (self.inode.is_some() && self.inode == other.inode) || self.content == other.content
     }

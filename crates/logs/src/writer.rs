@@ -53,8 +53,8 @@ impl LogWriter<BufWriter<File>> {
     /// Creates a log file. An existing file is replaced, unless another writer has not closed it yet.
     ///
     /// # Errors
-    /// Returns [`LogError::Io`] if the file cannot be created or written, if another writer is writing it, or if the path is
-    /// that of a pipe or a socket, which have no positions.
+    /// Returns [`LogError::Io`] if the file cannot be created or written, if another writer is
+    /// writing it, or if the path leads to a pipe or a socket, which have no positions.
     pub fn create(path: impl AsRef<Path>) -> Result<Self, LogError> {
         let path = path.as_ref();
         let file = create_locked(path).map_err(|source| LogError::Io {
@@ -100,7 +100,7 @@ fn without_positions() -> io::Error {
     io::Error::new(io::ErrorKind::NotSeekable, what)
 }
 
-/// Returns whether an error is that of a pipe without a reader, or of a socket.
+/// Returns whether an error comes from a pipe without a reader, or from a socket.
 fn has_no_reader(error: &io::Error) -> bool {
     cfg!(unix) && error.raw_os_error() == Some(libc::ENXIO)
 }

@@ -58,7 +58,8 @@ fn every_type_has_the_bytes_of_another_implementation() {
     golden::<TransformStamped>();
 }
 
-/// Returns the header of the golden messages, whose numbers count upwards from 1 in the order of the fields.
+/// Returns the header of the golden messages, with numbers that count upwards from 1 in the order
+/// of the fields.
 fn golden_header() -> Header {
     Header {
         stamp: Time { sec: 1, nanosec: 2 },

@@ -83,7 +83,7 @@ fn messages_that_are_compressed_one_by_one_are_read() {
 fn a_split_bag_is_one_recording() {
     let (expected, _) = read(&log(STEPS)).unwrap();
     let folder = tempfile::tempdir().unwrap();
-    // Without leading zeros, the order of the names is not that of the recording.
+    // Without leading zeros, the order of the names differs from the order of recording.
     for part in 0..11 {
         let path = folder.path().join(format!("run_{part}.db3"));
         let steps = part * STEPS / 11..(part + 1) * STEPS / 11;

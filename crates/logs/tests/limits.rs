@@ -203,7 +203,7 @@ fn a_pipe_is_no_log() {
     );
 }
 
-/// A link that leads in a circle is no file whose name was mistyped.
+/// A link that leads in a circle is no mistyped name of a file.
 #[cfg(unix)]
 #[test]
 fn a_link_to_itself_is_named_as_one() {

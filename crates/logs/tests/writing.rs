@@ -98,7 +98,7 @@ fn a_log_has_the_metadata_of_rosbag2() {
     }
 }
 
-/// The log of a killed writer has all messages except those of the last second.
+/// The log of a killed writer has all messages except the last second's.
 #[test]
 fn a_killed_writer_leaves_all_but_the_last_chunk() {
     let folder = tempfile::tempdir().unwrap();

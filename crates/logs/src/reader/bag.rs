@@ -9,7 +9,7 @@ use serde::Deserialize;
 use crate::error::LogError;
 use crate::system_file::{self, FileMark};
 
-/// Most bytes of `metadata.yaml` that are read, far above those of any bag.
+/// Most bytes of `metadata.yaml` that are read, far more than any bag has.
 const MAX_METADATA: u64 = 16 << 20;
 
 #[derive(Deserialize)]

@@ -27,8 +27,8 @@ pub(super) struct Decompressed {
     pub(super) damage: Option<Damage>,
 }
 
-/// Decompresses a file to a temporary one, up to the damage if it is damaged, unless the content of the files of the log is then
-/// far larger than that of measurements.
+/// Decompresses a file to a temporary one, up to the damage if it is damaged, unless the content of
+/// the files of the log is then far larger than measurements are.
 pub(super) fn decompress(
     file: File,
     path: &Path,
@@ -79,8 +79,9 @@ pub(super) fn decompress(
     })
 }
 
-/// Decompresses the messages of a block that are compressed one by one, and returns whether all of its messages then need at
-/// most `room` bytes. A message that cannot be decompressed stays as it is, so that the error is that of this message.
+/// Decompresses the messages of a block that are compressed one by one, and returns whether all of
+/// its messages then need at most `room` bytes. A message that cannot be decompressed stays as it
+/// is, so that the error names this message.
 #[must_use]
 pub(super) fn decompress_messages(
     zstd: &mut ZstdContext,
@@ -138,7 +139,7 @@ mod tests {
     use super::*;
     use crate::reader::{DEFAULT_MEMORY_LIMIT, opening::TemporarySpace};
 
-    /// A log whose content is larger than its bound is refused, one at the bound is whole.
+    /// A log with content above its bound is refused, one at the bound is whole.
     #[test]
     fn content_beyond_its_bound_is_refused() {
         let mut packed = NamedTempFile::new().unwrap();

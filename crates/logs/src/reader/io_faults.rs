@@ -26,7 +26,7 @@ enum Fault {
     Cut(u64),
 }
 
-/// A log in memory whose streams misbehave.
+/// A log in memory with streams that misbehave.
 #[derive(Clone, Debug)]
 struct Faulty {
     bytes: Arc<[u8]>,

@@ -21,7 +21,8 @@ pub(super) fn no_such_log(path: &Path) -> LogError {
     LogError::io("open", path, io::Error::new(io::ErrorKind::NotFound, what))
 }
 
-/// Returns the path in the same folder whose name is most similar, if one is: it has the same stem, or few other characters.
+/// Returns the path in the same folder with the most similar name, if one is similar: it has the
+/// same stem, or few other characters.
 fn similar(path: &Path) -> Option<PathBuf> {
     let given_name = path.file_name()?.to_str()?;
     let folder = path.parent().filter(|folder| *folder != Path::new(""));

@@ -87,10 +87,11 @@ impl Topic {
 /// An open log: the folder of a rosbag2 bag, or one of its files, in MCAP (`.mcap`) or SQLite (`.db3`), compressed by
 /// file, by message or not at all. The content of a file shows its storage.
 ///
-/// A finished MCAP log is opened with its index, in a time that does not depend on its length. A log without index, whose
-/// writer was killed, is scanned once, and so are the headers of the messages of an SQLite bag. Of a bag that another
-/// process writes, the messages that are complete when it is opened are read. A file that is compressed as a whole is
-/// decompressed to a temporary file, which is deleted with the reader.
+/// A finished MCAP log is opened with its index, in a time that does not depend on its length. A
+/// log that a killed writer left without index is scanned once, and so are the headers of the
+/// messages of an SQLite bag. Of a bag that another process writes, the messages that are complete
+/// when it is opened are read. A file that is compressed as a whole is decompressed to a temporary
+/// file, which is deleted with the reader.
 #[derive(Debug)]
 pub struct LogReader {
     path: PathBuf,
@@ -102,7 +103,7 @@ pub struct LogReader {
 }
 
 impl LogReader {
-    /// Opens a log, whose messages may occupy the memory that [`set_memory_limit`] has set.
+    /// Opens a log. Its messages may occupy the memory that [`set_memory_limit`] has set.
     ///
     /// # Errors
     /// Returns the errors of [`open_within`](Self::open_within).
@@ -110,8 +111,8 @@ impl LogReader {
         Self::open_within(path, MEMORY.load(Ordering::Relaxed))
     }
 
-    /// Opens a log whose messages may occupy at most `memory_bytes` bytes of memory at once, and its index half as many. It counts
-    /// what [`set_memory_limit`] names.
+    /// Opens a log. Its messages may occupy at most `memory_bytes` bytes of memory at once, and its
+    /// index half as many. The limit counts what [`set_memory_limit`] names.
     ///
     /// # Errors
     /// Returns [`LogError::Io`], [`LogError::NotALog`], [`LogError::Locked`] or
@@ -155,7 +156,7 @@ impl LogReader {
         Ok(Self::of_files(path, files, opening.memory))
     }
 
-    /// Returns the log at a path whose files are open.
+    /// Returns the log at a path with these open files.
     fn of_files(path: &Path, files: Arc<[FileIndex]>, memory: MemoryBudget) -> Self {
         Self {
             path: path.to_owned(),

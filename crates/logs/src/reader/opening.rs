@@ -12,8 +12,9 @@ use crate::error::LogError;
 /// Time from one call of the watch to the next, at least.
 const WATCH_EVERY: Duration = Duration::from_millis(20);
 
-/// Memory of a text of an index beside its bytes, and of a segment beside and for each of its channels, bytes. Half of a
-/// log's memory is enough for 650 000 segments by default, those of half a terabyte of rosbag2's chunks.
+/// Memory of a text of an index beside its bytes, and of a segment beside and for each of its
+/// channels, bytes. Half of a log's memory is enough for 650 000 segments by default: half a
+/// terabyte of rosbag2's chunks.
 const OF_TEXT: u64 = 96;
 const OF_SEGMENT: u64 = 192;
 const OF_CHANNEL: u64 = 16;
@@ -34,14 +35,15 @@ pub(super) struct Opening<'a> {
     pub(super) memory: MemoryBudget,
     /// Space for compressed files.
     pub(super) space: TemporarySpace,
-    /// Memory of the index: half of that of messages.
+    /// Memory of the index: half of the memory of messages.
     index: MemoryBudget,
     watch: &'a mut dyn FnMut() -> ControlFlow<()>,
     watched: Instant,
 }
 
 impl<'a> Opening<'a> {
-    /// Starts the opening of a log whose messages may occupy at most `memory_bytes` bytes, and which ends where the watch breaks.
+    /// Starts the opening of a log with messages of at most `memory_bytes` bytes in memory. It ends
+    /// where the watch breaks.
     pub(super) fn new(memory_bytes: u64, watch: &'a mut dyn FnMut() -> ControlFlow<()>) -> Self {
         Self {
             memory: MemoryBudget::whole(memory_bytes),
@@ -100,7 +102,7 @@ impl<'a> Opening<'a> {
         self.keep(path, OF_SEGMENT + OF_CHANNEL * channels as u64)
     }
 
-    /// Returns the error of a file whose index does not fit.
+    /// Returns the error of a file with an index that does not fit.
     pub(super) fn too_large(&self, path: &Path) -> LogError {
         let budget = self.index.total;
         LogError::Memory {
@@ -138,7 +140,7 @@ impl<'a> Opening<'a> {
 pub(super) struct TemporarySpace {
     /// Content that may be decompressed however small the files are, bytes.
     small_content: u64,
-    /// Length of the compressed files until now, and that of their content, bytes.
+    /// Length of the compressed files until now, and of their content, bytes.
     packed: u64,
     content: u64,
 }

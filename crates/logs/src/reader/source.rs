@@ -34,7 +34,7 @@ pub(super) enum Format {
     Sqlite,
 }
 
-/// Bytes that are read by ranges: those of a file, or of whatever else has a length.
+/// Bytes that are read by ranges, of a file or of whatever else has a length.
 pub(super) trait Ranges: Send + fmt::Debug {
     /// Returns the number of bytes.
     fn length(&mut self) -> io::Result<u64>;

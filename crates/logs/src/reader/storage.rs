@@ -38,7 +38,7 @@ impl MemoryBudget {
         }
     }
 
-    /// Returns the error of a file whose next segment exceeds what is left.
+    /// Returns the error of a file where the next segment exceeds what is left.
     pub(super) fn exceeded_error(self, path: &Path) -> Stop {
         Stop::Error(LogError::Memory {
             path: path.to_owned(),
@@ -99,13 +99,13 @@ impl Channel {
 /// Topics that are read, by the channels of a file.
 pub(super) type Selected = BTreeMap<ChannelId, Arc<Topic>>;
 
-/// An indexed file whose messages can be read.
+/// An indexed file with messages that can be read.
 pub(super) trait Storage: fmt::Debug + Send + Sync {
     /// Opens the file for reading.
     fn open(&self) -> Result<Box<dyn SegmentReader>, LogError>;
 }
 
-/// An open file whose segments are read one by one.
+/// An open file with segments that are read one by one.
 pub(super) trait SegmentReader: fmt::Debug + Send {
     /// Reads the messages of the selected channels in a segment, which is given by its place in
     /// [`FileIndex::segments`]. A segment that needs more memory than `budget.remaining` is not read.

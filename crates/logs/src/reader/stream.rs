@@ -52,7 +52,7 @@ impl RawMessage {
         cdr::decode(self.data()).map_err(|source| self.undecodable(source))
     }
 
-    /// Decodes the message into an existing one, whose allocations are reused. After an error the
+    /// Decodes the message into an existing one, and reuses its allocations. After an error the
     /// fields of `message` are unspecified.
     ///
     /// # Errors

@@ -80,7 +80,7 @@ pub(crate) fn foreign_log(
     joint_state_log(options, steps.iter().copied(), <[u8]>::to_vec)
 }
 
-/// A log of joint states, each of whose messages is changed after its encoding.
+/// A log of joint states; each message is changed after its encoding.
 pub(crate) fn joint_state_log(
     options: WriteOptions,
     steps: impl IntoIterator<Item = u64>,

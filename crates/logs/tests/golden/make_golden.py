@@ -8,7 +8,7 @@
 - bag/: a bag of one file, its chunks not compressed.
 - split/: a bag of two files, its chunks compressed by zstd; the second file is listed first.
 
-It also checks that the definitions in ../../schemas are those of ROS 2 Jazzy, by their type hash.
+It also checks that the definitions in ../../schemas belong to ROS 2 Jazzy, by their type hash.
 """
 
 import itertools
@@ -51,7 +51,7 @@ TYPES = [
 
 
 def filled(kind, count):
-    """A value of a field type whose numbers count upwards."""
+    """A value of a field type with numbers that count upwards."""
     node, detail = kind
     if node == Nodetype.BASE:
         name = detail[0]

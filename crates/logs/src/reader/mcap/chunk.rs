@@ -144,7 +144,7 @@ impl ChunkHeader {
         }
     }
 
-    /// Returns the records from an offset on, whose size and checksum are right, unless the end of
+    /// Returns the records from an offset on, with the right size and checksum, unless the end of
     /// the file cuts them off.
     fn verified(&self, bytes: Vec<u8>, start: usize) -> Result<Records, String> {
         let records = bytes.get(start..).unwrap_or_default();
@@ -212,7 +212,7 @@ impl Records {
     }
 }
 
-/// Returns the message whose record has a range of some bytes as its body.
+/// Returns the message of the record that has a range of some bytes as its body.
 pub(super) fn message(bytes: &[u8], body: Range<usize>) -> Result<Entry, &'static str> {
     let parse = || {
         let header = bytes.get(body.clone())?;

@@ -27,7 +27,7 @@ pub(super) struct McapIndex {
 #[derive(Debug)]
 pub(super) struct Place {
     pub(super) at_byte: u64,
-    /// Number of bytes, at least those of the record's body.
+    /// Number of bytes, at least the length of the record's body.
     pub(super) length: u64,
     pub(super) is_chunk: bool,
 }

@@ -1,4 +1,4 @@
-//! Parsing of a record's body, whose lengths are checked first.
+//! Parsing of a record's body after a check of its lengths.
 
 use std::{borrow::Cow, path::Path};
 
@@ -10,7 +10,7 @@ use crate::{
     reader::{opening::Opening, storage::Stop},
 };
 
-/// What is wrong with a record whose lengths contradict each other.
+/// What is wrong with a record of lengths that contradict each other.
 const TOO_LONG: &str = "a text or map that is longer than its record, or ends within an entry";
 
 /// A part of a record's body.
@@ -79,7 +79,7 @@ pub(super) fn checked<'a>(
 /// are left out.
 ///
 /// # Errors
-/// Returns the damage of the file if the body is not that of such a record.
+/// Returns the damage of the file if the body does not fit such a record.
 pub(super) fn parse(
     head: RecordHead,
     body: &[u8],
@@ -151,7 +151,8 @@ mod tests {
         }
     }
 
-    /// A map whose length ends within a text, or between a text and its pair, is refused: the parser would read on after it.
+    /// A map that ends within a text, or between a text and its pair, is refused: the parser would
+    /// read on after it.
     #[test]
     fn a_map_ends_with_an_entry() {
         let mut of_one_text = metadata(1);

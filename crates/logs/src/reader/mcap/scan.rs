@@ -23,7 +23,7 @@ use crate::{
 /// Number of bytes of messages outside of chunks that are read at once.
 const PLAIN_SEGMENT: u64 = 1 << 20;
 
-/// What is wrong with a message whose channel is not defined before it.
+/// What is wrong with a message before the definition of its channel.
 pub(super) const UNKNOWN_CHANNEL: &str = "a message of an unknown channel";
 
 /// Opens a file with the index in its summary. Without a complete summary the whole file is

@@ -23,7 +23,7 @@ pub(in crate::reader) fn index(
 ) -> Result<FileIndex, LogError> {
     let index = scan::open(&content, opening)?;
     let (places, segments): (Vec<Place>, Vec<Segment>) = index.segments.into_iter().unzip();
-    // Damage of a compressed file is the reason for that of its content.
+    // Damage of a compressed file is the reason for the damage of its content.
     let damage = content.damage().cloned().or(index.damage);
     Ok(FileIndex {
         path: content.path().to_owned(),

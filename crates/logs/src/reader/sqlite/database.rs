@@ -1,7 +1,7 @@
 //! Opening of a database without changing it.
 //!
-//! Nothing is created beside it either, but for one case: a killed recorder leaves a write-ahead log (`-wal`), whose index
-//! (`-shm`) SQLite creates again where only the log was copied.
+//! Nothing is created beside it either, but for one case: a killed recorder leaves a write-ahead
+//! log (`-wal`), and SQLite creates its index (`-shm`) again where only the log was copied.
 
 use std::{
     fs::File,
@@ -89,7 +89,7 @@ fn connect(path: &Path, immutable: bool) -> Result<Connection, Error> {
 pub(super) enum Problem {
     /// SQLite reports an error.
     Query(Error),
-    /// The content is not that of a bag, for the reason in the field.
+    /// The content is no bag's, for the reason in the field.
     Fault(String),
 }
 
@@ -181,7 +181,7 @@ fn failure(source: &Source, error: &Error) -> LogError {
     LogError::not_a_bag(&source.path, &fault)
 }
 
-/// Returns the fault of a file that is cut off, or whose content is inconsistent.
+/// Returns the fault of a file that is cut off, or has inconsistent content.
 pub(super) fn damaged(what: &str) -> String {
     format!(
         "the database is damaged or cut off ({what}); `sqlite3 damaged.db3 .recover | sqlite3 recovered.db3` saves \

@@ -84,7 +84,7 @@ impl Bag {
         })
     }
 
-    /// Divides the messages into segments, counts those of each topic, and checks every row.
+    /// Divides the messages into segments, counts the messages of each topic, and checks every row.
     fn segments(
         &mut self,
         database: &Database,
@@ -220,7 +220,8 @@ impl Table {
     /// Returns the table with a name, in which letters count without case; `None` where there is none. Views and
     /// virtual tables, which have no root page, do not count: reading them would run what the file says.
     ///
-    /// `pragma_table_list` would expand all views of the file, whose size a few of them can double each time.
+    /// `pragma_table_list` would expand all views of the file, and a few of them can double the
+    /// size each time.
     fn read(connection: &Connection, name: &str) -> rusqlite::Result<Option<Self>> {
         let is_stored = "SELECT 1 FROM sqlite_schema \
                          WHERE type = 'table' AND rootpage > 0 AND name = ? COLLATE NOCASE";
@@ -261,7 +262,8 @@ fn has_description(connection: &Connection) -> rusqlite::Result<bool> {
 /// Most bytes of the description of a bag, which is as in `metadata.yaml`.
 const MAX_DESCRIPTION: usize = 16 << 20;
 
-/// Returns the number of texts that an index keeps, and that of their bytes. SQLite knows their lengths without reading them.
+/// Returns the number of texts that an index keeps, and of their bytes. SQLite knows their lengths
+/// without reading them.
 ///
 /// # Errors
 /// Returns the problem of a name or a description that is too long.

@@ -62,7 +62,7 @@ impl Order {
             Self::Time => "timestamp, rowid",
             Self::Row => "rowid",
         };
-        // A plus sign keeps SQLite from choosing another index, in whose order the rows are not.
+        // A plus sign keeps SQLite from choosing another index; the rows are not in its order.
         format!(
             "SELECT {columns} FROM messages WHERE {condition} AND +rowid <= {last_row} ORDER BY {order}"
         )
