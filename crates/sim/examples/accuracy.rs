@@ -1,5 +1,5 @@
-//! Runs an experiment and identifies its payload from the samples by least squares, without log and filter. The errors are
-//! those of the simulation itself.
+//! Runs an experiment and identifies its payload from the samples by least squares, without log and
+//! filter. The errors come from the simulation itself.
 //!
 //! `cargo run --release -p tactid-sim --example accuracy [EXPERIMENT.toml [SEED]]`
 

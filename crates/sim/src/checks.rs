@@ -90,7 +90,7 @@ pub(crate) struct Monitor {
     euler: Ratio,
     grasp_drift_m: f64,
     grasp_drift_rad: f64,
-    /// Pose of the base link on its body, whose frame is at the centre of mass.
+    /// Pose of the base link on its body, which has its frame at the centre of mass.
     body_from_base: Isometry3<f64>,
     /// Inverse of the pose of the base link at the start, in the world frame.
     start_from_world: Isometry3<f64>,

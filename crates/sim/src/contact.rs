@@ -151,7 +151,8 @@ impl PhysicsHooks for SlipAnchors {
             return;
         };
         let normal = *manifold.normal;
-        // The solver enforces: velocity of the first body minus that of the second = -tangent_velocity.
+        // The solver enforces: velocity of the first body minus velocity of the
+        // second = -tangent_velocity.
         let rate = if payload_is_first {
             self.rate
         } else {

@@ -1,4 +1,5 @@
-//! Commanded joint velocities, step by step: those of cosines, of a designed motion, or of motions that are planned on the way.
+//! Commanded joint velocities, step by step: of cosines, of a designed motion, or of motions that
+//! are planned on the way.
 
 mod active;
 mod cosines;

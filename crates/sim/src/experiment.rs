@@ -54,7 +54,7 @@ pub struct Experiment {
     pub posture: Posture,
     /// The robot and the names of its tool and fingers. Default the built-in robot.
     pub robot: RobotChoice,
-    /// Mass properties of a floating base that replace those of the URDF. Default none.
+    /// Mass properties of a floating base instead of the URDF's. Default none.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub base: Option<BaseProperties>,
     /// The payload.
@@ -65,7 +65,7 @@ pub struct Experiment {
     pub excitation: Excitation,
     /// Noise of the sensors. Default none.
     pub noise: Noise,
-    /// Bounds whose violation aborts a run.
+    /// Bounds; a run aborts where it violates one.
     pub bounds: Bounds,
 }
 
@@ -151,10 +151,10 @@ pub struct RobotChoice {
     pub urdf: Option<PathBuf>,
     /// Whether the base floats or is bolted to the world.
     pub base: BaseMount,
-    /// Link in whose frame the payload is described.
+    /// Link with the frame in which the payload is described.
     pub tool: String,
-    /// The two prismatic joints whose increasing positions close the gripper. The collision boxes of the links that they
-    /// move are the pads.
+    /// The two prismatic joints that close the gripper by increasing positions. The collision boxes
+    /// of the links that they move are the pads.
     pub fingers: [String; 2],
 }
 
@@ -298,7 +298,7 @@ impl Default for Gripper {
     }
 }
 
-/// Bounds whose violation aborts a run with [`SimError::Bound`].
+/// Bounds; a run aborts with [`SimError::Bound`] where it violates one.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default, expecting = "a table")]
 pub struct Bounds {

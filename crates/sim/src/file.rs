@@ -7,8 +7,9 @@ use crate::roles::{arm_motion, robot_with_roles};
 use crate::{ExcitationKind, Experiment, Posture, SimError};
 
 impl Experiment {
-    /// Reads an experiment file, and checks it against the robot that it names. Relative paths of a URDF and of a motion
-    /// refer to the file's folder. With a motion, a posture and a duration that the file leaves out are those of the motion.
+    /// Reads an experiment file, and checks it against the robot that it names. Relative paths of a
+    /// URDF and of a motion refer to the file's folder. A posture and a duration that the file
+    /// leaves out come from its motion.
     ///
     /// # Errors
     /// Returns [`SimError::File`] if the file or the URDF cannot be read, and [`SimError::InFile`] with [`SimError::Syntax`] or
@@ -52,7 +53,8 @@ impl Experiment {
         self.begin_with_motion(|_| false)
     }
 
-    /// Sets posture and duration to those of the motion that the arm follows, if there is one, unless they are given.
+    /// Takes posture and duration from the motion that the arm follows, if there is one, unless
+    /// they are given.
     fn begin_with_motion(&mut self, is_given: impl Fn(&str) -> bool) -> Result<(), SimError> {
         let Some(motion) = arm_motion(self)? else {
             return Ok(());

@@ -44,7 +44,7 @@ const EXPERIMENT: &str = "tactid.experiment";
 /// Name of the metadata record with the run's report.
 const REPORT: &str = "tactid.report";
 
-/// A channel and its message, whose memory is used again for each sample.
+/// A channel and its message. Each sample uses the memory of the message again.
 struct Topic<M> {
     channel: Channel<M>,
     message: M,
@@ -350,7 +350,7 @@ fn imu(base: &str, noise: &Noise) -> Imu {
     message
 }
 
-/// Fills a message of the base's IMU, whose frame is the base link's.
+/// Fills a message of the base's IMU, which has the frame of the base link.
 fn fill_imu(message: &mut Imu, stamp: Time, sample: &Sample) {
     message.header.stamp = stamp;
     message.angular_velocity = vector(&sample.imu.angular_velocity);

@@ -73,7 +73,8 @@ impl Robot {
     /// Builds the robot of a URDF; `base_mass` replaces the mass properties of the root link.
     ///
     /// # Errors
-    /// Returns [`SimError::Model`] for a URDF that `tactid_dynamics` refuses or whose bodies cannot exist, and [`SimError::Robot`] for a mimic joint.
+    /// Returns [`SimError::Model`] for a URDF that `tactid_dynamics` refuses or with bodies that
+    /// cannot exist, and [`SimError::Robot`] for a mimic joint.
     pub(crate) fn from_urdf(
         xml: &str,
         base: BaseKind,

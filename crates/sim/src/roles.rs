@@ -10,7 +10,7 @@ use crate::{Experiment, SimError};
 /// The tool, the fingers and the arm of an experiment's robot.
 #[derive(Clone, Debug)]
 pub(crate) struct Roles {
-    /// Link in whose frame the payload is described.
+    /// Link with the frame in which the payload is described.
     pub tool: LinkFrame,
     /// Indices of the bodies that the finger joints move.
     pub fingers: [usize; 2],

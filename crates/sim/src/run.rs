@@ -83,8 +83,8 @@ const OBSERVE_EVERY_S: f64 = 0.02;
 ///
 /// # The log
 ///
-/// The log is a rosbag2 file (MCAP) with the topics that such a robot would record. Stamps and times of logging begin at
-/// 1 s and are those of the samples.
+/// The log is a rosbag2 file (MCAP) with the topics that such a robot would record. Stamps and
+/// times of logging begin at 1 s and are the times of the samples.
 ///
 /// | topic | message | contents |
 /// |---|---|---|

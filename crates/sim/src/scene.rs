@@ -69,8 +69,8 @@ pub(crate) struct Scene {
 fn integration_parameters(dt: f64) -> IntegrationParameters {
     IntegrationParameters {
         dt,
-        // With a single substep the impulses that Rapier reports are those of the whole step, and a drive's torque
-        // follows from the velocity at its end.
+        // With a single substep the impulses that Rapier reports belong to the whole step, and a
+        // drive's torque follows from the velocity at its end.
         num_solver_iterations: 1,
         // Any number from 2 to 10, and of the next from 6 to 30, gives the same identification result within 0.01 %.
         num_internal_pgs_iterations: 4,

@@ -14,12 +14,13 @@ use crate::roles::Roles;
 use crate::sample::{BaseSample, Contact, FingerSample, ImuSample, Sample, Truth};
 use crate::scene::{BodyState, State};
 
-/// Distinguishes the random stream of the measurement noise from that of the command noise, which has the same seed.
+/// Distinguishes the random stream of the measurement noise from the stream of the command noise,
+/// which has the same seed.
 const MEASUREMENT_STREAM: u64 = 0x7461_6374_6964_0001;
 
 /// All sensors of the robot.
 pub(crate) struct Sensors {
-    /// Pose of the base link on its body, whose frame is at the centre of mass.
+    /// Pose of the base link on its body, which has its frame at the centre of mass.
     body_from_base: Isometry3<f64>,
     tool: LinkFrame,
     fingers: [Finger; 2],

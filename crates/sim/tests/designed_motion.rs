@@ -54,7 +54,7 @@ fn the_arm_follows_its_motion() {
     .unwrap();
     let experiment = Experiment::from_file(&file).unwrap();
     let Posture::Joints(posture) = &experiment.posture else {
-        panic!("the posture is that of the motion")
+        panic!("the posture comes from the motion")
     };
     assert!(
         posture

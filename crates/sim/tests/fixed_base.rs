@@ -106,8 +106,8 @@ fn errors(experiment: &Experiment) -> (f64, f64) {
     (mass.max(center).max(inertia), identifier.torque_error())
 }
 
-/// Least squares on the samples determines the payload as well as on a floating base, and the joint torques are those of
-/// the inverse dynamics with gravity.
+/// Least squares on the samples determines the payload as well as on a floating base, and the joint
+/// torques agree with the inverse dynamics with gravity.
 #[test]
 fn the_samples_identify_the_payload() {
     let mut experiment = bench();

@@ -144,7 +144,8 @@ fn an_interrupted_run_leaves_a_log() {
     assert_eq!(log.messages_on(["/joint_states"]).unwrap().count(), 500);
 }
 
-/// An aborted run leaves its log up to the failure, with the reason, under a name that nobody takes for that of a sound run.
+/// An aborted run leaves its log up to the failure, with the reason, under a name that nobody takes
+/// for a sound run's.
 #[test]
 fn a_failed_run_leaves_a_log() {
     let file = TempFile::new("failed");

@@ -136,8 +136,8 @@ fn the_payload_is_at_its_nominal_pose() {
     }
 }
 
-/// `tool0` is frame 6 of the paper's Table 1 at every posture, and the simulation's frames are those of the
-/// URDF.
+/// `tool0` is frame 6 of the paper's Table 1 at every posture, and the simulation has the frames of
+/// the URDF.
 #[test]
 fn tool_is_frame_6_of_table_1() {
     let (simulation, samples) = run(&Experiment {
@@ -201,8 +201,9 @@ fn table_1(positions: &[f64]) -> Matrix4<f64> {
         .fold(Matrix4::identity(), step)
 }
 
-/// Least squares on the samples determines all ten parameters by contact forces and by joint sensing, and the joint torques
-/// are those of the inverse dynamics. An error of frame, sign or time of any sensor would violate this.
+/// Least squares on the samples determines all ten parameters by contact forces and by joint
+/// sensing, and the joint torques agree with the inverse dynamics. An error of frame, sign or time
+/// of any sensor would violate this.
 #[test]
 fn the_samples_identify_the_payload() {
     let mut experiment = Experiment::paper();

@@ -33,7 +33,7 @@ pub struct ActiveReport {
     /// Time at which all ten 95 % intervals were found within their targets, s, when a next motion was to be planned; `None` where
     /// they were not.
     pub reached_s: Option<f64>,
-    /// Value whose 95 % interval is the largest relative to its target.
+    /// Value with the largest 95 % interval relative to its target.
     pub widest: String,
     /// Ratio of the half width of that interval to its target, without a unit; `None` where the value is not known at all.
     pub interval_ratio: Option<f64>,
@@ -283,7 +283,7 @@ fn problem(
     );
     let posture = &start.state.joint_position;
     let tool = &experiment.robot.tool;
-    // The planner replaces payload and targets by those of its prior.
+    // The planner replaces payload and targets by its prior's.
     let payload = experiment.payload.mass_properties().into();
     let mut problem = Problem::new(model, tool, posture, limits, sensing, payload, [1.0; 10]);
     problem.grip = Some(grip(start.contacts, &world_from_tool, friction)?);

@@ -6,8 +6,9 @@ use tactid_excitation::Grip;
 use crate::SimError;
 use crate::contact::ContactPoint;
 
-/// Ratio of the mean distance from the middle of a square to that of its corners: contacts are at the corners of a pad, and its
-/// pressure may be anywhere on it. `(√2 + asinh 1) / 6` over `√½`.
+/// Ratio of the mean distance from the middle of a square to the distance of its corners: contacts
+/// are at the corners of a pad, and its pressure may be anywhere on it. `(√2 + asinh 1) / 6` over
+/// `√½`.
 const MEAN_TO_CORNER: f64 = 0.541;
 
 /// Returns the grip in the tool frame, with the middle of each pad in the middle of its contacts.

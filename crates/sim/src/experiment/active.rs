@@ -9,8 +9,8 @@ pub type BoxCorners = [[f64; 3]; 2];
 
 /// Bounds on the unknown payload, targets and limits of motions that are planned from what has been identified so far.
 ///
-/// Besides the fields, the limits are those of the URDF for positions, velocities and efforts of the joints, and the friction of the
-/// grip.
+/// Besides the fields, the URDF limits positions, velocities and efforts of the joints, and
+/// friction limits the grip.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default, expecting = "a table")]
 pub struct ActiveExcitation {

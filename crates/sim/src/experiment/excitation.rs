@@ -12,7 +12,7 @@ use super::ActiveExcitation;
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default, expecting = "a table")]
 pub struct Excitation {
-    /// What the joints follow. Mode, command noise and list of joints are those of cosines alone.
+    /// What the joints follow. Mode, command noise and list of joints belong to cosines alone.
     pub kind: ExcitationKind,
     /// A designed motion, relative to the experiment's file: its folder, its log, or a CSV file with the columns `time_s`, and
     /// `q_NAME` (rad or m) and `qd_NAME` (rad/s or m/s) for each joint of the arm. Default none.

@@ -10,8 +10,8 @@ use crate::scene::State;
 
 /// Number of steps that go to the thread at a time.
 const BATCH: usize = 32;
-/// Number of batches that may wait. With the one that is being written and the one that is being filled, a killed
-/// process loses at most 128 steps besides those of the open chunk.
+/// Number of batches that may wait. With the one that is being written and the one that is being
+/// filled, a killed process loses at most 128 steps besides the open chunk.
 const WAITING: usize = 2;
 
 /// A step of the simulation.

@@ -117,7 +117,7 @@ impl Scene {
         }
     }
 
-    /// Places the payload, whose frame is at its centre of mass with the axes of the tool frame.
+    /// Places the payload with its frame at its centre of mass and the axes of the tool frame.
     fn place_payload(&mut self, experiment: &Experiment, world_from_tool: &Isometry3<f64>) {
         let [x, y, z] = experiment.payload.center_of_mass_m;
         let pose = world_from_tool * Isometry3::translation(x, y, z);
@@ -242,7 +242,7 @@ fn find_links(
     links.ok_or_else(|| SimError::Robot("no joint moves".to_owned()))
 }
 
-/// Returns the joint for Rapier, with frames whose z axis is the joint's axis.
+/// Returns the joint for Rapier, with the joint's axis as the z axis of its frames.
 fn rapier_joint(joint: &MovingJoint) -> GenericJoint {
     let body_from_joint = UnitQuaternion::rotation_between(&Vector3::z(), &joint.axis)
         .unwrap_or_else(|| {

@@ -35,7 +35,7 @@ pub(crate) struct State {
     pub joint_velocity: Vec<f64>,
     /// All bodies of the robot, the base first.
     pub bodies: Vec<BodyState>,
-    /// The payload, whose frame is at its centre of mass.
+    /// The payload, with its frame at its centre of mass.
     pub payload: BodyState,
 }
 
