@@ -306,11 +306,11 @@ fn paths(layout: &Layout, samples: &Samples, step_s: f64) -> Vec<Vec<[f64; 2]>> 
     (0..layout.payloads).map(path).collect()
 }
 
-/// Returns how much of each limit a motion uses, and the excursion of a floating base. The motion may be any, not only a
-/// designed one. Limits on position, velocity and acceleration are checked for the joints of
-/// [`Problem::moving_joints`] only; torques are those of all joints.
+/// Returns how much of each limit a motion uses, and the excursion of a floating base. The motion
+/// may be any, not only a designed one. Limits on position, velocity and acceleration are checked
+/// for the joints of [`Problem::moving_joints`] only; torques for all joints.
 ///
-/// Times are at most 10 ms apart, and peaks between them are those of parabolas.
+/// Times are at most 10 ms apart, and parabolas give the peaks between them.
 ///
 /// Cost: for each of these times (at least 501), one inverse dynamics with each payload and one row set of the method.
 ///

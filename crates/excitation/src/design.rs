@@ -99,9 +99,9 @@ pub fn design(problem: &Problem, settings: &DesignSettings) -> Result<Design, Ex
 /// this step exceeds a limit on position, velocity or acceleration, the design is [`ExcitationError::Impossible`] although a
 /// detour may exist; and where it exceeds torques, grip or base, the search may not find the motions that hold them.
 ///
-/// Cost: each step of the search evaluates the dynamics of each payload some 19 times at each sample, for six joints, and solves
-/// one to a few conic programs; there are up to `10 * starts + iterations + 20` steps, those of
-/// the starts with at most 11 control points of each joint.
+/// Cost: each step of the search evaluates the dynamics of each payload some 19 times at each
+/// sample, for six joints, and solves one to a few conic programs; there are up to
+/// `10 * starts + iterations + 20` steps; the starts have at most 11 control points of each joint.
 ///
 /// # Errors
 /// Returns [`ExcitationError::Impossible`], which names the limit, where the robot cannot rest at the start or at the end, cannot get
@@ -226,7 +226,7 @@ impl<'a> Designer<'a> {
         let like = like.and_then(|like| variables.values(like.splines().map(|(_, spline)| spline)));
         let mut best: Option<(Point, f64)> = None;
         for start in 0..settings.starts.max(1) {
-            // Up to a thousand starts do not share their seeds with those of another design.
+            // Up to a thousand starts do not share their seeds with another design.
             let seed = settings.seed.wrapping_mul(1000).wrapping_add(start as u64);
             let point = match &like {
                 Some(values) if start == 0 => search.start_like(values.clone())?,

@@ -39,9 +39,9 @@ impl FourierMotion {
     /// Number of harmonics of a random motion.
     const HARMONICS: usize = 5;
 
-    /// Returns the motion of the problem's duration whose accelerations have amplitudes of the given ratios within each joint: for
-    /// each joint that moves, sine and cosine of each harmonic. Each joint moves as far as its own limits allow; the other
-    /// limits are not regarded.
+    /// Returns the motion of the problem's duration with amplitudes of acceleration in the given
+    /// ratios within each joint: for each joint that moves, sine and cosine of each harmonic. Each
+    /// joint moves as far as its own limits allow; the other limits are not regarded.
     ///
     /// # Errors
     /// Returns [`ExcitationError::Value`] for a number of amplitudes that is not a multiple of twice the number of joints, and the

@@ -9,10 +9,11 @@ use crate::checks::{positive, value};
 
 /// A grip of two flat pads that face each other, in the tool frame.
 ///
-/// Each pad carries half of the force along its surface and half of the moment about the normal. A moment `m` across the
-/// normal is carried by opposite forces `m / distance_m` along the two surfaces. A force `f` of the payload along the normal,
-/// taken positive towards a pad's side, changes the normal force of that pad by `-f/2`, and that of the other by `+f/2`: both
-/// pads are equally stiff. A pad of a finger that controls its force does not share the load like this.
+/// Each pad carries half of the force along its surface and half of the moment about the normal. A
+/// moment `m` across the normal is carried by opposite forces `m / distance_m` along the two
+/// surfaces. A force `f` of the payload along the normal, taken positive towards a pad's side,
+/// changes the normal force of that pad by `-f/2`, and the force of the other by `+f/2`: both pads
+/// are equally stiff. A pad of a finger that controls its force does not share the load like this.
 ///
 /// A pad holds while `|[t, m_n / r]| <= used_fraction * friction * N`, with the force `t` along the surface, the moment `m_n`
 /// about the normal, the torsion radius `r` and the normal force `N` (limit surface of a soft finger as an ellipsoid; Howe and

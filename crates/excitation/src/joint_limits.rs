@@ -21,7 +21,8 @@ impl JointLimits {
     /// Returns the limits of all joints of a robot, with one limit of the acceleration, rad/s² or m/s², for
     /// all joints: the format has none. Velocities and accelerations are multiplied by `speed`, such as 0.3.
     ///
-    /// A joint without a positive `effort` has no limit of its torque, nor has one whose `effort` is no number.
+    /// A joint without a positive `effort` has no limit of its torque; neither has one where
+    /// `effort` is no number.
     ///
     /// # Errors
     /// Returns [`ExcitationError::NoVelocityLimit`] for a joint without a positive velocity limit.

@@ -1,9 +1,10 @@
 //! Designs joint motions from which a payload is identified quickly, within the limits of the robot.
 //!
-//! An estimator cannot determine a parameter that the motion does not excite. [`design`] chooses the motion whose predicted confidence
-//! intervals are the smallest relative to their targets, for the method and the noise by which the payload is then
-//! identified, within the [limits](Limit) of the joints, the torques, the wrench and the [`Grip`], and with the attitude of
-//! a free-floating base [held within a bound](BaseBounds).
+//! An estimator cannot determine a parameter that the motion does not excite. [`design`] chooses
+//! the motion with the smallest predicted confidence intervals relative to their targets, for the
+//! method and the noise by which the payload is then identified, within the [limits](Limit) of the
+//! joints, the torques, the wrench and the [`Grip`], and with the attitude of a free-floating base
+//! [held within a bound](BaseBounds).
 //!
 //! ```
 //! # use tactid_dynamics::{BaseKind, MassProperties, Urdf};

@@ -48,10 +48,11 @@ pub trait Motion {
 
 /// A motion of some joints along splines, while the other joints of the robot rest.
 ///
-/// A long motion goes along its splines several times, in turn forth and back. On the way back, positions and accelerations are
-/// the same in reverse order and velocities have the opposite sign, so that torques and wrenches, which are quadratic in
-/// velocities, are those of the way forth, and a free-floating base without momentum returns along its own path. A limit that
-/// holds in the first pass therefore holds in all of them.
+/// A long motion goes along its splines several times, in turn forth and back. On the way back,
+/// positions and accelerations are the same in reverse order and velocities have the opposite sign,
+/// so that torques and wrenches, which are quadratic in velocities, are the same as on the way
+/// forth, and a free-floating base without momentum returns along its own path. A limit that holds
+/// in the first pass therefore holds in all of them.
 #[derive(Clone, Debug)]
 pub struct Trajectory {
     pass_s: f64,

@@ -24,9 +24,10 @@ struct Window {
 /// Each function is the logarithm of the half width of one predicted interval over its target, or, for
 /// [`Criterion::Volume`], the mean logarithm of the semi-axes of the confidence ellipsoid.
 ///
-/// The information is that of the averaging windows: the regressors of the samples in a window are averaged with the
-/// weight of the filter, and their noise is that of one second of samples over the time that the window stands for. Where
-/// the samples of the grid are further apart than half a window, each stands for itself.
+/// The averaging windows give the information: the regressors of the samples in a window are
+/// averaged with the weight of the filter, and their noise is the noise of one second of samples
+/// over the time that the window stands for. Where the samples of the grid are further apart than
+/// half a window, each stands for itself.
 #[derive(Clone, Debug)]
 pub(crate) struct Objective {
     /// Derivatives of the ten values, in units of their targets, with respect to the parameters; a row for each.
@@ -46,7 +47,8 @@ pub(crate) struct Objective {
 pub(crate) struct Uncertainty {
     /// The functions of the objective.
     pub(crate) functions: Vec<f64>,
-    /// Directions in the parameters, a column for each, in whose information the functions are expressed.
+    /// Directions in the parameters, a column for each. The functions are expressed in their
+    /// information.
     directions: DMatrix<f64>,
     /// Mean rows of each window, channels by ten, without the mean over all windows
     /// where the channel has an offset.
@@ -85,7 +87,7 @@ impl Objective {
         for mean in &means {
             information += mean.tr_mul(mean).fixed_view::<10, 10>(0, 0) * self.share_s;
         }
-        // Parameters differ by orders of magnitude: the factorisation is that of a matrix with a diagonal of ones.
+        // Parameters differ by orders of magnitude: the factorised matrix has a diagonal of ones.
         let units = information.diagonal().map(|x| x.sqrt().recip());
         let scaling = Matrix::from_diagonal(&units);
         let factor = (scaling * information * scaling).cholesky()?;
@@ -184,8 +186,8 @@ impl Objective {
     }
 }
 
-/// Subtracts the mean over all windows from the rows of the leading channels, whose offset is unknown: least squares with
-/// a constant is least squares of what differs from its mean.
+/// Subtracts the mean over all windows from the rows of the leading channels, which have an unknown
+/// offset: least squares with a constant is least squares of what differs from its mean.
 pub(crate) fn remove_offsets(means: &mut [DMatrix<f64>], offsets: usize) {
     let count = means.len() as f64;
     for channel in 0..offsets {

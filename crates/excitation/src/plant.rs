@@ -30,7 +30,7 @@ pub(crate) struct Layout {
     dof: usize,
     pub(crate) payloads: usize,
     pub(crate) floats: bool,
-    /// Number of pairs whose distance is limited.
+    /// Number of pairs with a limited distance.
     pub(crate) pairs: usize,
     /// Number of bodies that must stay in a box.
     confined: usize,
@@ -97,7 +97,7 @@ pub(crate) struct Plant {
 }
 
 impl Plant {
-    /// Creates the plant of a problem whose numbers have been checked.
+    /// Creates the plant of a problem with checked numbers.
     pub(crate) fn new(problem: &Problem) -> Result<Self, ExcitationError> {
         let (robot, sensing) = (&problem.robot, &problem.sensing);
         let tool = robot.frame(&problem.tool)?;
@@ -143,8 +143,9 @@ impl Plant {
         Ok(plant)
     }
 
-    /// Adds noise of the joints' accelerations to that of the sensors: an error of the acceleration is one of the load of the
-    /// first payload, in all channels at once. `std_devs` are those of white noise of one sample of each joint, rad/s² or m/s².
+    /// Adds noise of the joints' accelerations to the noise of the sensors: an error of the
+    /// acceleration is one of the load of the first payload, in all channels at once. `std_devs`
+    /// describe white noise of one sample of each joint, rad/s² or m/s².
     pub(crate) fn add_acceleration_noise(
         &mut self,
         problem: &Problem,

@@ -11,7 +11,8 @@ use crate::objective::remove_offsets;
 use crate::plant::Plant;
 use crate::problem::Problem;
 
-/// How well a motion determines the payload, if the noise of the sensors is that of the problem and nothing else.
+/// How well a motion determines the payload, if there is no noise but the problem's noise of the
+/// sensors.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Prediction {
     /// Covariance of the ten linear parameters, in the order of
@@ -25,7 +26,8 @@ pub struct Prediction {
 }
 
 impl Prediction {
-    /// Returns the index of the value whose interval is the largest relative to its target, and that ratio.
+    /// Returns the index of the value with the largest interval relative to its target, and that
+    /// ratio.
     #[must_use]
     pub fn largest(&self) -> (usize, f64) {
         let ratios = self.ratios.iter().copied().enumerate();
@@ -35,9 +37,9 @@ impl Prediction {
 
 /// Predicts how well a motion determines the first payload of a problem.
 ///
-/// The samples of the motion pass the equation stream of the estimators, and the covariance is that of least squares over
-/// its averaging windows: weights follow from the noise of the sensors, and the noise of overlapping windows is
-/// correlated. Noise of the joints' motion is not part of it.
+/// The samples of the motion pass the equation stream of the estimators, and the covariance comes
+/// from least squares over its averaging windows: weights follow from the noise of the sensors, and
+/// the noise of overlapping windows is correlated. Noise of the joints' motion is not part of it.
 ///
 /// Cost: one inverse dynamics and one sample of the equation stream per `1 / rate_hz`.
 ///
@@ -119,7 +121,8 @@ fn window_rows(
         };
         if let (_, Some(equation)) = stream.push(&sample)? {
             let rows = plant.whitened(&equation.rows);
-            // The plant whitens one second of samples, and the noise of a mean is that of its samples.
+            // The plant whitens one second of samples, and the noise of a mean is the noise of its
+            // samples.
             let samples = f64::from(equation.instants) / NOISE_BANDWIDTH;
             let scale = (samples / sensing.rate_hz).sqrt();
             let entry = |channel: usize, parameter: usize| scale * rows[channel][parameter];

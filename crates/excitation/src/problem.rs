@@ -21,8 +21,9 @@ use crate::workspace_bounds::{OrientedBox, WorkspaceBounds};
 pub struct Sensing {
     /// Links in which wrenches are measured.
     pub sensors: Vec<String>,
-    /// Method, filter and noise of the sensors. The noise of each source that the method uses must be known: that of the
-    /// wrenches, of the efforts, and [`base_noise`](Self::base_noise). Uncertain gains are not part of a prediction.
+    /// Method, filter and noise of the sensors. The noise of each source that the method uses must
+    /// be known: of the wrenches, of the efforts, and [`base_noise`](Self::base_noise). Uncertain
+    /// gains are not part of a prediction.
     pub equations: EquationSettings,
     /// Samples per second, Hz.
     pub rate_hz: f64,
@@ -58,7 +59,8 @@ pub struct BaseBounds {
 /// Default duration of a motion, s.
 pub(crate) const DURATION_S: f64 = 10.0;
 
-/// Largest number of joints of a robot, far above those of a humanoid with hands. A design takes time for each of them.
+/// Largest number of joints of a robot, far more than a humanoid with hands has. A design takes
+/// time for each of them.
 const MOST_JOINTS: usize = 256;
 
 /// Longest motion, s: memory and time of a design grow with it, and all parameters are known after some seconds.
@@ -74,13 +76,13 @@ pub(crate) const LEAST_DISTANCE: Range = Range {
     expected: "more than 0, and at most 0.06 m, because distances beyond 0.08 m are not computed",
 };
 
-/// A motion to be designed: [`Problem::new`] makes one, whose fields can then be changed.
+/// A motion to be designed: [`Problem::new`] makes one, and its fields can then be changed.
 #[derive(Clone, Debug)]
 #[non_exhaustive]
 pub struct Problem {
     /// The robot. A floating base starts at rest and nothing acts on it from outside.
     pub robot: Manipulator,
-    /// Link in whose frame the payload is described.
+    /// Link with the frame in which the payload is described.
     pub tool: String,
     /// Positions of all joints at the beginning, rad or m.
     pub start: Vec<f64>,
@@ -106,7 +108,7 @@ pub struct Problem {
     pub base: BaseBounds,
     /// Largest magnitudes of the wrench on the payload in the tool frame: three forces, N, and three moments, N m.
     pub wrench: Option<[f64; 6]>,
-    /// The grip whose friction must hold the payload.
+    /// The grip that must hold the payload by friction.
     pub grip: Option<Grip>,
     /// Bounding box of the payload in the tool frame. Default: none, so that only the origin of the tool's frame is kept in and
     /// out of the boxes of [`workspace`](Self::workspace), and collisions of the payload are not tested.
@@ -173,9 +175,9 @@ impl Problem {
     /// Returns the problem of a motion of 10 s that ends where it starts, of all joints that move the tool, for the smallest
     /// largest interval relative to its target. Only the limits of the joints bound it.
     ///
-    /// `tool` is the link in whose frame `payload` is described, `start` has the positions of all joints in rad or m, `limits` has
-    /// one entry for each joint, and `targets` are half widths of 95 % intervals, such as [`targets_within`]
-    /// returns. A design checks all of them.
+    /// `tool` is the link with the frame in which `payload` is described, `start` has the positions
+    /// of all joints in rad or m, `limits` has one entry for each joint, and `targets` are half
+    /// widths of 95 % intervals, such as [`targets_within`] returns. A design checks all of them.
     #[must_use]
     pub fn new(
         robot: Manipulator,

@@ -12,8 +12,9 @@ pub struct Progress {
     pub start: usize,
     /// Steps that were tried from this start, or in this phase: it begins at 0 in each round that tightens limits.
     pub iteration: usize,
-    /// Largest ratio of a predicted interval to its target; for [`Criterion::Volume`](crate::Criterion::Volume), the
-    /// geometric mean of the one-sigma semi-axes of the confidence ellipsoid, whose units are mixed.
+    /// Largest ratio of a predicted interval to its target; for
+    /// [`Criterion::Volume`](crate::Criterion::Volume), the geometric mean of the one-sigma
+    /// semi-axes of the confidence ellipsoid, in mixed units.
     pub objective: f64,
     /// Largest fraction by which a limit is exceeded: zero for a motion that is possible.
     pub excess: f64,

@@ -162,7 +162,7 @@ impl Sampler {
         }
     }
 
-    /// Sets the states of the joints that move to those of a sample.
+    /// Sets the states of the joints that move to their states at a sample.
     fn set_states(&self, values: &[f64], sample: usize, states: &mut JointStates) {
         let local = &self.grid.bases[sample];
         for input in 0..ORDERS * self.joints.len() {
@@ -198,7 +198,8 @@ impl Sampler {
         }
     }
 
-    /// Adds the gradient of a function whose derivatives with respect to the inputs of one sample are known.
+    /// Adds the gradient of a function from its derivatives with respect to the inputs of one
+    /// sample.
     pub(crate) fn add_input(&self, sample: usize, input: usize, slope: f64, gradient: &mut [f64]) {
         if slope == 0.0 {
             return;

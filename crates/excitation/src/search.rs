@@ -185,8 +185,9 @@ impl Search {
         self.start_at(&values)
     }
 
-    /// Returns a motion like another one within all limits of the joints, whose excursions become the largest within them where one
-    /// exceeds them; `None` if it does not determine all values. What it exceeds other limits by, the search corrects.
+    /// Returns a motion like another one within all limits of the joints; excursions become the
+    /// largest within them where one exceeds them; `None` if it does not determine all values. What
+    /// it exceeds other limits by, the search corrects.
     pub(crate) fn refined_start(
         &mut self,
         mut values: Vec<f64>,

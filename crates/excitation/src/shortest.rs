@@ -54,8 +54,8 @@ impl ShortestSettings {
     }
 }
 
-/// Designs the shortest motion whose predicted intervals are all within their targets. The duration of `problem` is the
-/// first that is tried.
+/// Designs the shortest motion with all predicted intervals within their targets. The duration of
+/// `problem` is the first that is tried.
 ///
 /// Cost: some eight designs.
 ///

@@ -1,4 +1,5 @@
-//! Clamped uniform B-splines of degree five, which end at rest; those of a design begin at rest, too.
+//! Clamped uniform B-splines of degree five, which end at rest; in a design they begin at rest,
+//! too.
 
 use nalgebra::{DMatrix, DVector};
 
@@ -15,9 +16,9 @@ pub(crate) const AT_STANDSTILL: usize = DEGREE;
 /// Fewest control points of a motion with a free control point beside those at rest.
 pub const FEWEST_CONTROL_POINTS: usize = 2 * AT_REST + 1;
 
-/// Parts that each span is divided into for the hull of position, velocity and acceleration. Of an acceleration that
-/// oscillates as fast as the splines can, the control points are a third larger than the function, and those of the parts a
-/// few percent; lower derivatives are smoother.
+/// Parts that each span is divided into for the hull of position, velocity and acceleration. Of an
+/// acceleration that oscillates as fast as the splines can, the control points are a third larger
+/// than the function, and the parts' control points a few percent; lower derivatives are smoother.
 const PARTS: [usize; 3] = [1, 2, 4];
 
 /// Number of spline functions that differ from zero at one time.
@@ -34,8 +35,9 @@ pub(crate) struct LocalBasis {
 
 /// Functions of a clamped B-spline of degree five with uniform knots between its ends.
 ///
-/// A spline lies in the hull of its control points, and its derivatives are splines of lower degree whose control points
-/// are differences of its own. A limit on the control points of a derivative therefore holds at all times.
+/// A spline lies in the hull of its control points, and its derivatives are splines of lower degree
+/// with differences of its own control points. A limit on the control points of a derivative
+/// therefore holds at all times.
 #[derive(Clone, Debug)]
 pub(crate) struct SplineBasis {
     knots: Vec<f64>,
@@ -183,7 +185,7 @@ impl SplineBasis {
         for step in 1..=degree {
             let at = argument(step - 1);
             for k in (step..=degree).rev() {
-                // The knots of a derivative are those of the spline without `order` of them at each end.
+                // A derivative has the knots of the spline without `order` of them at each end.
                 let (left, right) = (span + k + order, span + k + order + degree + 1 - step);
                 let alpha = (at - self.knots[left]) / (self.knots[right] - self.knots[left]);
                 let before = rows[k - 1];
@@ -268,8 +270,8 @@ impl Spline {
         Some(Self::new(basis.clone(), control_points.as_slice().to_vec()))
     }
 
-    /// Returns position, velocity and acceleration at a time, s. Before the beginning they are
-    /// those of the beginning, and after the end the spline rests.
+    /// Returns position, velocity and acceleration at a time, s. Before the beginning they are as
+    /// at the beginning, and after the end the spline rests.
     #[must_use]
     pub fn at(&self, time_s: f64) -> [f64; 3] {
         let local = self.basis.at(time_s);
@@ -296,7 +298,8 @@ mod tests {
         variables.splines(&values).remove(0)
     }
 
-    /// The functions sum to one, and a spline whose control points are the Greville abscissae is the time itself.
+    /// The functions sum to one, and a spline with the Greville abscissae as control points is the
+    /// time itself.
     #[test]
     fn reproduces_constants_and_time() {
         let basis = SplineBasis::new(11, 3.0);
@@ -378,7 +381,8 @@ mod tests {
         }
     }
 
-    /// The tail of a spline that stands still at its end is the same function, and its tail is that of the whole.
+    /// The tail of a spline that stands still at its end is the same function, and has the same
+    /// tail as the whole.
     #[test]
     fn a_tail_is_the_same_function() {
         let mut random = SmallRng::seed_from_u64(4);
@@ -417,8 +421,8 @@ mod tests {
         })
     }
 
-    /// No value of a spline or of its derivatives is outside of its bounds, and those of the acceleration are close to
-    /// what is reached.
+    /// No value of a spline or of its derivatives is outside of its bounds, and the bounds of the
+    /// acceleration are close to what is reached.
     #[test]
     fn bounds_hold_and_are_close() {
         let mut random = SmallRng::seed_from_u64(3);

@@ -1,4 +1,4 @@
-//! Links whose collision shapes cannot be tested, although the URDF has some.
+//! Links with collision shapes that cannot be tested.
 
 use std::fmt;
 
@@ -16,7 +16,8 @@ pub struct UntestedLink {
     pub because: String,
 }
 
-/// The links whose collisions cannot be tested; none where the URDF has no collision shape at all.
+/// The links with collisions that cannot be tested; none where the URDF has no collision shape at
+/// all.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct UntestedLinks(pub Vec<UntestedLink>);
 

@@ -68,7 +68,7 @@ impl Variables {
         self.basis.count() - AT_REST - self.at_end + usize::from(self.end.is_none())
     }
 
-    /// Number of all variables. Those of one joint follow one another.
+    /// Number of all variables. The variables of one joint follow one another.
     pub(crate) fn count(&self) -> usize {
         self.joints() * self.of_joint()
     }

@@ -12,7 +12,7 @@ pub const MAX_KEEP_OUT: usize = 100;
 /// A box with a pose.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct OrientedBox {
-    /// Pose of the box's centre, whose axes are parallel to the box's sides.
+    /// Pose of the box's centre, with axes parallel to the box's sides.
     pub pose: Isometry3<f64>,
     /// Half the lengths of the sides, m.
     pub half_size: Vector3<f64>,
@@ -129,8 +129,9 @@ impl Confined {
         bodies.map(body).collect()
     }
 
-    /// Returns along each axis of the box the distance of the body's farthest point from the middle over half the length of the
-    /// side, at the state that a workspace holds, whose base is at the inertial frame.
+    /// Returns along each axis of the box the distance of the body's farthest point from the middle
+    /// over half the length of the side, at the state of a workspace with the base at the inertial
+    /// frame.
     pub(crate) fn used(&self, workspace: &Workspace) -> [f64; 3] {
         let pose = self.inside.pose.inv_mul(&workspace.pose(self.frame)) * self.bounds.pose;
         let rotation = pose.rotation.to_rotation_matrix();

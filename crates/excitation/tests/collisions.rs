@@ -327,7 +327,7 @@ fn meshes_are_read_or_named() {
     }
 }
 
-/// Returns an arm whose link has the shapes of a text.
+/// Returns an arm with a link that has the shapes of a text.
 fn with_shapes(shapes: &str) -> Urdf {
     let mesh =
         "<collision><geometry><mesh filename='' scale='0.001 0.001 0.001'/></geometry></collision>";

@@ -141,7 +141,8 @@ fn a_seed_determines_the_motion() {
     assert_ne!(with(5), with(6));
 }
 
-/// The criterion of volume gives a smaller ellipsoid, that of intervals a smaller largest interval.
+/// The criterion of volume gives a smaller ellipsoid, the criterion of intervals a smaller largest
+/// interval.
 #[test]
 fn each_criterion_is_the_better_at_its_own() {
     let mut problem = on_ground();

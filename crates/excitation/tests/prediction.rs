@@ -16,7 +16,7 @@ use common::{NOISE, TOOL, on_ground};
 
 const RUNS: usize = 400;
 
-/// Settings of a design whose quality does not matter.
+/// Settings of a design that need not be good.
 fn quick() -> DesignSettings {
     DesignSettings {
         starts: 1,

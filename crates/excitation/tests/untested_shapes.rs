@@ -1,4 +1,4 @@
-//! Robots whose collision shapes are missing: no motion is designed unless that is accepted.
+//! Robots with missing collision shapes: no motion is designed unless that is accepted.
 
 #![allow(clippy::unwrap_used)]
 
@@ -18,7 +18,7 @@ fn quick() -> DesignSettings {
     }
 }
 
-/// Returns the problem of the built-in arm, whose URDF is changed and whose meshes are not found.
+/// Returns the problem of the built-in arm, with a changed URDF and meshes that are not found.
 fn with_changed_shapes(change: impl Fn(&str) -> String) -> (Problem, CollisionModel) {
     let urdf = Urdf::from_xml(&change(urdf().xml())).unwrap();
     let mut problem = on_ground();

@@ -49,7 +49,8 @@ pub(crate) fn measure(built_in: &str) -> Result<()> {
     Ok(())
 }
 
-/// Returns the payloads whose mass, centre of mass and inertia differ by the errors, each up or down.
+/// Returns the payloads with mass, centre of mass and inertia changed by the errors, each up or
+/// down.
 fn corners(problem: &Problem) -> Result<Vec<InertialParameters>> {
     let body = problem.payloads[0].mass_properties().ok_or("no mass")?;
     let corner = |signs: usize| {

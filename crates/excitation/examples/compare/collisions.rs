@@ -65,7 +65,7 @@ pub(crate) fn measure(arms: &[Arm]) -> Result<()> {
     Ok(())
 }
 
-/// Reads a mesh whose package is a folder above the URDF.
+/// Reads a mesh from a package that is a folder above the URDF.
 fn read_mesh(urdf: &Path, file: &str) -> std::result::Result<Vec<u8>, String> {
     let inside = file.strip_prefix("package://").unwrap_or(file);
     let urdf = urdf.canonicalize().map_err(|error| error.to_string())?;

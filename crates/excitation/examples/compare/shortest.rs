@@ -9,14 +9,14 @@ use crate::Result;
 use crate::arms::Arm;
 use crate::random::{OneAtATime, largest_of};
 
-/// Accelerations at full speed, rad/s²: a careful one, and that of industrial arms.
+/// Accelerations at full speed, rad/s²: a careful one, and an industrial arm's.
 const ACCELERATIONS: [f64; 2] = [5.0, 20.0];
 
 /// Random motions of each duration, of which the median counts, and the ratio of two durations.
 const RANDOM: usize = 20;
 const LONGER: f64 = 1.1;
 
-/// Longest duration of the random motions, s: that of the shortest designed motion by default.
+/// Longest duration of the random motions, s: as long as the shortest designed motion by default.
 const LONGEST_RANDOM_S: f64 = 60.0;
 
 /// Factor by which each kind of limit is relaxed, one by one.

@@ -16,7 +16,8 @@ const AXES: usize = 3;
 /// Steps on the way from a payload to the mean, of which the first that can exist is used.
 const STEPS: u32 = 10;
 
-/// Lever at which moments count as forces, m, for the size of a load: about that of a payload behind a gripper.
+/// Lever at which moments count as forces, m, for the size of a load: about the lever of a payload
+/// behind a gripper.
 const LEVER_M: f64 = 0.3;
 
 /// Mean and covariance of the ten linear parameters of the payload.
@@ -29,7 +30,8 @@ pub(super) struct Belief {
     pub(super) is_measured: bool,
 }
 
-/// Returns the inverse of a covariance or an information, whose entries may differ by orders of magnitude.
+/// Returns the inverse of a covariance or an information with entries that may differ by orders of
+/// magnitude.
 fn inverse(matrix: &Matrix) -> Option<Matrix> {
     let scaling = Matrix::from_diagonal(&matrix.diagonal().map(|x| x.sqrt().recip()));
     let factor = (scaling * matrix * scaling).cholesky()?;

@@ -48,9 +48,10 @@ pub(super) fn relax_to_rest(search: &mut Search) -> Result<Option<Limit>, Excita
     Ok(None)
 }
 
-/// Returns a motion, or one between the rest of the previous plan and it, that is within the limits of `dense`, whose samples
-/// are close and whose payloads are many. Where a new estimate shows that the rest uses more of a limit than plans do, the motion may
-/// use as much, but not exceed the limit; where even the rest exceeds one, it is the rest.
+/// Returns a motion, or one between the rest of the previous plan and it, that is within the limits
+/// of `dense`, with close samples and many payloads. Where a new estimate shows that the rest uses
+/// more of a limit than plans do, the motion may use as much, but not exceed the limit; where even
+/// the rest exceeds one, it is the rest.
 pub(super) fn largest_within_limits(
     search: &Search,
     dense: &mut Search,

@@ -25,7 +25,8 @@ pub enum PriorBound {
     LargestMass,
     /// Largest distance of the centre of mass from the origin of the tool frame, m.
     CenterOfMass,
-    /// Largest half diagonal of the box, m: that of a box of constant density whose three moments of inertia have the same sum.
+    /// Largest half diagonal of the box, m: of a box of constant density with the same sum of the
+    /// three moments of inertia.
     HalfDiagonal,
 }
 
@@ -48,7 +49,8 @@ impl PriorBound {
         }
     }
 
-    /// Returns what the bound limits, of ten linear parameters, kg or m: NaN where they are those of no body.
+    /// Returns what the bound limits, of ten linear parameters, kg or m: NaN where no body has
+    /// them.
     fn quantity(self, payload: &Vector) -> f64 {
         let body = InertialParameters::from_vector(*payload).mass_properties();
         body.map_or(f64::NAN, |body| match self {
@@ -82,8 +84,8 @@ pub struct PriorContradiction {
 }
 
 impl Prior {
-    /// Returns the bounds that an estimate contradicts: those that it exceeds by more than five standard deviations and by more than
-    /// 2 %. `covariance` is that of the ten linear parameters.
+    /// Returns the bounds that an estimate contradicts: those that it exceeds by more than five
+    /// standard deviations and by more than 2 %. `covariance` refers to the ten linear parameters.
     #[must_use]
     pub fn contradictions(
         &self,
@@ -131,7 +133,7 @@ mod tests {
         half_diagonal_m: 0.6,
     };
 
-    /// Returns a cube whose half diagonal is given.
+    /// Returns a cube with the given half diagonal.
     fn cube(mass_kg: f64, center_m: f64, half_diagonal_m: f64) -> InertialParameters {
         let moment = 2.0 / 9.0 * mass_kg * half_diagonal_m.powi(2);
         let body = MassProperties {
@@ -142,7 +144,7 @@ mod tests {
         body.into()
     }
 
-    /// Returns the bounds that an estimate contradicts whose ten standard deviations are equal.
+    /// Returns the bounds that an estimate with ten equal standard deviations contradicts.
     fn contradicted(payload: &InertialParameters, std_dev: f64) -> Vec<PriorBound> {
         let covariance = SMatrix::identity() * std_dev.powi(2);
         let found = PRIOR.contradictions(payload, &covariance);

@@ -29,11 +29,11 @@ const TO_BOUNDARY: f64 = 0.9;
 /// Halvings of a step until it is an improvement.
 const HALVINGS: usize = 4;
 
-/// Least slack of a limit whose barrier is computed.
+/// Least slack of a limit for which the barrier is computed.
 const LEAST_SLACK: f64 = 1e-4;
 
-/// Least head of a cone whose barrier is computed. A negative one, of bodies that touch or a payload that pulls off a pad, would have the
-/// mirrored barrier, which pushes further out.
+/// Least head of a cone for which the barrier is computed. A negative one, of bodies that touch or
+/// a payload that pulls off a pad, would have the mirrored barrier, which pushes further out.
 const LEAST_HEAD: f64 = 1e-2;
 
 /// Limits along the motion in linear form, and their barrier.
@@ -68,7 +68,7 @@ impl<'a> Barrier<'a> {
                 }
             }
         }
-        // A row for each rank of the Hessian, whose product is one fast multiplication.
+        // A row for each rank of the Hessian: their product is one fast multiplication.
         let mut ranks: Vec<f64> = Vec::new();
         for cone in cones {
             let (head, tail) = (cone.value.head.max(LEAST_HEAD), &cone.value.tail);

@@ -63,7 +63,7 @@ const STRIDE: f64 = 0.15;
 /// twenty seeds of `make bench-active` was 1.5 % in place of 0.37 %.
 const NEAREST_CENTER: f64 = 1e-3;
 
-/// Seeds of one plan, and plans of one seed, that are not those of another.
+/// Seeds of one plan, and plans of one seed, that differ from another's.
 const SEEDS: u64 = 1000;
 
 /// What the robot does next.
@@ -77,7 +77,7 @@ pub enum Step {
     /// Several plans in a row did not make the largest interval smaller, or the robot exceeds a limit already at rest, for a payload
     /// that is possible: the robot follows the motion it has to its end.
     OutOfReach {
-        /// The value whose interval is the largest relative to its target.
+        /// The value with the largest interval relative to its target.
         value: &'static str,
         /// Ratio of that interval to its target; infinite where the value is not known.
         ratio: f64,
@@ -91,9 +91,11 @@ pub enum Step {
 
 /// Plans motions that identify a payload, each from the estimate that the ones before have given.
 ///
-/// Each plan is the motion after which the predicted intervals, given all that is known already, are the smallest, within the
-/// limits of a [`Problem`], those of places and distances of bodies included. It begins with the position, the velocity and the acceleration that the previous plan reaches after
-/// [`followed_s`](Self::followed_s), and ends at a standstill, so that the robot can always stop within its limits.
+/// Each plan is the motion after which the predicted intervals, given all that is known already,
+/// are the smallest, within the limits of a [`Problem`], also on places and distances of bodies. It
+/// begins with the position, the velocity and the acceleration that the previous plan reaches after
+/// [`followed_s`](Self::followed_s), and ends at a standstill, so that the robot can always stop
+/// within its limits.
 ///
 /// A plan is checked for a sample of the payloads that are possible, with a margin of some percent of the limits that depend on the
 /// payload, unless the rest of the previous plan uses more, and this is no proof for all of them. Before the first estimate they are
@@ -190,9 +192,10 @@ impl Planner {
         ratios.fold((0, 0.0), |a, b| if b.1 > a.1 { b } else { a })
     }
 
-    /// Plans the motion that begins where the plan before has been followed for [`followed_s`](Self::followed_s). `covariance` is that
-    /// of [`Identifier::covariance`](tactid_identify::Identifier::covariance), and `base` is the measured pose of a floating
-    /// base relative to the pose in which it started.
+    /// Plans the motion that begins where the plan before has been followed for
+    /// [`followed_s`](Self::followed_s). `covariance` comes from
+    /// [`Identifier::covariance`](tactid_identify::Identifier::covariance), and `base` is the
+    /// measured pose of a floating base relative to the pose in which it started.
     ///
     /// It is called once for each period of [`followed_s`](Self::followed_s), and takes tens of milliseconds. Within a plan, the position of
     /// the base is integrated from its velocity in its own frame, without its rotation since the beginning of the plan: an error as large
@@ -271,8 +274,8 @@ impl Planner {
         }
     }
 
-    /// Replaces the splines by those of a better motion from the same start. Returns false where even the rest of the previous plan
-    /// exceeds a limit, so that nothing else is safe.
+    /// Replaces the splines by a better motion from the same start. Returns false where even the
+    /// rest of the previous plan exceeds a limit, so that nothing else is safe.
     fn improve(&mut self, belief: &Belief, base: &Isometry3<f64>) -> Result<bool, ExcitationError> {
         let payloads = belief.payloads(&self.prior);
         set_payloads(&mut self.problem, &payloads, self.settings.within);
@@ -398,9 +401,9 @@ fn set_payloads(problem: &mut Problem, payloads: &[Vector], within: f64) {
     }
 }
 
-/// Returns the standard deviation of the white noise whose mean over an averaging window is as noisy as the mean slope of a
-/// signal with white noise of one, 1/s. The ratio of the mean squares of the slope of `cos⁴(πt/T)` and of itself is
-/// `16 · 5/35 · (π/T)²`.
+/// Returns the standard deviation of the white noise that has a mean over an averaging window as
+/// noisy as the mean slope of a signal with white noise of one, 1/s. The ratio of the mean squares
+/// of the slope of `cos⁴(πt/T)` and of itself is `16 · 5/35 · (π/T)²`.
 fn differentiation_gain(cutoff_hz: f64) -> f64 {
     (16.0f64 / 7.0).sqrt() * PI / window::length_s(cutoff_hz)
 }
@@ -409,7 +412,7 @@ fn differentiation_gain(cutoff_hz: f64) -> f64 {
 mod tests {
     use super::*;
 
-    /// The gain is that of the weights of an averaging window and of their slopes.
+    /// The gain agrees with the weights of an averaging window and their slopes.
     #[test]
     fn differentiation_gain_is_that_of_the_window() {
         let length_s = window::length_s(5.0);

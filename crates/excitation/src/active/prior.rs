@@ -28,8 +28,9 @@ pub struct Prior {
     pub mass_kg: (f64, f64),
     /// Largest distance of the centre of mass from the origin of the tool frame, m.
     pub center_of_mass_m: f64,
-    /// Half of the diagonal of the largest box that the payload can be, m: the inertia about the centre of mass is at most
-    /// that of such a box of constant density, or of a plate or rod of it.
+    /// Half of the diagonal of the largest box that the payload can be, m: the inertia about the
+    /// centre of mass is at most the inertia of such a box of constant density, or of a plate or
+    /// rod of it.
     pub half_diagonal_m: f64,
 }
 
@@ -77,8 +78,8 @@ impl Prior {
     /// length along each axis of the tool frame, with their centres of mass at the largest distance along each axis, to both sides;
     /// and the lightest payload, a cube of half the largest size at the origin of the tool frame.
     ///
-    /// The inertia of each box along the axes is a mean of those of the three rods and of a point. Payloads of the prior whose centres
-    /// are between the axes, or that are turned, are not among them.
+    /// The inertia of each box along the axes is a mean of the inertias of the three rods and of a
+    /// point. Payloads with centres between the axes, or that are turned, are not among them.
     ///
     /// The numbers of the prior must be positive.
     #[must_use]
@@ -177,7 +178,7 @@ mod tests {
         }
     }
 
-    /// Mean and spread of the mass are those of equally likely masses.
+    /// Mean and spread of the mass belong to equally likely masses.
     #[test]
     fn moments_are_those_of_the_draws() {
         let (mean, covariance) = PRIOR.moments();

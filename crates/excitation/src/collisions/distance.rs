@@ -124,8 +124,8 @@ impl Distances {
         })
     }
 
-    /// Computes the signed distance of each pair, m, at the state that a workspace holds, whose base is at the inertial frame:
-    /// negative by the depth of penetration, [`REACH_M`] at most.
+    /// Computes the signed distance of each pair, m, at the state of a workspace with the base at
+    /// the inertial frame: negative by the depth of penetration, [`REACH_M`] at most.
     pub(crate) fn measure(&mut self, workspace: &Workspace, distances: &mut [f64]) {
         self.place(workspace);
         self.place_parts();
@@ -137,7 +137,7 @@ impl Distances {
         }
     }
 
-    /// Returns the signed distances of some of the pairs, as [`Distances::measure`] computes those of all.
+    /// Returns the signed distances of some of the pairs, as [`Distances::measure`] computes all.
     pub(crate) fn measure_some(&mut self, workspace: &Workspace, pairs: &[usize]) -> Vec<f64> {
         self.place(workspace);
         self.place_parts();
@@ -146,8 +146,8 @@ impl Distances {
         distances.collect()
     }
 
-    /// Computes the distance of each pair along the direction between the points that were the closest when it was measured
-    /// last: to first order that of the pair itself.
+    /// Computes the distance of each pair along the direction between the points that were the
+    /// closest when it was measured last: to first order the distance of the pair itself.
     pub(crate) fn follow(&mut self, workspace: &Workspace, distances: &mut [f64]) {
         self.place(workspace);
         let known = self.pairs.iter().zip(&self.witnesses);
@@ -217,7 +217,8 @@ fn contact(poses: [Pose; 2], parts: [&Part; 2], reach: f64) -> Option<(f64, [Vec
     if let Some(found) = found {
         return Some((found.dist, [found.point1, found.point2], found.normal1));
     }
-    // The depth of a penetration is not always found: that of the spheres around both takes its place.
+    // The depth of a penetration is not always found: the depth of the spheres around both takes
+    // its place.
     let intersects = query::intersection_test(&a, shapes[0], &b, shapes[1]);
     if !intersects.ok()?.intersecting {
         return None;

@@ -42,7 +42,8 @@ enum Kind {
 
 /// Returns the solids of a problem, the pairs that are tested, and a finding for those that are adjacent.
 ///
-/// Pairs whose relative pose no joint of the motion changes are not tested, and no finding reports them.
+/// Pairs are not tested where no joint of the motion changes their relative pose, and no finding
+/// reports them.
 ///
 /// # Errors
 /// Returns [`ExcitationError::Untested`] if shapes of links are missing that the motion could bring into contact.

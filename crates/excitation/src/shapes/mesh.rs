@@ -17,11 +17,13 @@ use crate::checks::LARGEST_SIZE_M;
 /// Directions in which the hull of a mesh is exact. A search for closest points visits all corners, and a mesh may have thousands.
 const DIRECTIONS: usize = 100;
 
-/// Largest number of points of which all distances are computed, 2 microseconds for each. A finer mesh is replaced by one point in each
-/// cell of a grid, whose cells are doubled until no more of them have points.
+/// Largest number of points of which all distances are computed, 2 microseconds for each. A finer
+/// mesh is replaced by one point in each cell of a grid. The cells are doubled until no more of
+/// them have points.
 const MAX_POINTS: usize = 50_000;
 
-/// Largest number of points whose convex hull is computed as it is, 10 microseconds for each.
+/// Largest number of points that have their convex hull computed as it is, 10 microseconds for
+/// each.
 const MAX_HULL_POINTS: usize = 1_000;
 
 /// Convex hulls of the meshes of a robot. Each is computed once, however often, under however many names and at however many scales the
@@ -39,9 +41,9 @@ struct Hull {
 }
 
 impl ConvexHulls {
-    /// Returns the convex hull of the mesh in the bytes of a file, whose coordinates are multiplied by `scale`. The end of its name
-    /// determines the format. A hull of many corners is replaced by that of the farthest ones in [`DIRECTIONS`] directions, with a
-    /// margin that contains all others.
+    /// Returns the convex hull of the mesh in the bytes of a file, with coordinates times `scale`.
+    /// The end of its name determines the format. A hull of many corners is replaced by the hull of
+    /// the farthest ones in [`DIRECTIONS`] directions, with a margin that contains all others.
     ///
     /// # Errors
     /// Returns the reason why there is no hull: the format, what is wrong with the file, or points that span no volume.
@@ -208,8 +210,9 @@ mod tests {
         format!("# a mesh\n{vertices}f 1 2 3\n")
     }
 
-    /// A hull of many corners keeps a hundred at most, and a small margin around it contains the others: those of a mesh whose hull is
-    /// computed, of one with too many corners for that, and of one with too many points.
+    /// A hull of many corners keeps a hundred at most, and a small margin around it contains the
+    /// others: for a mesh with a computed hull, one with too many corners for that, and one with
+    /// too many points.
     #[test]
     fn many_corners_become_few_with_a_margin() {
         for (count, most) in [(1000, 0.02), (20_000, 0.02), (60_000, 0.03)] {

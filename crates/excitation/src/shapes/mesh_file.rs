@@ -78,7 +78,7 @@ mod tests {
 
     const CORNERS: [[f32; 3]; 3] = [[0.0, 0.0, 1.0], [1.5, 0.0, 0.0], [0.0, -2.0, 3e-3]];
 
-    /// Returns a binary STL file of one triangle, whose header announces a number of them.
+    /// Returns a binary STL file of one triangle, with a header that announces a number of them.
     fn binary(header: &[u8], count: u32) -> Vec<u8> {
         let mut bytes = header.to_vec();
         bytes.resize(80, b' ');

@@ -159,7 +159,7 @@ impl CollisionModel {
     /// Returns the collision shapes of a robot from its URDF. `read_mesh` reads the files of meshes, of which STL and OBJ are
     /// understood; other shapes that cannot be used are left out, see [`CollisionModel::findings`].
     ///
-    /// No motion is designed for a robot whose shapes are left out, because it could run through them:
+    /// No motion is designed for a robot with shapes left out, because it could run through them:
     /// [`CollisionModel::accepting_untested`] allows it.
     ///
     /// # Errors

@@ -92,7 +92,7 @@ impl PartPlace {
 #[derive(Clone, Debug)]
 pub(crate) struct Solid {
     pub(crate) name: String,
-    /// Frame in which the poses of the parts are expressed; that of the base for a keep-out box.
+    /// Frame in which the poses of the parts are expressed; the base's for a keep-out box.
     pub(crate) frame: FrameId,
     pub(crate) parts: Vec<Part>,
 }
