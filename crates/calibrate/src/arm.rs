@@ -35,7 +35,7 @@ pub(crate) const TILTS: usize = 2;
 /// the others.
 const WEIGHT_PARAMETERS: usize = 4;
 
-/// Number of entries of one slope: that of the links as described, and those of [`WEIGHT_PARAMETERS`].
+/// Number of entries of one slope: one of the links as described, and [`WEIGHT_PARAMETERS`].
 const SLOPE_ENTRIES: usize = 1 + WEIGHT_PARAMETERS;
 
 /// The chain from base to tool that a recording is made of.
@@ -64,7 +64,7 @@ pub(crate) struct Arm {
     pub(crate) findings: Vec<ModelFinding>,
 }
 
-/// The quantities of one joint: those of one instant, or their means over one window.
+/// The quantities of one joint, at one instant or their means over one window.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct JointColumns<'a> {
     /// Regressor of the links from the joint's first one on.
@@ -89,9 +89,9 @@ impl JointColumns<'_> {
         (1.0 - self.friction[PLAIN].powi(2)).max(0.0).sqrt()
     }
 
-    /// Returns the change of the torque of the links as described and of a payload, whose parameters refer to the tool frame,
-    /// with the unknown `slope`: a tilt of gravity towards each of [`TILTS`] directions, per rad, and then the zero of each joint of the
-    /// arm, per rad or m.
+    /// Returns the change of the torque of the links as described and of a payload (parameters in
+    /// the tool frame) with the unknown `slope`: a tilt of gravity towards each of [`TILTS`]
+    /// directions, per rad, and then the zero of each joint of the arm, per rad or m.
     pub(crate) fn slope(&self, slope: usize, payload: Option<&SVector<f64, 10>>) -> f64 {
         let entries = &self.slopes[SLOPE_ENTRIES * slope..SLOPE_ENTRIES * (slope + 1)];
         let of_payload = payload.map_or(0.0, |payload| {
@@ -103,7 +103,7 @@ impl JointColumns<'_> {
 }
 
 impl Arm {
-    /// Describes the chain of a robot, whose columns [`ArmColumns`] computes.
+    /// Describes the chain of a robot, of which [`ArmColumns`] computes the columns.
     pub(crate) fn new(
         robot: &Manipulator,
         tool: &str,
@@ -359,7 +359,7 @@ fn drives(robot: &Manipulator, body: usize, name: &str) -> bool {
     joint.is_some_and(|joint| joint.name == name)
 }
 
-/// Name of the first link of a body, whose frame is that of the body.
+/// Name of the first link of a body, which has the frame of the body.
 fn link_name(robot: &Manipulator, body: usize) -> String {
     let link = robot.links().find(|link| link.body == body);
     link.map_or(String::new(), |link| link.name.to_owned())

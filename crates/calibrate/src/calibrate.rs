@@ -18,9 +18,10 @@ use tactid_identify::{IdentifyError, three_digits};
 /// Fewest windows of a calibration: 3 s at 2 Hz.
 const MIN_WINDOWS: usize = 20;
 
-/// Most repetitions of a calibration whose gains are far from the given ones, with efforts times the gains of the one before, and
-/// the ratio of gains of two repetitions below which they are found. The noise of a fit with gains far off is so large that its
-/// gains stay near the given ones: currents in mA of an arm like a UR10 take six repetitions.
+/// Most repetitions of a calibration with gains far from the given ones, with efforts times the
+/// gains of the one before, and the ratio of gains of two repetitions below which they are found.
+/// The noise of a fit with gains far off is so large that its gains stay near the given ones:
+/// currents in mA of an arm like a UR10 take six repetitions.
 const REPETITIONS: usize = 10;
 const FOUND_RATIO: f64 = 1.05;
 

@@ -1,20 +1,23 @@
 //! What may have changed in the arm since its calibration.
 //!
-//! Friction changes by tens of percent with temperature and wear, and the efforts of a warm motor are some percent off,
-//! while links, rotors and the delay stay. The prior of an identification is therefore that of the calibration with the
-//! covariance of the change added: `(P⁻¹ + D)⁻¹` with the precision `P` of the calibration. `D` has a variance for the
-//! friction of each joint, one for each gain, and one for a factor that all gains share, also where the calibration took
-//! the gains for exact: torques that a controller reports are such a factor off after its next update. The size of the
-//! change is the one that maximises the evidence of the recordings of the day. Gains change a little every day.
+//! Friction changes by tens of percent with temperature and wear, and the efforts of a warm motor
+//! are some percent off, while links, rotors and the delay stay. The prior of an identification is
+//! therefore the calibration's with the covariance of the change added: `(P⁻¹ + D)⁻¹` with the
+//! precision `P` of the calibration. `D` has a variance for the friction of each joint, one for
+//! each gain, and one for a factor that all gains share, also where the calibration took the gains
+//! for exact: torques that a controller reports are such a factor off after its next update. The
+//! size of the change is the one that maximises the evidence of the recordings of the day. Gains
+//! change a little every day.
 //!
 //! The estimate differs from the calibration by the change and by the error of the calibration. The share of the change is
 //! its posterior mean `D (P⁻¹ + D)⁻¹ (x - x₀)`.
 //!
-//! Where all gains are uncertain, recordings of an unknown payload do not determine their scale: links and payload times a
-//! factor, and inverse gains divided by it, give the same efforts. Along this direction `s` the calibration's distribution
-//! is curved, which a normal distribution of links and gains is not: it would contradict every other scale, and pull the
-//! payload. The scale is therefore fixed with the rest conditional on it, and its variance `1 / (sᵀ P s)` is added to that
-//! of the payload.
+//! Where all gains are uncertain, recordings of an unknown payload do not determine their scale:
+//! links and payload times a factor, and inverse gains divided by it, give the same efforts. Along
+//! this direction `s` the calibration's distribution is curved, which a normal distribution of
+//! links and gains is not: it would contradict every other scale, and pull the payload. The scale
+//! is therefore fixed with the rest conditional on it, and its variance `1 / (sᵀ P s)` is added to
+//! the variance of the payload.
 
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 
@@ -30,10 +33,11 @@ use tactid_identify::solve::Vector;
 /// typically have.
 const FRICTION: [f64; 8] = [0.0, 0.01, 0.02, 0.05, 0.1, 0.2, 0.5, 1.0];
 
-/// Standard deviations of the change of each gain by itself and of the factor that all gains share which are compared, fractions.
-/// The first pair is that of every day: a larger one would widen the interval of the mass on the measured arms by more than a
-/// tenth. The least change of single gains is not smaller, because a payload hides much of a change of the gains of an arm that
-/// carries more than the payload.
+/// Standard deviations of the change of each gain by itself and of the factor that all gains share
+/// which are compared, fractions. The first pair is of every day: a larger one would widen the
+/// interval of the mass on the measured arms by more than a tenth. The least change of single gains
+/// is not smaller, because a payload hides much of a change of the gains of an arm that carries
+/// more than the payload.
 const GAINS: [[f64; 2]; 6] = [
     EVERY_DAY,
     [EVERY_DAY[0], 0.01],
@@ -54,7 +58,7 @@ const PAYLOAD_PRECISION: f64 = 1e-4;
 /// arms are off by 2 % where the payload is heavier than the arm's last links; with `e³`, a change by 5 % is missed.
 const GAIN_ODDS: f64 = 2.0;
 
-/// Precision of the scale of all gains while it is fixed, relative to that of its prior.
+/// Precision of the scale of all gains while it is fixed, relative to its prior's.
 const HELD_PRECISION_RATIO: f64 = 1e4;
 
 /// How probable recordings make it that an arm has changed since its calibration, and by how much.
@@ -62,9 +66,11 @@ const HELD_PRECISION_RATIO: f64 = 1e4;
 pub(crate) struct Change {
     /// Standard deviations of the change.
     size: Size,
-    /// Log evidence of this change less that of the best one without a change of the friction.
+    /// Log evidence of this change less the evidence of the best one without a change of the
+    /// friction.
     pub(crate) friction_evidence: f64,
-    /// Log evidence of this change less that of the best one without a change of the gains, less [`GAIN_ODDS`].
+    /// Log evidence of this change less the evidence of the best one without a change of the gains,
+    /// less [`GAIN_ODDS`].
     pub(crate) gain_evidence: f64,
 }
 

@@ -1,4 +1,4 @@
-//! Efforts that cannot be those of their joint: constant while it moves, or of the opposite sign.
+//! Efforts that cannot belong to their joint: constant while it moves, or of the opposite sign.
 
 use nalgebra::{SMatrix, SVector};
 
@@ -18,7 +18,8 @@ const OPPOSITE: f64 = 0.25;
 /// Variation of efforts that counts as none, a fraction of their mean: rounding of window means leaves less.
 const CONSTANT: f64 = 1e-9;
 
-/// Precision of the least squares for the sign, a fraction of that of the data: enough to make them solvable.
+/// Precision of the least squares for the sign, a fraction of the data's: enough to make them
+/// solvable.
 const WEAKNESS: f64 = 1e-9;
 
 /// Number of columns that explain efforts: offset, acceleration, torque, velocity, and its sign. The last three have
@@ -78,8 +79,8 @@ impl EffortRecording {
         }
     }
 
-    /// Checks that no effort is constant while its joint moves and others vary, and that none has the opposite sign of that of
-    /// a calibrated model, whatever the payload is that the arm may hold.
+    /// Checks that no effort is constant while its joint moves and others vary, and that none has
+    /// the opposite sign of a calibrated model's, whatever the payload is that the arm may hold.
     pub(crate) fn check_signs(
         &self,
         model: &EffortModel,
@@ -190,7 +191,7 @@ impl<const C: usize> Sums<C> {
         self.fit(sign, |_| true).0
     }
 
-    /// Returns the least sum of squares whose last factors are positive: that of the best choice of columns.
+    /// Returns the least sum of squares with positive last factors, by the best choice of columns.
     fn bounded(&self, sign: f64) -> f64 {
         let first = C - POSITIVE;
         let choices = (0..1 << POSITIVE).map(|choice: usize| {

@@ -1,9 +1,11 @@
 //! Wrong assumptions that the residuals of a calibration show.
 //!
-//! A wrong zero of a joint or a tilted gravity is partly absorbed by links and gains; the rest looks like noise. So each
-//! assumption is tested by the unknown that would replace it, such as a tilt of gravity: one more step of the fit with this
-//! unknown gives its size and by how much it lowers the sum of squares (a score test). The noise is that of the calibration, which contains the misfit: a test is rather too cautious than too bold. Its
-//! threshold is Fisher's distribution with the degrees of freedom of the noise.
+//! A wrong zero of a joint or a tilted gravity is partly absorbed by links and gains; the rest
+//! looks like noise. So each assumption is tested by the unknown that would replace it, such as a
+//! tilt of gravity: one more step of the fit with this unknown gives its size and by how much it
+//! lowers the sum of squares (a score test). The noise comes from the calibration and contains the
+//! misfit: a test is rather too cautious than too bold. Its threshold is Fisher's distribution with
+//! the degrees of freedom of the noise.
 
 use nalgebra::{DMatrix, DVector, Vector2, Vector3};
 use schemars::JsonSchema;
@@ -44,13 +46,15 @@ pub struct Contradiction {
     /// The assumption.
     #[serde(flatten)]
     pub assumption: Assumption,
-    /// Size of its error by one linear step, rough where it is large: the angle between the given and the true gravity, rad;
-    /// the true position less the measured one, rad; the true gain over the given one, less 1; or the distance of the true
-    /// centre of mass from the given one, m. That of [`Assumption::GainPrior`] is what the whole calibration found.
+    /// Size of its error by one linear step, rough where it is large: the angle between the given
+    /// and the true gravity, rad; the true position less the measured one, rad; the true gain over
+    /// the given one, less 1; or the distance of the true centre of mass from the given one, m. The
+    /// error of [`Assumption::GainPrior`] is what the whole calibration found.
     pub size: f64,
     /// Standard deviation of the size, in the unit of the size, widened as in [`CalibratedEstimate`](super::CalibratedEstimate).
     pub std_dev: f64,
-    /// The joint whose zero or gain is wrong; for gravity and a centre of mass, the joint whose efforts show it most.
+    /// The joint with the wrong zero or gain; for gravity and a centre of mass, the joint with the
+    /// efforts that show it most.
     pub joint: String,
     /// What the recordings show in place of an assumption that is a vector, as it would be given, and as rough as the size:
     /// gravity in the axes of the base, m/s^2, or the centre of mass in the tool frame, m. `None` for a number of one joint.
@@ -113,8 +117,8 @@ impl Evidence {
     }
 }
 
-/// Returns the assumption whose replacement explains the residuals best, if it is one that they contradict. The others are
-/// not looked at: one wrong assumption makes others look wrong, too.
+/// Returns the assumption with the replacement that explains the residuals best, if they contradict
+/// it. The others are not looked at: one wrong assumption makes others look wrong, too.
 pub(crate) fn contradiction(
     recordings: &[(&EffortRecording, Option<KnownPayload>)],
     fitted: &Fitted,
@@ -189,13 +193,13 @@ fn tests(recordings: &[(&EffortRecording, Option<KnownPayload>)], fitted: &Fitte
 pub(crate) struct Sums {
     /// Products of the columns of the tests with each other.
     pub(crate) information: DMatrix<f64>,
-    /// Products of the columns of the tests with those of the fit.
+    /// Products of the columns of the tests with the columns of the fit.
     pub(crate) coupling: DMatrix<f64>,
     /// Products of the columns of the tests with the residuals of each joint.
     pub(crate) scores: DMatrix<f64>,
 }
 
-/// Returns the column of the zero of a joint among those of [`Sums`].
+/// Returns the column of the zero of a joint among the columns of [`Sums`].
 pub(crate) fn column_of_zero(joint: usize) -> usize {
     TILTS + joint
 }
@@ -230,8 +234,9 @@ pub(crate) fn sums(problem: &Problem<'_>, at: &Unknowns, noise: &[EffortNoise]) 
     sums
 }
 
-/// Returns the derivatives of the modelled effort of a joint with respect to the unknowns of all tests. Those of gravity and
-/// of the zeros are of the links as described and of the payload as estimated.
+/// Returns the derivatives of the modelled effort of a joint with respect to the unknowns of all
+/// tests. The derivatives for gravity and the zeros are of the links as described and of the
+/// payload as estimated.
 fn columns(
     block: &Block<'_>,
     joint: usize,
@@ -252,7 +257,7 @@ fn columns(
             columns[(row, k)] = at.arm[inverse_gain] * of_joint.slope(k, payload);
         }
         if let Some(place) = place {
-            // The gain, whose change is opposite to that of its inverse.
+            // The gain changes opposite to its inverse.
             columns[(row, first + joint)] = -at.arm[inverse_gain] * rows[(row, place)];
         }
         let (Some(payload), Some(held)) = (block.payload, payload) else {
@@ -307,7 +312,7 @@ impl Test {
                 (size, direction.dot(&(&covariance * &direction)), self.joint)
             }
         };
-        // The joint whose residuals gain most by the step.
+        // The joint with the residuals that gain most by the step.
         let of_joints = sums.scores.rows(first, count).tr_mul(&found);
         let joint = largest.unwrap_or_else(|| of_joints.imax());
         let of_noise = DEGREES_OF_FREEDOM;

@@ -1,9 +1,10 @@
 //! Window means of efforts that lag the motion by a delay which is found later.
 //!
-//! The weight of a window is cos⁴ of the time `x` since its middle, in units of its length over π. Shifted by `d`, it is
-//! `cos⁴(x - d) = (cos x cos d + sin x sin d)⁴`, a sum of five products: five sums over a window give its mean for every
-//! delay. A shifted window reaches beyond the sums by `d`, where its weight is that of the other end: an error of `0.2 d⁵`,
-//! a thousandth of the effort's change over the window at an eighth of its length.
+//! The weight of a window is cos⁴ of the time `x` since its middle, in units of its length over π.
+//! Shifted by `d`, it is `cos⁴(x - d) = (cos x cos d + sin x sin d)⁴`, a sum of five products: five
+//! sums over a window give its mean for every delay. A shifted window reaches beyond the sums by
+//! `d`, where it has the weight of the other end: an error of `0.2 d⁵`, a thousandth of the
+//! effort's change over the window at an eighth of its length.
 
 use std::f64::consts::PI;
 
@@ -133,8 +134,8 @@ mod tests {
             .collect()
     }
 
-    /// The mean of a delayed effort, with its delay, is that of the effort without: for friction that jumps at a reversal,
-    /// too. Without the delay it differs by a tenth.
+    /// The mean of a delayed effort, with its delay, is the mean of the effort without: for
+    /// friction that jumps at a reversal, too. Without the delay it differs by a tenth.
     #[test]
     fn the_mean_of_a_delayed_effort_is_that_of_the_effort() {
         let effort = |t: f64| 5.0 * (2.4 * t).cos() + 3.0 * ((2.4 * t).sin() / 0.03).tanh();

@@ -45,7 +45,7 @@ impl LinkDescription {
         bodies.iter().filter_map(of_body).collect()
     }
 
-    /// Returns the first property that differs from that of another description of the link.
+    /// Returns the first property in which another description of the link differs.
     fn difference(&self, other: &Self, place: Place<'_>) -> Option<Difference> {
         let placed = match place {
             Place::OnBase(gravity) => self.mounting_difference(other, gravity),
@@ -103,7 +103,7 @@ impl LinkDescription {
 
 /// What a link is attached to.
 enum Place<'a> {
-    /// A fixed base, in whose axes gravity is given.
+    /// A fixed base, with gravity in its axes.
     OnBase(&'a Vector3<f64>),
     /// Another moving link.
     OnLink,
@@ -215,7 +215,7 @@ mod tests {
         LinkDescription::of_bodies(&robot, robot.frame("tip").unwrap(), &[1, 2])
     }
 
-    /// Returns how the arm differs from one whose URDF has other words in some places; empty where it does not.
+    /// Returns how the arm differs from one with other words in some places of its URDF; empty where it does not.
     fn compared(replaced: &[(&str, &str)]) -> String {
         let other = replaced.iter().fold(ARM.to_owned(), |urdf, (old, new)| {
             assert!(urdf.contains(old), "{old}");

@@ -11,16 +11,16 @@ fn chi_square_p(chi_square: f64, degrees_of_freedom: f64) -> f64 {
     checked_gamma_ur(0.5 * degrees_of_freedom, 0.5 * chi_square.min(1e6)).unwrap_or(0.0)
 }
 
-/// Returns the probability of at least this chi-square where the size of the noise in it was estimated with so many degrees of
-/// freedom, `of_noise`: that of Fisher's distribution for the ratio of `chi_square` to its degrees of freedom. It is 1 without degrees
-/// of freedom.
+/// Returns the probability of at least this chi-square where the size of the noise in it was
+/// estimated with so many degrees of freedom, `of_noise`: by Fisher's distribution for the ratio of
+/// `chi_square` to its degrees of freedom. It is 1 without degrees of freedom.
 #[must_use]
 pub fn f_p(chi_square: f64, degrees_of_freedom: f64, of_noise: f64) -> f64 {
     if chi_square <= 0.0 || degrees_of_freedom <= 0.0 {
         return 1.0;
     }
     match FisherSnedecor::new(degrees_of_freedom, of_noise) {
-        // Beyond, the distribution is that of the chi-square, and the gamma function loses its digits.
+        // Beyond, the distribution is the chi-square's, and the gamma function loses its digits.
         Ok(fisher) if of_noise < 1e9 => fisher.sf(chi_square.min(1e300) / degrees_of_freedom),
         _ => chi_square_p(chi_square, degrees_of_freedom),
     }
@@ -38,7 +38,7 @@ pub fn students_factor(degrees_of_freedom: u32) -> f64 {
 mod tests {
     use super::*;
 
-    /// The probabilities and quantiles are those of published tables.
+    /// The probabilities and quantiles agree with published tables.
     #[test]
     fn probabilities_agree_with_tables() {
         for (chi_square, freedom, p) in [

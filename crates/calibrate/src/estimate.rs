@@ -10,9 +10,10 @@ use tactid_identify::BatchResult;
 
 /// A payload identified from joint efforts with a calibration.
 ///
-/// All standard deviations and the covariance are those of normal distributions with the same 95 % intervals: recordings
-/// determine their own noise with [`Self::DEGREES_OF_FREEDOM`] degrees of freedom only, and standard deviations are
-/// widened by the ratio of Student's quantile to the normal one, so that 1.96 of them contain 95 %.
+/// All standard deviations and the covariance describe normal distributions with the same 95 %
+/// intervals: recordings determine their own noise with [`Self::DEGREES_OF_FREEDOM`] degrees of
+/// freedom only, and standard deviations are widened by the ratio of Student's quantile to the
+/// normal one, so that 1.96 of them contain 95 %.
 #[derive(Clone, Debug)]
 pub struct CalibratedEstimate {
     /// The payload, its fit and the findings, in the form of every batch identification: channels are the joints between
@@ -30,8 +31,8 @@ pub struct CalibratedEstimate {
     pub misfit: Vec<f64>,
     /// How the friction of the joints has changed since the calibration; `None` where the recordings do not show that it has.
     pub friction_change: Option<ArmChange>,
-    /// How the gains of the joints have changed since the calibration; `None` where the recordings do not show that they
-    /// have, and where the change is that of every day.
+    /// How the gains of the joints have changed since the calibration; `None` where the recordings
+    /// do not show that they have, and where the change is an everyday one.
     pub gain_change: Option<ArmChange>,
     /// The zero of a joint that has moved since the calibration, with [`Assumption::JointZero`](super::Assumption::JointZero); `None`
     /// where the recordings do not show one, and where their settings do not
@@ -45,11 +46,12 @@ pub struct CalibratedEstimate {
 /// How friction or gains of the joints have changed since a calibration.
 #[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
 pub struct ArmChange {
-    /// Change of each joint without a unit: a fraction of what it was at the calibration; positive where it is larger now. That of friction is
-    /// the change of the friction at the velocities of the loaded recordings, without that which depends on the load.
+    /// Change of each joint without a unit: a fraction of what it was at the calibration; positive
+    /// where it is larger now. The change of friction refers to the velocities of the loaded
+    /// recordings, without the friction that depends on the load.
     pub by_joint: Vec<f64>,
-    /// Logarithm of the probability of the change less that of no such change: the difference of their evidences, and for gains
-    /// the prior odds `e⁻²`; without a unit.
+    /// Logarithm of the probability of the change less the logarithm for no such change: the
+    /// difference of their evidences, and for gains the prior odds `e⁻²`; without a unit.
     pub log_evidence: f64,
 }
 

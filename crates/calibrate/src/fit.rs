@@ -22,7 +22,7 @@ use tactid_identify::three_digits;
 /// Number of passes. Noise and prior change by less than a percent in the last.
 const PASSES: usize = 8;
 
-/// Least velocity of a joint that moves, rad/s or m/s: that of the plain Coulomb term.
+/// Least velocity of a joint that moves, rad/s or m/s, as in the plain Coulomb term.
 pub(crate) const MOVES: f64 = WIDTHS[PLAIN];
 
 /// First prior standard deviation of link parameters, as a fraction of their size; [`rescale`] adapts it to the data.
@@ -35,8 +35,9 @@ const LOAD_STD_DEV: f64 = 0.05;
 /// currents.
 const DELAY_STD_DEV_S: f64 = 0.02;
 
-/// Standard deviation of the delay that no residual shows, s: in simulations without delay whose friction jumps at each
-/// reversal, as that of the model does not, it is found with errors of 0.4 ms, and its covariance says 0.2 ms.
+/// Standard deviation of the delay that no residual shows, s: in simulations without delay, with
+/// friction that jumps at each reversal, unlike the model's, it is found with errors of 0.4 ms, and
+/// its covariance says 0.2 ms.
 const DELAY_ERROR_S: f64 = 5e-4;
 
 /// Units of the parameters of a payload: kg, kg m and kg m². They scale columns and are no prior.
@@ -298,7 +299,8 @@ impl Fitted {
         &self.precision
     }
 
-    /// Adds the variance of the scale of all torques, which the fit holds, to a covariance whose inverse is given.
+    /// Adds the variance of the scale of all torques, which the fit holds, to a covariance with a
+    /// given inverse.
     fn with_scale_error(&self, precision: DMatrix<f64>) -> DMatrix<f64> {
         let (unknowns, scales) = (&self.unknowns.arm, &self.prior.scales);
         match scale_direction(&self.model.layout, unknowns, scales) {
@@ -307,7 +309,7 @@ impl Fitted {
         }
     }
 
-    /// Adds the variance of the delay that no residual shows to a covariance whose inverse is given.
+    /// Adds the variance of the delay that no residual shows to a covariance with a given inverse.
     fn with_delay_error(&self, precision: DMatrix<f64>) -> DMatrix<f64> {
         let delay = self.model.layout.index(Group::Delay, 0);
         let variance = (DELAY_ERROR_S / self.prior.scales[delay]).powi(2);
@@ -339,7 +341,8 @@ impl Fitted {
     }
 }
 
-/// Adds a variance along a direction to a covariance whose inverse is given, by the formula of Sherman and Morrison.
+/// Adds a variance along a direction to a covariance with a given inverse, by the formula of
+/// Sherman and Morrison.
 fn with_variance(precision: DMatrix<f64>, variance: f64, direction: &DVector<f64>) -> DMatrix<f64> {
     let product = &precision * direction;
     let factor = variance / (1.0 + variance * direction.dot(&product));

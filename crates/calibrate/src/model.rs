@@ -18,8 +18,9 @@ use tactid_identify::diagnosis::CONTRADICTION;
 use tactid_identify::equations::window;
 use tactid_identify::solve::Vector;
 
-/// Largest noise of window means that is plausible, in reference torques. A reference torque is at least 0.003 of the range of the
-/// joint's efforts, so that a larger noise exceeds three times this range; that of the measured arms of the tests is at most 12.
+/// Largest noise of window means that is plausible, in reference torques. A reference torque is at
+/// least 0.003 of the range of the joint's efforts, so that a larger noise exceeds three times this
+/// range; the noise of the measured arms of the tests is at most 12.
 const LARGEST_NOISE_RATIO: f64 = 1e3;
 
 /// Velocity at which friction must brake, rad/s or m/s: a convention.
@@ -30,13 +31,13 @@ const DRIVING_FRICTION: f64 = 0.05;
 
 /// What a calibration knows of an arm: the mean and the precision of all unknowns, and the noise of each joint.
 ///
-/// All fields are plain data, so that a program can write them to a file and read them back; [`Self::check`] refuses data
-/// that do not fit together or belong to another robot. `n` is the number of joints between base and tool, `B` that of the
-/// bodies that they move (`n`, but for mimic joints), `T` that of `friction_widths`, and `K = 10 B + (6 + T) n + 1` that of the
-/// unknowns.
+/// All fields are plain data, so that a program can write them to a file and read them back;
+/// [`Self::check`] refuses data that do not fit together or belong to another robot. `n` is the
+/// number of joints between base and tool, `B` the number of bodies that they move (`n`, but for
+/// mimic joints), `T` of `friction_widths`, and `K = 10 B + (6 + T) n + 1` of the unknowns.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Calibration {
-    /// Name of the link whose frame is that of the payload.
+    /// Name of the link that has the frame of the payload.
     pub tool: String,
     /// Names of the `n` joints between the base and the tool, in the robot's order.
     pub joints: Vec<String>,
@@ -50,10 +51,11 @@ pub struct Calibration {
     pub cutoff_hz: f64,
     /// Velocities `v` of the friction terms `tanh(q̇ / v)`, rad/s or m/s.
     pub friction_widths: Vec<f64>,
-    /// The `K` unknowns, by groups: ten inertial parameters of each link (in the order of [`InertialParameters`], about
-    /// the frame of the link, with all links fixed to it), then for each joint: offset (N m or N), viscous friction, one
-    /// friction for each of `friction_widths`, load-dependent friction, what that of a payload adds (both fractions),
-    /// rotor inertia (kg m² or kg), and inverse gain (1 where efforts are torques), and last the delay of the efforts (s).
+    /// The `K` unknowns, by groups: ten inertial parameters of each link (in the order of
+    /// [`InertialParameters`], about the frame of the link, with all links fixed to it), then for
+    /// each joint: offset (N m or N), viscous friction, one friction for each of `friction_widths`,
+    /// load-dependent friction, what a payload's adds (both fractions), rotor inertia (kg m² or
+    /// kg), and inverse gain (1 where efforts are torques), and last the delay of the efforts (s).
     /// Each group has all joints in order; [`Self::parameter_names`] names them.
     pub parameters: Vec<f64>,
     /// Prior standard deviation of each unknown, which is the unit of its column in `precision`; 0 for a gain that is
@@ -186,8 +188,8 @@ impl Calibration {
         check_numbers("delay", delay, |delay_s| delay_s.abs() <= longest_s)
     }
 
-    /// Checks that gains are positive, that only those that are known have no scale, and that the precision is that of a
-    /// covariance.
+    /// Checks that gains are positive, that only those that are known have no scale, and that the
+    /// precision is the inverse of a covariance.
     fn check_unknowns(&self, layout: &Layout) -> Result<(), CalibrateError> {
         let gains = layout.range(Group::InverseGain);
         let inverse_gains = self.parameters[gains.clone()].iter().copied();
@@ -276,8 +278,9 @@ impl Calibration {
         Ok((model, prior))
     }
 
-    /// Returns measured and modelled efforts of a recording, for plots: those of the robot's description alone, and those
-    /// of the calibration. `payload` is held in it, in the tool frame; `None` for an unloaded recording.
+    /// Returns measured and modelled efforts of a recording, for plots: by the robot's description
+    /// alone, and by the calibration. `payload` is held in it, in the tool frame; `None` for an
+    /// unloaded recording.
     ///
     /// # Errors
     /// Returns [`CalibrateError::Robot`] or [`CalibrateError::Field`], as [`Self::identify`] does.

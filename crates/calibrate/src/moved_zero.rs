@@ -1,4 +1,5 @@
-//! A joint whose zero has moved since the calibration, as the efforts of an identification show it.
+//! A joint with a zero that has moved since the calibration, as the efforts of an identification
+//! show it.
 //!
 //! A moved zero changes the torques of the links, which payload, friction and gains partly absorb. Each zero is therefore one more
 //! unknown beside every change of the arm that is compared, and the best solution with it is compared with the best one

@@ -1,10 +1,11 @@
 //! Noise of one joint's window means, and its whitening.
 //!
 //! The covariance between windows `i` and `k` is
-//! `w² [i = k] + c² exp(-|Δt| / T) + f² lᵢ lₖ exp(-|Δt| / 0.3 s)`: white noise, slow noise, and the friction at
-//! standstill, which the motion does not determine (`l` is 0 while a joint moves in one direction, and 1 at rest). It is that of a process
-//! with two states, so that a Kalman filter whitens all columns in a time that grows with the number of windows: its gains
-//! do not depend on the data.
+//! `w² [i = k] + c² exp(-|Δt| / T) + f² lᵢ lₖ exp(-|Δt| / 0.3 s)`: white noise, slow noise, and the
+//! friction at standstill, which the motion does not determine (`l` is 0 while a joint moves in one
+//! direction, and 1 at rest). It describes a process with two states, so that a Kalman filter
+//! whitens all columns in a time that grows with the number of windows: its gains do not depend on
+//! the data.
 
 use nalgebra::DMatrix;
 
@@ -53,7 +54,7 @@ impl EffortNoise {
         }
     }
 
-    /// Returns the noise whose variances are those of this one times a factor.
+    /// Returns the noise with the variances of this one times a factor.
     pub(crate) fn enlarged(&self, variance_factor: f64) -> Self {
         let factor = variance_factor.sqrt();
         Self {
@@ -118,7 +119,7 @@ impl Whitening {
         Self { steps, log_det }
     }
 
-    /// Whitens each column of a matrix, whose rows are the windows.
+    /// Whitens each column of a matrix with windows as rows.
     pub(crate) fn apply(&self, columns: &mut DMatrix<f64>) {
         for mut column in columns.column_iter_mut() {
             let mut state = [0.0; 2];

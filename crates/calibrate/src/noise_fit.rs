@@ -13,7 +13,7 @@ const MOST_WINDOWS: usize = 2000;
 /// Number of neighbouring windows that are kept together where there are more.
 const STRETCH: usize = 100;
 
-/// Standard deviations of the logarithms of the four numbers about those of a typical noise.
+/// Standard deviations of the logarithms of the four numbers about a typical noise.
 const LOG_STD_DEVS: [f64; 4] = [2.0, 2.0, 1.0, 1.5];
 
 /// Number of steps and size of the first simplex, for the first pass and for the others.
@@ -114,9 +114,9 @@ impl<'a, 'b> Residuals<'a, 'b> {
         Self(windows.blocks.iter().map(of_block).collect())
     }
 
-    /// Returns the noise that minimises `log det R + rᵀ R⁻¹ r + tr(R⁻¹ X C Xᵀ)` and its penalty: an EM step for the
-    /// restricted likelihood of the residuals `r` with rows `X`, whose unknowns have the covariance `C`. The joint has so
-    /// much friction, N m or N.
+    /// Returns the noise that minimises `log det R + rᵀ R⁻¹ r + tr(R⁻¹ X C Xᵀ)` and its penalty: an
+    /// EM step for the restricted likelihood of the residuals `r` with rows `X` of unknowns with
+    /// the covariance `C`. The joint has so much friction, N m or N.
     pub(crate) fn fit_noise(
         &self,
         friction: f64,

@@ -14,8 +14,9 @@ pub struct KnownPayload {
     pub mass_std_dev_kg: f64,
     /// Centre of mass in the tool frame, m, to a millimetre. `None`: within some 0.3 m of the tool frame's origin.
     pub center_of_mass: Option<Vector3<f64>>,
-    /// Inertia about the centre of mass, along the axes of the tool frame, kg m², to some percent. `None`: that of a body
-    /// within some 0.3 m of the tool frame's origin. Used only together with `center_of_mass`.
+    /// Inertia about the centre of mass, along the axes of the tool frame, kg m², to some percent.
+    /// `None`: as of a body within some 0.3 m of the tool frame's origin. Used only together with
+    /// `center_of_mass`.
     pub inertia: Option<Matrix3<f64>>,
 }
 
@@ -85,8 +86,8 @@ impl KnownPayload {
         is_symmetric && body.is_physical_within(POSSIBLE)
     }
 
-    /// Returns the linear parameters that are most likely: those of a body at the tool frame's origin where the centre of
-    /// mass is unknown.
+    /// Returns the linear parameters that are most likely, of a body at the tool frame's origin
+    /// where the centre of mass is unknown.
     pub(crate) fn parameters(&self) -> InertialParameters {
         InertialParameters::from(MassProperties {
             mass_kg: self.mass_kg,
@@ -141,10 +142,11 @@ impl KnownPayload {
     }
 }
 
-/// Difference of entries of an inertia that must be the same, a fraction of the largest: that of printed numbers.
+/// Difference of entries of an inertia that must be the same, a fraction of the largest, as in
+/// printed numbers.
 const SYMMETRY: f64 = 1e-6;
 
-/// Fraction by which a principal moment may exceed the sum of the others, as that of an estimate does.
+/// Fraction by which a principal moment may exceed the sum of the others, as in an estimate.
 const POSSIBLE: f64 = 0.01;
 
 /// Relative standard deviation of a mass that is given as exact: better than any scale.
@@ -238,7 +240,8 @@ mod tests {
         }
     }
 
-    /// An inertia is refused that is not symmetric, or whose largest principal moment exceeds the sum of the others.
+    /// An inertia is refused that is not symmetric, or has a principal moment above the sum of the
+    /// others.
     #[test]
     fn an_inertia_of_no_body_is_refused() {
         let with = |inertia| KnownPayload {

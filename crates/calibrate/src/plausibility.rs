@@ -55,8 +55,9 @@ pub(crate) fn check_gains(joints: &[JointCalibration], std_dev: f64) -> Result<(
     })
 }
 
-/// Returns the joint whose gain is farthest from the given one, if it is improbably far: of another robot, for instance, whose
-/// links have other masses. `std_dev` is that of the given gains, a fraction; 0 where they are not estimated.
+/// Returns the joint with the gain farthest from the given one, if it is improbably far: of another
+/// robot, for instance, with other masses of the links. `std_dev` refers to the given gains, a
+/// fraction; 0 where they are not estimated.
 pub(crate) fn improbable_gain(joints: &[JointCalibration], std_dev: f64) -> Option<Contradiction> {
     let found = joints.iter().filter(|joint| is_found(joint));
     let farthest = found.max_by(|a, b| distance(a).total_cmp(&distance(b)))?;

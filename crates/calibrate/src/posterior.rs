@@ -72,12 +72,13 @@ struct Step {
     spectrum: Spectrum<nalgebra::Const<10>>,
     /// Information on the payload if the arm were known exactly.
     alone: Matrix,
-    /// What a unit of each parameter changes in the unknowns of the arm, whose step fits the rest; of the opposite sign.
+    /// What a unit of each parameter changes in the unknowns of the arm, of the opposite sign;
+    /// their step fits the rest.
     coupling: DMatrix<f64>,
 }
 
-/// Estimates the payload of the loaded recordings together with the arm. `mass` is that of the whole load, where it is
-/// known.
+/// Estimates the payload of the loaded recordings together with the arm. `mass` is the mass of the
+/// whole load, where it is known.
 pub(crate) fn posterior(
     model: &EffortModel,
     prior: &Prior,

@@ -18,8 +18,9 @@ const LONGEST_REPEAT: f64 = 0.5;
 
 /// Turns the samples of one recording into an [`EffortRecording`], in one pass.
 ///
-/// The motion at an instant is that of the polynomials of the [equation stream](tactid_identify::EquationStream). Messages that
-/// repeat the positions and efforts of the one before are dropped: their source is slower than its publisher.
+/// The motion at an instant follows from the polynomials of the
+/// [equation stream](tactid_identify::EquationStream). Messages that repeat the positions and
+/// efforts of the one before are dropped: their source is slower than its publisher.
 #[derive(Clone, Debug)]
 pub struct EffortRecorder {
     columns: ArmColumns,
@@ -33,8 +34,9 @@ pub struct EffortRecorder {
 }
 
 impl EffortRecorder {
-    /// Creates a recorder for the joints between the base of a robot and the link `tool`, whose frame is that of the
-    /// payload. Other joints may move, too; the links that they move count as known.
+    /// Creates a recorder for the joints between the base of a robot and the link `tool`, which has
+    /// the frame of the payload. Other joints may move, too; the links that they move count as
+    /// known.
     ///
     /// # Errors
     /// Returns [`CalibrateError::Identify`] if the robot does not have the link or a setting is out of range, and

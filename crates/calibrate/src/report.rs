@@ -47,8 +47,9 @@ pub struct CalibrationReport {
     pub payloads: Vec<InertialParameters>,
     /// What the motion does not determine.
     pub shortages: Vec<MotionShortage>,
-    /// Assumptions that the recordings contradict: a gain that is improbable by what was known of it, and the one assumption
-    /// whose replacement explains the efforts best, such as the direction of gravity. Mostly there is none.
+    /// Assumptions that the recordings contradict: a gain that is improbable by what was known of
+    /// it, and the one assumption of which the replacement explains the efforts best, such as the
+    /// direction of gravity. Mostly there is none.
     pub contradictions: Vec<Contradiction>,
     /// The recordings.
     pub recordings: Vec<CalibratingRecording>,
@@ -78,7 +79,7 @@ pub struct JointCalibration {
     pub offset: f64,
     /// Viscous friction, N m s/rad or N s/m.
     pub viscous: f64,
-    /// Friction at each of the widths, whose sum is the Coulomb friction far from standstill.
+    /// Friction at each of the widths; the sum is the Coulomb friction far from standstill.
     pub friction: Vec<f64>,
     /// Load-dependent friction, a fraction of the torque of arm and payload.
     pub load_friction: f64,

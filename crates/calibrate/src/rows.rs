@@ -15,7 +15,7 @@ pub(crate) struct EffortModel {
     pub(crate) reference_torques: Vec<f64>,
 }
 
-/// The unknowns: those of the arm, and the ten parameters of each payload.
+/// The unknowns of the arm, and the ten parameters of each payload.
 #[derive(Clone, Debug)]
 pub(crate) struct Unknowns {
     pub(crate) arm: Vec<f64>,
@@ -49,7 +49,8 @@ struct Terms {
 }
 
 impl EffortModel {
-    /// Indices of a joint's unknowns: those of the links that it moves, then its own in the order of the groups.
+    /// Indices of a joint's unknowns: of the links that it moves, then its own in the order of the
+    /// groups.
     pub(crate) fn indices(&self, recording: &EffortRecording, joint: usize) -> Vec<usize> {
         let links = 10 * recording.arm.first_links[joint]..self.layout.link_range().end;
         let groups = self.layout.groups();

@@ -11,8 +11,8 @@ use super::layout::{Group, Layout};
 use super::payload::KnownPayload;
 use super::rows::Unknowns;
 
-/// Standard deviation of the scale while it is held: far below that of weighed masses. Masses that are exact hold it
-/// themselves.
+/// Standard deviation of the scale while it is held: far below the error of weighed masses. Masses
+/// that are exact hold it themselves.
 pub(crate) const HELD_SCALE_STD_DEV: f64 = 1e-4;
 
 /// The scale of all torques as known payloads and gains give it.
@@ -27,9 +27,10 @@ pub(crate) struct KnownScale {
 }
 
 impl KnownScale {
-    /// Returns the precision-weighted mean of the scales that known masses and gains imply. The errors of the gains may be
-    /// correlated, and so may those of the masses, which one balance has weighed: neither becomes more precise by their number.
-    /// `scales` are the standard deviations of the arm's unknowns before the calibration. Returns `None` where a gain is
+    /// Returns the precision-weighted mean of the scales that known masses and gains imply. The
+    /// errors of the gains may be correlated, and so may the errors of the masses, which one
+    /// balance has weighed: neither becomes more precise by their number. `scales` are the standard
+    /// deviations of the arm's unknowns before the calibration. Returns `None` where a gain is
     /// known exactly, which fixes the scale, and without a mass.
     pub(crate) fn new(
         layout: &Layout,

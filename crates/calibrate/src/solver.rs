@@ -41,7 +41,8 @@ pub(crate) struct Problem<'a> {
     pub(crate) scale: Option<KnownScale>,
 }
 
-/// Normal equations for a step of the unknowns, divided by their units: those of the arm, then those of each payload.
+/// Normal equations for a step of the unknowns, divided by their units: first of the arm, then of
+/// each payload.
 #[derive(Clone, Debug)]
 pub(crate) struct NormalEquations {
     pub(crate) matrix: DMatrix<f64>,

@@ -10,10 +10,11 @@ use tactid_identify::solve::HALF_WIDTH_95;
 const HELD_STD_DEVS: f64 = 5.0;
 const HELD_MISFIT: f64 = 2.0;
 
-/// Unloaded recordings are left out if the mean squares of the residuals with them are more than this multiple of those without
-/// them. On six simulated arms like a UR10 whose friction differs by 2 % between the recordings, this multiple is two to five, and
-/// the mass is as exact with the unloaded recording as without it; with 5 %, it is fifteen to twenty-five, the intervals of the mass
-/// are twice as wide and their errors four times as large.
+/// Unloaded recordings are left out if the mean squares of the residuals with them are more than
+/// this multiple of those without them. On six simulated arms like a UR10, with friction that
+/// differs by 2 % between the recordings, this multiple is two to five, and the mass is as exact
+/// with the unloaded recording as without it; with 5 %, it is fifteen to twenty-five, the intervals
+/// of the mass are twice as wide and their errors four times as large.
 const LEFT_OUT_MISFIT: f64 = 6.0;
 
 /// A calibration that unloaded recordings have updated, where they fit the loaded ones.
@@ -73,7 +74,8 @@ pub(super) fn update<'a>(
     })
 }
 
-/// Returns the largest mean square of a joint's whitened residual, at least that of the noise of the calibration.
+/// Returns the largest mean square of a joint's whitened residual, at least the mean square of the
+/// calibration's noise.
 fn largest_misfit(of: &Posterior) -> f64 {
     of.misfit.iter().copied().fold(1.0, f64::max)
 }

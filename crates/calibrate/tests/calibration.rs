@@ -1,4 +1,5 @@
-//! Calibration of joint efforts on a simulated arm whose gains, friction and links are not as described.
+//! Calibration of joint efforts on a simulated arm with other gains, friction and links than
+//! described.
 
 #![allow(clippy::unwrap_used, clippy::panic)]
 

@@ -141,8 +141,9 @@ fn a_center_of_mass_that_is_wrong() {
     }
 }
 
-/// Returns the calibrations that contradict an assumption, for each of six arms and each of the three joints that gravity acts
-/// on, whose zero is off by an angle, rad; and how many of them name this zero.
+/// Returns the calibrations that contradict an assumption, for each of six arms and each of the
+/// three joints that gravity acts on with its zero off by an angle, rad; and how many of them name
+/// this zero.
 fn contradicted_zeros(angle: f64, center: Option<[f64; 3]>) -> (usize, usize) {
     let (mut contradicted, mut named) = (0, 0);
     for (seed, joint) in (90..96).flat_map(|seed| (1..JOINTS).map(move |joint| (seed, joint))) {

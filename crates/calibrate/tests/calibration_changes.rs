@@ -114,8 +114,9 @@ fn friction_of_another_day() {
     }
 }
 
-/// Efforts that are 2 to 10 % larger than at the calibration, as those of warm motors are: a recording of the day without
-/// payload makes payloads exact, and without one the intervals contain a change of 5 % and more.
+/// Efforts that are 2 to 10 % larger than at the calibration, as with warm motors: a recording of
+/// the day without payload makes payloads exact, and without one the intervals contain a change of
+/// 5 % and more.
 #[test]
 fn efforts_that_are_larger_than_at_the_calibration() {
     for factor in [1.02, 1.05, 1.1] {
@@ -185,7 +186,8 @@ fn an_unloaded_recording_that_does_not_fit() {
     assert!(found.unwrap().unloaded_left_out.is_some());
 }
 
-/// A recording that should be without payload, and holds that of the loaded one or another, is an error.
+/// A recording that should be without payload, and holds the payload of the loaded one or another,
+/// is an error.
 #[test]
 fn an_unloaded_recording_with_a_payload() {
     let mut world = World::new(70);
@@ -233,8 +235,8 @@ fn gains_of_another_unit_are_found_at_once() {
     }
 }
 
-/// Gains far from what was given are errors: those of all joints, where a mass is in pounds or the recording without
-/// payload holds one, and that of a single joint.
+/// Gains far from what was given are errors: the gains of all joints, where a mass is in pounds or
+/// the recording without payload holds one, and the gain of a single joint.
 #[test]
 fn gains_that_contradict_what_was_given() {
     let pounds = refused(&mut World::new(71), None, 8.818);

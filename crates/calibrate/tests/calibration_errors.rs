@@ -17,7 +17,7 @@ fn recorder(robot: &Manipulator, tool: &str) -> Result<EffortRecorder, Calibrate
     EffortRecorder::new(robot, tool, &CalibrationSettings::default())
 }
 
-/// Asserts that a result is an error whose text contains a phrase.
+/// Asserts that a result is an error with a phrase in its text.
 #[track_caller]
 fn assert_error<T>(result: Result<T, CalibrateError>, phrase: &str) {
     match result {
@@ -234,8 +234,8 @@ fn faulty_calibrations_are_refused() {
     assert_eq!(names[names.len() - 2], "joint_4 inverse gain");
 }
 
-/// A joint at rest whose effort is always zero leaves everything finite; one that moves without is an error, as are
-/// efforts that are all constant.
+/// A joint at rest with an effort of zero leaves everything finite; one that moves without is an
+/// error, as are efforts that are all constant.
 #[test]
 fn joints_without_effort_do_no_harm() {
     let settings = CalibrationSettings::default();

@@ -1,4 +1,4 @@
-//! Gains that are found with a payload whose mass is known approximately.
+//! Gains that are found with a payload of approximately known mass.
 
 #![allow(clippy::unwrap_used)]
 
@@ -51,8 +51,9 @@ impl Recordings {
     }
 }
 
-/// The uncertainty of the weight that finds the gains is that of other payloads: the mass stays the same when less is known
-/// of the weight, intervals grow in proportion, and contain an error of the weight.
+/// Other payloads have the uncertainty of the weight that finds the gains: the mass stays the same
+/// when less is known of the weight, intervals grow in proportion, and contain an error of the
+/// weight.
 #[test]
 fn the_uncertainty_of_a_known_mass_is_that_of_other_payloads() {
     for (seed, error) in [(60, -1.0), (62, 1.0)] {

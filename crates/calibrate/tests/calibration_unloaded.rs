@@ -1,4 +1,4 @@
-//! Payloads on arms whose gains are known, which one recording without a payload calibrated.
+//! Payloads on arms with known gains, which one recording without a payload calibrated.
 
 #![allow(clippy::unwrap_used, clippy::panic)]
 

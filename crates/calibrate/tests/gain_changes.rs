@@ -1,4 +1,5 @@
-//! Payloads on six-axis arms whose efforts have changed by some percent since their calibration.
+//! Payloads on six-axis arms with efforts that have changed by some percent since their
+//! calibration.
 
 #![allow(clippy::unwrap_used)]
 
@@ -54,7 +55,7 @@ impl Errors {
     }
 }
 
-/// Calibrates an arm whose gains are exact, and whose recording has no payload.
+/// Calibrates an arm with exact gains, from a recording without payload.
 fn calibrated_without_payload(world: &mut World<6>) -> Calibration {
     world.gains = [1.0; 6];
     let unloaded = record(world, None, 30.0);
@@ -64,9 +65,10 @@ fn calibrated_without_payload(world: &mut World<6>) -> Calibration {
         .calibration
 }
 
-/// Efforts of all joints that are 7 % larger than at the calibration, or those of one joint by 10 %: intervals of payloads hold,
-/// with a recording of the day without payload and without one, where gains were found with a known mass and where they were
-/// taken for exact. Nothing is reported where nothing has changed.
+/// Efforts of all joints that are 7 % larger than at the calibration, or the efforts of one joint
+/// by 10 %: intervals of payloads hold, with a recording of the day without payload and without
+/// one, where gains were found with a known mass and where they were taken for exact. Nothing is
+/// reported where nothing has changed.
 #[test]
 fn efforts_that_have_changed() {
     let of_joint = [1.0, 1.0, 1.1, 1.0, 1.0, 1.0];

@@ -1,4 +1,4 @@
-//! Payloads on six-axis arms whose zero of a joint has moved since their calibration.
+//! Payloads on six-axis arms with a joint's zero moved since their calibration.
 
 #![allow(clippy::unwrap_used)]
 
@@ -9,7 +9,7 @@ use effort_arm::{World, calibrated, payload, record, recorded};
 use tactid_calibrate::{Assumption, CalibrationSettings, EffortRecording};
 use tactid_identify::{BatchSettings, KnownMass};
 
-/// Measures an arm whose positions of one joint are too large by an angle, rad.
+/// Measures an arm with positions of one joint that are too large by an angle, rad.
 fn moved(world: &mut World<6>, mass_kg: f64, joint: usize, angle: f64) -> EffortRecording {
     let body = payload(mass_kg, world);
     let mut measured = world.measure(Some(&body), 30.0);
@@ -52,7 +52,7 @@ fn zeros_that_have_moved() {
     }
 }
 
-/// Nothing is found on arms whose zeros have not moved, also where gains have changed by 5 %.
+/// Nothing is found on arms with zeros that have not moved, also where gains have changed by 5 %.
 #[test]
 fn zeros_that_have_not_moved() {
     for seed in 310..326 {

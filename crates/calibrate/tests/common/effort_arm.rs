@@ -1,4 +1,5 @@
-//! Simulated arms of four and six joints whose efforts have gains, friction, load-dependent friction and noise.
+//! Simulated arms of four and six joints: efforts have gains, friction, load-dependent friction and
+//! noise.
 
 #![allow(dead_code, reason = "each test file uses its own part")]
 
@@ -325,7 +326,7 @@ pub(crate) fn values(body: &MassProperties) -> [f64; 10] {
     [body.mass_kg, c.x, c.y, c.z, xx, xy, xz, yy, yz, zz]
 }
 
-/// Settings of a calibration whose gains are known to 20 %.
+/// Settings of a calibration with gains known to 20 %.
 pub(crate) fn uncertain_gains() -> CalibrationSettings {
     CalibrationSettings {
         gain_std_dev: 0.2,
