@@ -1,7 +1,7 @@
-"""Docstrings for the reference: those of the native module, and references as links.
+"""Docstrings for the reference, also of the native module, and references as links.
 
 griffe reads the source. The stubs of ``tactid._native`` have types and no docstrings, which are
-with the Rust code, as those of results are, and options and arrays are documented by their
+with the Rust code, as for results, and options and arrays are documented by their
 declarations: all of it comes from the package.
 """
 

@@ -1,6 +1,6 @@
 """The figures of the documentation: the averaging windows as DESIGN.md defines them, and results.
 
-The results are those of the installed package for simulated recordings.
+The results come from the installed package for simulated recordings.
 """
 
 import io

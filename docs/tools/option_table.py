@@ -16,9 +16,9 @@ PAGE = Path(__file__).parents[1] / "reference" / "options.md"
 HEAD = """\
 # Options
 
-Every option of an identification, all of which may be left out. The keyword is that of
+Every option of an identification, all of which may be left out. The keyword is an argument of
 `tactid.identify`, `tactid.Identifier`, `tactid.PaperFilter` and `tactid.Options`; the command line
-is that of `tactid identify`. [Their fields in Rust](#rust) are at the end.
+is `tactid identify`. [Their fields in Rust](#rust) are at the end.
 """
 
 OWN_HEADS: dict[Use, str] = {
@@ -47,7 +47,7 @@ or one sample, without the axis N. Without a robot there are no joints.
 """
 
 ARRAYS_TAIL = """\
-`robot`, the model, and `sensors`, the links in whose frames the wrenches are, belong to arrays,
+`robot`, the model, and `sensors`, the links with the frames of the wrenches, belong to arrays,
 too; online they are arguments of the constructor.
 """
 
@@ -55,9 +55,9 @@ RUST_HEAD = """\
 ## Rust
 
 A recording is identified by `identify_log` or `identify_arrays` of the crate `tactid-recordings`.
-The fields of its `Request` are the options, with the names of their keywords, and those of its
+The fields of its `Request` are the options, with the names of their keywords, and the fields of its
 `Arrays` are the arrays. Online, `Identifier::new` of `tactid-identify` takes `EquationSettings`,
-whose fields have the same names, and the tip, the robot and the sensors as arguments;
+with fields of the same names, and the tip, the robot and the sensors as arguments;
 `PaperFilter::new` takes the `PaperSettings`, too. Each sample is a `Sample`:
 """
 

@@ -1,4 +1,4 @@
-"""The stub of the module ``tactid._results.records``, whose classes are made when it is imported.
+"""The stub of the module ``tactid._results.records``, which makes its classes on import.
 
 ``python docs/tools/record_stub.py`` writes it.
 """
