@@ -84,7 +84,7 @@ pub(crate) struct JointColumns<'a> {
 }
 
 impl JointColumns<'_> {
-    /// Returns 0 for a window in which the joint moves in one direction, and 1 for one at rest or with a reversal.
+    /// Returns 0 for a window with motion in one direction, 1 for one at rest or with a reversal.
     pub(crate) fn standstill(&self) -> f64 {
         (1.0 - self.friction[PLAIN].powi(2)).max(0.0).sqrt()
     }
@@ -248,8 +248,8 @@ impl ArmColumns {
         self.workspace.robot()
     }
 
-    /// Computes the entries of all joints at an instant, and then their efforts. Cost: a product for each joint and each body
-    /// below it, and an inverse dynamics and a payload regressor for each slope.
+    /// Computes the entries of all joints at an instant, then their efforts. Cost: a product for
+    /// each joint and body below it; an inverse dynamics and payload regressor for each slope.
     pub(crate) fn at(&mut self, arm: &Arm, instant: &Instant) -> Result<&[f64], StateError> {
         let joints = JointMotion {
             position: &instant.joint_position,

@@ -25,7 +25,7 @@ const MIN_WINDOWS: usize = 20;
 const REPETITIONS: usize = 10;
 const FOUND_RATIO: f64 = 1.05;
 
-/// Calibrates an arm from recordings, each without payload (`None`) or with a payload of which something is known.
+/// Calibrates an arm from recordings, each without payload (`None`) or with a partly known one.
 ///
 /// Cost: some seconds for an hour of recordings, and up to eleven times as long, with a copy of the recordings, where gains differ so
 /// much from the given ones that they are an error, which has the gains that fit. The noise is chosen on at most 2000 windows.
@@ -44,7 +44,7 @@ pub fn calibrate(
     calibrate_interruptibly(recordings, settings, &mut || ControlFlow::Continue(()))
 }
 
-/// Calibrates an arm as [`calibrate()`] does, and calls `check` several times a second, which may stop the work.
+/// Calibrates an arm as [`calibrate()`] does. Several times a second, `check` may stop the work.
 ///
 /// # Errors
 /// Returns [`CalibrateError::Interrupted`] where `check` returns [`ControlFlow::Break`], and the errors of [`calibrate()`].

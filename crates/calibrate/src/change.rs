@@ -66,18 +66,17 @@ const HELD_PRECISION_RATIO: f64 = 1e4;
 pub(crate) struct Change {
     /// Standard deviations of the change.
     size: Size,
-    /// Log evidence of this change less the evidence of the best one without a change of the
-    /// friction.
+    /// Log evidence of this change less the best one's without a change of the friction.
     pub(crate) friction_evidence: f64,
-    /// Log evidence of this change less the evidence of the best one without a change of the gains,
-    /// less [`GAIN_ODDS`].
+    /// Log evidence of this change less the best one's without a change of the gains, less
+    /// [`GAIN_ODDS`].
     pub(crate) gain_evidence: f64,
 }
 
 /// Standard deviations of a change.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Size {
-    /// Change of friction and offset, as a fraction of the prior standard deviation of each of these unknowns.
+    /// Change of friction and offset, as a fraction of the prior standard deviation of each.
     friction: f64,
     /// Change of each gain by itself and of the factor that all gains share, fractions.
     gains: [f64; 2],
@@ -241,7 +240,8 @@ impl Changes {
     ) -> ArmErrors {
         let mut of_arm = of_gradient * precision;
         if let Some(scale) = &self.scale {
-            // The fixed scale `t = wᵀ e` of an error `e` changes the payload by a factor; the rest, by the fit.
+            // The fixed scale `t = wᵀ e` of an error `e` scales the payload; the rest acts by the
+            // fit.
             let product = precision * scale;
             let weights = &product / scale.dot(&product);
             of_arm += (payload - &of_arm * scale) * weights.transpose();
@@ -302,7 +302,7 @@ impl Changes {
     }
 }
 
-/// Fixes a direction of a normal distribution with a precision, and returns the variance that it had.
+/// Fixes a direction of a normal distribution with a precision, and returns its variance.
 fn fix_direction(precision: &mut DMatrix<f64>, direction: &DVector<f64>) -> f64 {
     let product = &*precision * direction;
     let of_direction = direction.dot(&product);

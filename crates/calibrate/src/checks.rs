@@ -15,11 +15,10 @@ const MIN_WINDOWS: usize = 20;
 /// A sign is opposite if the negated efforts leave less than this fraction of the sum of squares.
 const OPPOSITE: f64 = 0.25;
 
-/// Variation of efforts that counts as none, a fraction of their mean: rounding of window means leaves less.
+/// Variation of efforts that counts as none, a fraction of their mean: rounding leaves less.
 const CONSTANT: f64 = 1e-9;
 
-/// Precision of the least squares for the sign, a fraction of the data's: enough to make them
-/// solvable.
+/// Precision of the least squares for the sign, a fraction of the data's: enough to solve them.
 const WEAKNESS: f64 = 1e-9;
 
 /// Number of columns that explain efforts: offset, acceleration, torque, velocity, and its sign. The last three have
@@ -160,7 +159,7 @@ impl<const C: usize> Sums<C> {
         self.count >= MIN_WINDOWS && residual(self, -1.0) < OPPOSITE * residual(self, 1.0)
     }
 
-    /// Returns the sum of squares that a fit of some columns leaves of the efforts with a sign, and its factors.
+    /// Returns the sum of squares that a fit of some columns leaves of signed efforts, and factors.
     fn fit(&self, sign: f64, is_used: impl Fn(usize) -> bool) -> (f64, SVector<f64, C>) {
         let target = sign * self.of_effort - self.of_known;
         let target: SVector<f64, C> =

@@ -4,7 +4,7 @@ use super::recording::EffortRecording;
 use super::rows::EffortModel;
 use tactid_identify::solve::Vector;
 
-/// Measured and modelled efforts of W windows and n joints, each W x n, window by window, in N m or N.
+/// Measured and modelled efforts of W windows and n joints, each W x n, by window, in N m or N.
 #[derive(Clone, Debug, PartialEq)]
 pub struct EffortComparison {
     /// Names of the joints.
@@ -19,7 +19,7 @@ pub struct EffortComparison {
     pub described: Vec<f64>,
     /// Efforts of the calibration with the payload.
     pub calibrated: Vec<f64>,
-    /// Friction within `calibrated`: what it contains beside the torques of the links and the payload.
+    /// Friction within `calibrated`: what it contains beside the torques of links and payload.
     pub friction: Vec<f64>,
 }
 
@@ -58,7 +58,7 @@ pub(crate) fn compare(
 }
 
 impl EffortComparison {
-    /// Returns the rms of measured less modelled efforts of each joint, in its unit; NaN without windows.
+    /// Returns the rms of each joint's measured less modelled efforts in its unit, NaN without any.
     pub(crate) fn rms(&self, modelled: &[f64]) -> Vec<f64> {
         let joints = self.joints.len();
         let of_joint = |joint: usize| {

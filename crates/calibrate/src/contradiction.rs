@@ -31,13 +31,13 @@ const PROBABILITY: f64 = 1e-3;
 /// below it.
 const MIN_ANGLE_RAD: f64 = 0.026;
 
-/// Least error of a gain that was taken for exact, a fraction: less is usual where efforts are torques.
+/// Least error of a gain that was taken for exact, a fraction: less is usual for torques.
 const MIN_GAIN: f64 = 0.05;
 
 /// Least error of a known centre of mass, m: what a ruler shows.
 const MIN_CENTER_M: f64 = 0.005;
 
-/// Fraction of the information on an unknown below which the other unknowns of the fit stand for it.
+/// Fraction of the information on an unknown below which others of the fit stand for it.
 const MIN_INFORMATION_FRACTION: f64 = 1e-9;
 
 /// An assumption of a calibration that its recordings contradict, with what they show instead.
@@ -149,7 +149,7 @@ pub(crate) fn contradiction(
         .map(|found| found.contradiction))
 }
 
-/// Returns all tests: gravity, zeros of revolute joints, gains that are taken for exact, and known centres of mass.
+/// Returns all tests: gravity, zeros of revolute joints, exact gains, and known centres of mass.
 fn tests(recordings: &[(&EffortRecording, Option<KnownPayload>)], fitted: &Fitted) -> Vec<Test> {
     let arm = &recordings[0].0.arm;
     let joints = arm.joints.len();
@@ -330,7 +330,7 @@ impl Test {
         })
     }
 
-    /// Returns the vector that the step `found` puts in place of the assumption; `None` for a number of one joint.
+    /// Returns the vector by which the step `found` replaces the assumption; `None` for a number.
     fn shown(
         &self,
         found: &DVector<f64>,

@@ -26,7 +26,7 @@ impl EffortMoments {
         Self(self.0.map(|moment| factor * moment))
     }
 
-    /// Returns the mean effort that belongs to the motion in a window of a length, s, where efforts lag by a delay, s.
+    /// Returns the mean effort of the motion in a window, given its length and the delay, s.
     pub(crate) fn effort(&self, delay_s: f64, window_s: f64) -> f64 {
         let (sin, cos) = (PI * delay_s / window_s).sin_cos();
         let terms = self.0.iter().zip(BINOMIALS).enumerate();
@@ -72,7 +72,7 @@ pub(crate) struct EffortWindow {
 }
 
 impl EffortWindow {
-    /// Creates a window without any instant, for so many entries beside the efforts of so many joints.
+    /// Creates a window without instants, for so many entries beside the efforts of so many joints.
     pub(crate) fn new(entries: usize, joints: usize) -> Self {
         Self {
             mean: WindowMean::new(entries, 0),

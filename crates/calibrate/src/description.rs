@@ -5,10 +5,10 @@ use tactid_dynamics::{FrameId, InertialParameters, Manipulator, symmetric_entrie
 
 use crate::CalibrateError;
 
-/// Distance within which points are the same, m: ten times the rounding of a file that is printed to 10 µm.
+/// Distance within which points are the same, m: ten times the rounding of a file to 10 µm.
 const SAME_POINT_M: f64 = 1e-4;
 
-/// Angle within which directions are the same, rad: a right angle that is printed as 1.571 is off by 2e-4.
+/// Angle within which directions are the same, rad: a right angle printed as 1.571 is off by 2e-4.
 const SAME_DIRECTION: f64 = 5e-4;
 
 /// Difference within which masses are the same, a fraction.
@@ -21,11 +21,11 @@ const SAME_INERTIA: f64 = 1e-3;
 /// A link of an arm that a joint moves, as the description of the robot has it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct LinkDescription {
-    /// Pose of the link's frame in the frame of the moving link before it, or of the base, at joint position zero.
+    /// Pose of the link's frame in the frame of the moving link or base before it, at joint zero.
     pub parent_from_link: Isometry3<f64>,
     /// Axis of its joint, a unit vector in the link's frame.
     pub axis: Vector3<f64>,
-    /// Parameters about the link's frame of the link and of all links that are fixed to it, without those beyond the tool.
+    /// Parameters of the link and all links fixed to it up to the tool, about the link's frame.
     pub parameters: InertialParameters,
 }
 
@@ -293,7 +293,7 @@ mod tests {
         }
     }
 
-    /// Rounding, the place of the base and its turn about the vertical, and links beyond the tip make no other robot.
+    /// Rounding, place and vertical turn of the base, and links beyond the tip make no difference.
     #[test]
     fn the_same_robot_is_accepted() {
         let rounded = [

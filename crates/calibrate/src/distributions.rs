@@ -5,7 +5,7 @@ use statrs::function::gamma::checked_gamma_ur;
 
 use tactid_identify::solve::HALF_WIDTH_95;
 
-/// Returns the probability that a chi-square variable is at least `chi_square`; 1 without degrees of freedom.
+/// Returns the probability of a chi-square of at least `chi_square`; 1 without degrees of freedom.
 fn chi_square_p(chi_square: f64, degrees_of_freedom: f64) -> f64 {
     // Beyond, the probability is smaller than any number.
     checked_gamma_ur(0.5 * degrees_of_freedom, 0.5 * chi_square.min(1e6)).unwrap_or(0.0)

@@ -19,15 +19,15 @@ pub struct CalibratedEstimate {
     /// The payload, its fit and the findings, in the form of every batch identification: channels are the joints between
     /// base and tool, without history, delay and forecast.
     pub result: BatchResult,
-    /// Linear parameters of the payload in the tool frame before their projection onto physically consistent ones.
+    /// Linear parameters of the payload in the tool frame, not projected onto consistent ones.
     pub parameters: SVector<f64, 10>,
     /// Covariance of these parameters, widened, zero in unobservable directions.
     pub covariance: SMatrix<f64, 10, 10>,
     /// Fraction of the variance of each of the [ten values](tactid_identify::VALUE_NAMES) that is noise of the loaded recordings. The
     /// rest is what the calibration does not know of the arm: no longer recording of the payload reduces it.
     pub noise_fraction: [f64; 10],
-    /// Mean square of the whitened residual of each joint: about one where the joint is as noisy as in the calibration.
-    /// Where it is larger, the variances of the joint's noise are multiplied by it.
+    /// Mean square of the whitened residual of each joint: about one where the joint is as noisy as
+    /// in the calibration. Where it is larger, it multiplies the variances of the noise.
     pub misfit: Vec<f64>,
     /// How the friction of the joints has changed since the calibration; `None` where the recordings do not show that it has.
     pub friction_change: Option<ArmChange>,

@@ -1,4 +1,4 @@
-//! Fit of an arm's model to recordings: unknowns, noise and scales of the prior, with one choice of friction terms.
+//! Fit of an arm's model to recordings: unknowns, noise and scales of the prior, by friction terms.
 
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 

@@ -38,7 +38,7 @@ const MIN_WINDOWS: usize = 6;
 const UNEXPLAINED: f64 = 5.0 * 5.0;
 const UNEXPLAINED_FRACTION: f64 = 0.1;
 
-/// Log odds from which on the arm counts as changed since its calibration: a change is 150 times as probable as none.
+/// Log odds from which on the arm counts as changed: a change is 150 times as probable as none.
 const CHANGED_EVIDENCE: f64 = 5.0;
 
 impl Calibration {
@@ -48,7 +48,7 @@ impl Calibration {
     /// change of the gains is hidden by the payload unless there is an unloaded recording: on simulated arms, one of 1 % changes
     /// the mass by up to 5 %, by more than its interval.
     ///
-    /// Unloaded recordings that do not fit the loaded ones, as of another robot or of a colder day, are left out.
+    /// Unloaded recordings that do not fit, as of another robot or a colder day, are left out.
     ///
     /// The field `delay` of the settings is ignored. Cost: eight passes over all windows, eight more with a known mass, and up to
     /// sixteen more where unloaded recordings may hold a payload or do not fit.
@@ -136,7 +136,7 @@ struct Solution<'a> {
     settings: &'a BatchSettings,
     free: &'a Posterior,
     best: &'a Posterior,
-    /// Numbers that identify the calibration, and what is known of the arm on the day of the recordings.
+    /// Numbers that identify the calibration, and what is known of the arm on the recordings' day.
     source: u64,
     day: u64,
 }
@@ -365,7 +365,7 @@ impl Solution<'_> {
     }
 }
 
-/// Returns the widened errors of groups of unknowns, each with the number that identifies its source.
+/// Returns the widened errors of groups of unknowns, each with its source's number.
 fn shared_errors(groups: [(u64, &GainErrors); 3]) -> SharedErrors {
     let columns = |(source, changes): (u64, &GainErrors)| {
         let unknowns = (0..changes.ncols() as u64).map(move |k| hash([source, k].into_iter()));

@@ -6,7 +6,7 @@ use tactid_dynamics::PARAMETER_NAMES;
 
 use super::arm::WIDTHS;
 
-/// The order of the unknowns: ten parameters of each link, then groups with one unknown for each joint, and the delay.
+/// The order of the unknowns: ten parameters of each link, groups of one for each joint, the delay.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Layout {
     pub(crate) links: usize,

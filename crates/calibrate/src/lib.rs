@@ -1,4 +1,4 @@
-//! The model of an arm's joint efforts, calibrated from recordings, and payloads identified with it.
+//! A model of an arm's joint efforts, calibrated from recordings, and payloads identified by it.
 //!
 //! The effort of joint `j` at the time `t + d` is equation (C1), with all motion at the time `t`:
 //!
@@ -16,8 +16,8 @@
 //! `d`, which all joints share. The noisy efforts stand alone on the left, because the inverse gain
 //! is the unknown: nothing biases the gains.
 //!
-//! 1. An [`EffortRecorder`] turns the samples of one recording into window means of all these columns, an
-//!    [`EffortRecording`]. One pass over the samples is enough, and an hour needs some 120 MB.
+//! 1. An [`EffortRecorder`] turns the samples of one recording into window means of all these
+//!    columns, an [`EffortRecording`]. One pass over the samples is enough; an hour needs 120 MB.
 //! 2. [`calibrate()`] fits the unknowns of the arm and the noise of each joint to recordings without payload, and with
 //!    payloads of which something is known. The result, a [`Calibration`], is the mean **and the precision** of all
 //!    unknowns, as plain data that can be written to a file.

@@ -26,10 +26,10 @@ const LARGEST_NOISE_RATIO: f64 = 1e3;
 /// Velocity at which friction must brake, rad/s or m/s: a convention.
 const FRICTION_VELOCITY: f64 = 1.0;
 
-/// Friction that drives its joint, a fraction of the joint's rms torque, up to which it may be an error of the fit.
+/// Largest friction that drives its joint by an error of the fit, a fraction of its rms torque.
 const DRIVING_FRICTION: f64 = 0.05;
 
-/// What a calibration knows of an arm: the mean and the precision of all unknowns, and the noise of each joint.
+/// What a calibration knows of an arm: mean and precision of all unknowns, and noise of each joint.
 ///
 /// All fields are plain data, so that a program can write them to a file and read them back;
 /// [`Self::check`] refuses data that do not fit together or belong to another robot. `n` is the
@@ -128,7 +128,7 @@ impl Calibration {
         window::length_s(self.cutoff_hz)
     }
 
-    /// Returns the longest delay of the efforts in either direction, s: the window means of longer ones would be wrong.
+    /// Returns the longest delay of efforts in either direction, s: means of longer ones fail.
     #[must_use]
     pub fn longest_delay_s(&self) -> f64 {
         LONGEST * self.window_s()

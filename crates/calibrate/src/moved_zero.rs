@@ -1,10 +1,9 @@
-//! A joint with a zero that has moved since the calibration, as the efforts of an identification
-//! show it.
+//! A joint with a zero that has moved since the calibration, as the identification's efforts show.
 //!
-//! A moved zero changes the torques of the links, which payload, friction and gains partly absorb. Each zero is therefore one more
-//! unknown beside every change of the arm that is compared, and the best solution with it is compared with the best one
-//! without. It also counts only where it is far from zero by its own standard deviation, because efforts have errors
-//! that the noise does not describe.
+//! A moved zero changes the torques of the links, which payload, friction and gains partly absorb.
+//! Each zero is therefore one more unknown beside every change of the arm that is compared, and the
+//! best solution with it is compared with the best one without. It also counts only where it is far
+//! from zero by its own standard deviation: efforts have errors that noise does not describe.
 
 use std::ops::RangeInclusive;
 
@@ -22,7 +21,7 @@ const ZERO_STD_DEV_RAD: f64 = 0.05;
 /// Logarithm of the odds from which on a zero counts as moved, with equal odds for each joint: 150 times as probable as none.
 const MIN_EVIDENCE: f64 = 5.0;
 
-/// Probability of the size by chance below which it counts, as for the assumptions of a calibration.
+/// Probability of the size by chance below which it counts, as for a calibration's assumptions.
 const PROBABILITY: f64 = 1e-3;
 
 /// Angles that count, rad. A larger one is three times the prior standard deviation, and has another cause, which the zero of some

@@ -141,7 +141,7 @@ mod tests {
 
     use super::*;
 
-    /// The filter multiplies by the inverse of the Cholesky factor of the dense covariance, across a gap, too.
+    /// The filter multiplies by the dense covariance's inverse Cholesky factor, across a gap, too.
     #[test]
     fn whitening_is_that_of_the_dense_covariance() {
         let mut random = SmallRng::seed_from_u64(3);

@@ -24,7 +24,7 @@ const SEARCH: (usize, f64) = (15, 0.25);
 #[derive(Clone, Debug)]
 pub(crate) struct NoiseWindows<'a> {
     blocks: Vec<Block<'a>>,
-    /// Whether these are all windows. The uncertainty of the unknowns hardly shows in the residuals of many.
+    /// Whether these are all windows. Uncertain unknowns hardly show in the residuals of many.
     are_all: bool,
 }
 
@@ -73,7 +73,7 @@ fn chosen(counts: &[usize]) -> Vec<Vec<usize>> {
     kept
 }
 
-/// Returns how improbable the logarithms of a noise are for a joint with so much friction, N m or N.
+/// Returns how improbable the logarithms of a noise are for a joint with this friction, N m or N.
 pub(crate) fn penalty(logs: &[f64; 4], friction: f64) -> f64 {
     let typical = EffortNoise::typical(friction).logs();
     let distance = |k: usize| (logs[k] - typical[k]) / LOG_STD_DEVS[k];
@@ -148,7 +148,7 @@ impl<'a, 'b> Residuals<'a, 'b> {
     }
 }
 
-/// Returns the residual and, beside it, `X L` with the rows `X` and the covariance `C = L Lᵀ` of their unknowns.
+/// Returns the residual beside `X L` with the rows `X` and the unknowns' covariance `C = L Lᵀ`.
 fn with_uncertainty(
     problem: &Problem<'_>,
     block: &Block<'_>,

@@ -12,7 +12,7 @@ pub struct KnownPayload {
     pub mass_kg: f64,
     /// Standard deviation of the mass, kg; 0 for an exact mass.
     pub mass_std_dev_kg: f64,
-    /// Centre of mass in the tool frame, m, to a millimetre. `None`: within some 0.3 m of the tool frame's origin.
+    /// Centre of mass in the tool frame, m, to a millimetre. `None`: within 0.3 m of its origin.
     pub center_of_mass: Option<Vector3<f64>>,
     /// Inertia about the centre of mass, along the axes of the tool frame, kg m², to some percent.
     /// `None`: as of a body within some 0.3 m of the tool frame's origin. Used only together with
@@ -75,7 +75,7 @@ impl KnownPayload {
         }
     }
 
-    /// Whether a body can have an inertia about its centre of mass, but for the rounding of its numbers.
+    /// Whether a body can have an inertia about its centre of mass, but for rounded numbers.
     fn is_possible(&self, inertia: Matrix3<f64>) -> bool {
         let is_symmetric = (inertia - inertia.transpose()).amax() <= SYMMETRY * inertia.amax();
         let body = InertialParameters::from(MassProperties {
@@ -123,7 +123,7 @@ impl KnownPayload {
             (Some(_), Some(inertia)) => INERTIA_STD_DEV * inertia.trace().abs(),
             _ => self.mass_kg * PAYLOAD_SIZE_M * PAYLOAD_SIZE_M,
         };
-        // Moments and inertia about the tool frame's origin follow the mass, which may be uncertain.
+        // Moments and inertia about the tool frame follow the mass, which may be uncertain.
         let of_entry = |k: usize, std_dev: f64| {
             let mut gradient = SVector::ith(k, 1.0);
             gradient[0] = -expected[k] / self.mass_kg;
@@ -158,7 +158,7 @@ const CENTER_STD_DEV_M: f64 = 1e-3;
 /// Standard deviation of a known inertia, a fraction of its trace.
 const INERTIA_STD_DEV: f64 = 0.02;
 
-/// Distance from the tool frame within which a payload is expected of which only the mass is known, m.
+/// Distance from the tool frame within which a payload of known mass alone is expected, m.
 const PAYLOAD_SIZE_M: f64 = 0.3;
 
 /// A measurement of a linear combination of the ten parameters of a payload.
@@ -240,8 +240,7 @@ mod tests {
         }
     }
 
-    /// An inertia is refused that is not symmetric, or has a principal moment above the sum of the
-    /// others.
+    /// An inertia that is not symmetric, or has a moment above the sum of the others, is refused.
     #[test]
     fn an_inertia_of_no_body_is_refused() {
         let with = |inertia| KnownPayload {

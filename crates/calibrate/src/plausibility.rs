@@ -14,7 +14,7 @@ const IMPROBABLE: f64 = 3.0;
 /// Standard deviation below which a gain is found, a fraction of the gain.
 const FOUND: f64 = 0.2;
 
-/// Largest ratio of gains that count as all off by the same factor: motors of one arm differ by some tens of percent.
+/// Largest ratio of gains that count as off by one factor: motors differ by tens of percent.
 const SAME: f64 = 2.0;
 
 /// Checks that the gains are not far from those that were given, with a standard deviation, a fraction; 0 where they are

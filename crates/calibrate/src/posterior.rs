@@ -50,12 +50,13 @@ pub(crate) struct Posterior {
     pub(crate) arm: Vec<f64>,
     /// The zero of a joint that has moved since, if the recordings show one.
     pub(crate) moved_zero: Option<Contradiction>,
-    /// Unknowns of the arm at its calibration with the change since, as far as it is no error of the calibration.
+    /// Unknowns of the arm at its calibration with the change since, as far as it is no error of
+    /// the calibration.
     pub(crate) changed: Vec<f64>,
 }
 
 impl Posterior {
-    /// Returns the widened standard deviation of the mass of the whole load, kg; infinite where it is not determined.
+    /// Returns the widened standard deviation of the load's mass, kg; infinite if unobservable.
     pub(super) fn mass_std_dev(&self) -> f64 {
         let gradient = Vector::ith(0, 1.0).transpose();
         if self.null_space.determines(&gradient) {
@@ -217,8 +218,8 @@ fn unloaded_errors(
     of_gradient * symmetric_root(without_payload.data_equations(&at, noise).matrix)
 }
 
-/// Returns the symmetric root of a positive semidefinite matrix. It changes little where the matrix does, so that its columns
-/// belong to the same unknowns in solutions with a little different noise.
+/// Returns the symmetric root of a positive semidefinite matrix. It changes little where the matrix
+/// does, so that its columns belong to the same unknowns in solutions with similar noise.
 fn symmetric_root(matrix: DMatrix<f64>) -> DMatrix<f64> {
     let mut eigen = SymmetricEigen::new(matrix);
     eigen
@@ -256,7 +257,7 @@ fn step(problem: &Problem<'_>, normal: &NormalEquations) -> Result<Step, Calibra
     })
 }
 
-/// Returns the covariance that belongs to an information of scaled parameters, zero in unobservable directions.
+/// Returns the covariance of an information of scaled parameters, zero in unobservable directions.
 fn covariance(spectrum: &Spectrum<nalgebra::Const<10>>, scales: &Vector) -> Matrix {
     let terms = spectrum.observable().map(|(information, direction)| {
         let direction = direction.component_mul(scales);

@@ -35,8 +35,7 @@ pub struct EffortRecorder {
 
 impl EffortRecorder {
     /// Creates a recorder for the joints between the base of a robot and the link `tool`, which has
-    /// the frame of the payload. Other joints may move, too; the links that they move count as
-    /// known.
+    /// the frame of the payload. Other joints may move, too; their links count as known.
     ///
     /// # Errors
     /// Returns [`CalibrateError::Identify`] if the robot does not have the link or a setting is out of range, and
@@ -68,7 +67,7 @@ impl EffortRecorder {
     /// A sample that repeats the positions and efforts of the one before is [`PushOutcome::Rejected`], as is one that has
     /// no efforts, is not finite, or is not later than the one before.
     ///
-    /// Cost: one pass over the robot's bodies above each body of the arm, and a copy of the window that the sample ends.
+    /// Cost: one pass over the bodies above each body of the arm, and a copy of a window that ends.
     ///
     /// # Errors
     /// Returns [`CalibrateError::Identify`] if a slice does not fit the robot.

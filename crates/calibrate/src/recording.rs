@@ -67,7 +67,7 @@ impl EffortRecording {
         self.arm.columns(&self.means[window], joint)
     }
 
-    /// Returns the mean effort of a joint that belongs to the motion in a window, where efforts lag by a delay, s.
+    /// Returns a joint's mean effort for the motion in a window, where efforts lag by a delay, s.
     pub(crate) fn effort(&self, window: usize, joint: usize, delay_s: f64) -> f64 {
         self.efforts[window][joint].effort(delay_s, self.window_s())
     }
@@ -77,7 +77,7 @@ impl EffortRecording {
         self.efforts[window][joint].slope(delay_s, self.window_s())
     }
 
-    /// Returns the times, efforts and velocities of all windows. They do not depend on the robot's links.
+    /// Returns times, efforts and velocities of all windows, which do not depend on links.
     pub(crate) fn numbers(&self) -> impl Iterator<Item = f64> + '_ {
         let joints = self.arm.joints.len();
         let of_joints = (0..self.windows()).flat_map(move |window| {

@@ -1,4 +1,4 @@
-//! First fit: least squares with weak priors, for the torques of the load-dependent friction and the scale of the rest.
+//! First fit: least squares with weak priors, for torques of load-dependent friction and scales.
 
 use nalgebra::{DMatrix, DVector};
 
@@ -8,17 +8,17 @@ use super::recording::EffortRecording;
 use super::rows::dot;
 use crate::CalibrateError;
 
-/// Mass that every link has at least in the prior, kg, and the distance at which its moments and inertia are formed, m.
+/// Least mass of a link in the prior, kg, and the distance that forms its moments and inertia, m.
 const LEAST_MASS_KG: f64 = 0.5;
 const LINK_LENGTH_M: f64 = 0.15;
 
-/// Standard deviation of the prior, in units of the residual: weak, and enough to make the equations solvable.
+/// Standard deviation of the prior, in units of the residual: weak, but equations become solvable.
 const WEAKNESS: f64 = 0.02;
 
 /// Least friction of a joint, a fraction of the range of its effort.
 const LEAST_FRICTION: f64 = 0.003;
 
-/// Least range of a joint's effort, as a fraction of the largest of all joints: an effort that is constant has none.
+/// Least range of a joint's effort, as a fraction of the largest of all: a constant has none.
 const LEAST_RANGE: f64 = 1e-4;
 
 /// Result of the first fit.
@@ -44,7 +44,7 @@ pub(crate) fn link_sizes(described: &[f64]) -> Vec<f64> {
     described.chunks(10).flat_map(of_link).collect()
 }
 
-/// Fits links, offsets, viscous and Coulomb friction and rotors of all joints to recordings of the same arm.
+/// Fits links, offsets, viscous and Coulomb friction and rotors of all joints to recordings.
 pub(crate) fn reference_fit(
     recordings: &[(&EffortRecording, Option<KnownPayload>)],
 ) -> Result<Reference, CalibrateError> {
@@ -113,7 +113,7 @@ fn fastest(recordings: &[(&EffortRecording, Option<KnownPayload>)], joint: usize
     velocities.flatten().fold(0.0, f64::max)
 }
 
-/// Returns all windows of all joints: the recording, the indices of window and joint, and what the arm holds.
+/// Returns all windows of all joints: recording, indices of window and joint, and the payload.
 fn rows_of<'a>(
     recordings: &'a [(&'a EffortRecording, Option<KnownPayload>)],
 ) -> impl Iterator<Item = (&'a EffortRecording, usize, usize, Option<&'a KnownPayload>)> {

@@ -43,7 +43,7 @@ pub struct CalibrationReport {
     pub joints: Vec<JointCalibration>,
     /// The links that they move.
     pub links: Vec<LinkCalibration>,
-    /// Identified payload of each recording with a known one, in the tool frame, in the order of the recordings.
+    /// Identified payload of each recording with a known one, in the tool frame, in their order.
     pub payloads: Vec<InertialParameters>,
     /// What the motion does not determine.
     pub shortages: Vec<MotionShortage>,
@@ -64,7 +64,8 @@ pub struct CalibratingRecording {
     pub is_loaded: bool,
 }
 
-/// The calibrated model of one joint. Efforts are in N m, or in N for a prismatic joint; angles become lengths there.
+/// The calibrated model of one joint. Efforts are in N m, or in N for a prismatic joint; angles
+/// become lengths there.
 #[derive(Clone, Debug, PartialEq)]
 pub struct JointCalibration {
     /// Name of the joint.
@@ -97,7 +98,7 @@ pub struct JointCalibration {
     pub residual_before: f64,
     /// Rms of measured less modelled efforts of all windows with the calibration.
     pub residual_after: f64,
-    /// Rms of measured less modelled efforts of windows that a second fit did not see. NaN where there are too few.
+    /// Rms of measured less modelled efforts of windows that a second fit did not see; NaN if few.
     pub residual_held_out: f64,
 }
 
@@ -108,7 +109,7 @@ pub struct LinkCalibration {
     pub name: String,
     /// Parameters of the robot's description, with links beyond the tool.
     pub described: InertialParameters,
-    /// Calibrated parameters. Motion determines combinations of several links only; the others stay as described.
+    /// Calibrated parameters. Motion determines combinations of links; others stay as described.
     pub calibrated: InertialParameters,
     /// Standard deviations of the ten calibrated parameters.
     pub std_devs: [f64; 10],
@@ -123,7 +124,7 @@ impl CalibrationReport {
         recordings.find(|each| each.fingerprint == fingerprint)
     }
 
-    /// Checks that an unloaded recording, which is to update the calibration, is not one of its own.
+    /// Checks that an unloaded recording that updates the calibration is not one of its own.
     ///
     /// # Errors
     /// Returns [`CalibrateError::Unloaded`] if it is: its noise would count twice.
@@ -151,7 +152,7 @@ pub enum MotionShortage {
         /// Largest velocity, rad/s or m/s.
         max_velocity: f64,
     },
-    /// A joint moves in one direction only: its offset and its Coulomb friction cannot be distinguished.
+    /// A joint moves in one direction only, which does not distinguish offset and Coulomb friction.
     #[serde(rename = "joint_one_direction")]
     OneDirection {
         /// Name of the joint.
@@ -159,8 +160,7 @@ pub enum MotionShortage {
         /// Whether that direction is the positive one.
         is_positive: bool,
     },
-    /// The gain of a joint was to be found, but the recordings leave it more uncertain than half of what was known
-    /// before.
+    /// The recordings leave the gain of a joint more uncertain than half of what was known before.
     #[serde(rename = "gain_uncertain")]
     Gain {
         /// Name of the joint.

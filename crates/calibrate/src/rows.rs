@@ -40,7 +40,7 @@ struct Terms {
     /// Torques of the arm and of the payload.
     arm: f64,
     payload: f64,
-    /// Columns of the load-dependent friction of arm and payload together, and of what the payload's differs.
+    /// Columns of load-dependent friction of arm and payload, and of the payload's difference.
     load: f64,
     payload_load: f64,
     /// Derivatives of the effort with respect to the torques of arm and payload, times the gain.
@@ -49,8 +49,7 @@ struct Terms {
 }
 
 impl EffortModel {
-    /// Indices of a joint's unknowns: of the links that it moves, then its own in the order of the
-    /// groups.
+    /// Indices of a joint's unknowns: of the links that it moves, then its own in order of groups.
     pub(crate) fn indices(&self, recording: &EffortRecording, joint: usize) -> Vec<usize> {
         let links = 10 * recording.arm.first_links[joint]..self.layout.link_range().end;
         let groups = self.layout.groups();
@@ -179,7 +178,7 @@ impl EffortModel {
         let [inverse_gain, k, l] = [Group::InverseGain, Group::Load, Group::PayloadLoad].map(of);
         let of_arm = others + dot(columns.links, &arm[first..self.layout.link_range().end]);
         let of_payload = columns.payload.dot(payload);
-        // Magnitude of an effort, smoothed, and its derivative times the smoothed sign of the velocity.
+        // Smoothed magnitude of an effort, and its derivative times the velocity's smoothed sign.
         let magnitude = |effort: f64| effort.hypot(SMOOTHING * scale);
         let slope = |effort: f64| columns.sign * effort / magnitude(effort);
         let (alone, loaded) = (inverse_gain * of_arm, inverse_gain * (of_arm + of_payload));
@@ -275,7 +274,7 @@ mod tests {
         let mut unknowns = arm.described.clone();
         unknowns.resize(model.layout.len(), 0.0);
         unknowns[model.layout.range(Group::InverseGain)].fill(1.0);
-        // The finger is at rest relative to the tool only if it is part of it: its torques must be there, too.
+        // A finger rests relative to the tool only as part of it: its torques must be there, too.
         let mut others: f64 = 0.0;
         for window in 0..recording.windows() {
             for joint in 0..2 {
@@ -340,8 +339,8 @@ mod tests {
         }
     }
 
-    /// Rows are the derivatives of modelled less measured effort with respect to every unknown, at gains and friction far
-    /// from their prior, and the last column is measured less modelled effort.
+    /// Rows are the derivatives of modelled less measured effort with respect to every unknown, at
+    /// gains and friction far from their prior; the last column is measured less modelled effort.
     #[test]
     fn rows_are_derivatives() {
         let (recording, model) = (recording(), model());

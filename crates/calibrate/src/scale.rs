@@ -117,7 +117,7 @@ mod tests {
         KnownScale::new(&layout, &scales, held).unwrap()
     }
 
-    /// A weight that is known to 5 % decides more than gains, and as much where it is in four recordings as in one.
+    /// A weight known to 5 % decides more than gains, and as much in four recordings as in one.
     #[test]
     fn one_balance_has_one_error() {
         let one = known(&[(4.0, 0.2)]);

@@ -8,10 +8,10 @@ use tactid_identify::IdentifyError;
 /// Range of [`CalibrationSettings::gain_std_dev`], in words.
 const GAIN_STD_DEV: &str = "at least zero and less than one (0.2 for 20 %), because a gain is positive: rough gains must be given where efforts have another unit";
 
-/// How efforts are recorded and calibrated. Recordings can be combined only if gravity and cutoff are the same.
+/// How efforts are recorded and calibrated. Recordings can be combined if gravity and cutoff agree.
 #[derive(Clone, Debug, PartialEq)]
 pub struct CalibrationSettings {
-    /// Gravitational acceleration in the inertial frame, m/s², pointing down. Default (`None`): 9.81 along -z.
+    /// Gravity in the inertial frame, m/s², pointing down. Default (`None`): 9.81 along -z.
     pub gravity: Option<Vector3<f64>>,
     /// Frequency at which the window means have lost 3 dB, Hz. It should be some four times the highest frequency of the
     /// motion. Default: 2.

@@ -2,10 +2,10 @@
 //!
 //! Sixty lines, where argmin would add a dozen crates for the same four numbers.
 
-/// Differences between the corners of a simplex, in unknowns and in values, below which the search ends.
+/// Differences between corners of a simplex, in unknowns and values, that end the search.
 const TOLERANCES: [f64; 2] = [0.05, 0.1];
 
-/// Returns the best point after at most so many steps from a simplex at `start` with edges of this `size`.
+/// Returns the best point after at most so many steps from a simplex at `start` of this `size`.
 pub(crate) fn minimise<const N: usize>(
     mut value: impl FnMut(&[f64; N]) -> f64,
     start: &[f64; N],

@@ -1,4 +1,4 @@
-//! Gauss-Newton over the unknowns of an arm and of payloads, with whitened rows and a Gaussian prior.
+//! Gauss-Newton over the unknowns of an arm and payloads, with whitened rows and a Gaussian prior.
 
 use nalgebra::{DMatrix, DVector};
 
@@ -41,8 +41,7 @@ pub(crate) struct Problem<'a> {
     pub(crate) scale: Option<KnownScale>,
 }
 
-/// Normal equations for a step of the unknowns, divided by their units: first of the arm, then of
-/// each payload.
+/// Normal equations for a step of the unknowns in their units: of the arm, then of each payload.
 #[derive(Clone, Debug)]
 pub(crate) struct NormalEquations {
     pub(crate) matrix: DMatrix<f64>,
@@ -89,7 +88,7 @@ impl Problem<'_> {
             .plus(self.prior_equations(at))
     }
 
-    /// Returns the normal equations of the recordings alone at these unknowns, with the noise of each joint.
+    /// Returns normal equations of the recordings alone at these unknowns, with each joint's noise.
     pub(crate) fn data_equations(&self, at: &Unknowns, noise: &[EffortNoise]) -> NormalEquations {
         let mut normal = NormalEquations {
             matrix: DMatrix::zeros(self.len(), self.len()),

@@ -5,7 +5,7 @@ use tactid_identify::solve::HALF_WIDTH_95;
 /// Degrees of freedom with which recordings determine their noise.
 pub(crate) const DEGREES_OF_FREEDOM: f64 = 8.0;
 
-/// Quantile of Student's distribution with [`DEGREES_OF_FREEDOM`] that 95 % of its absolute values are below.
+/// Quantile of Student's distribution with [`DEGREES_OF_FREEDOM`] above 95 % of absolute values.
 const STUDENT_95: f64 = 2.306_004;
 
 /// Ratio of the quantiles of Student's and of the normal distribution.

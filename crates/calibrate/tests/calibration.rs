@@ -85,7 +85,7 @@ fn claimed(seed: u64) -> World {
     world
 }
 
-/// What is known of a payload, a tool, and a recording of the same day without payload enter the estimate.
+/// What is known of a payload, a tool, and the same day's unloaded recording enter the estimate.
 #[test]
 fn knowledge_of_the_payload_enters() {
     let mut world = claimed(5);
@@ -187,9 +187,9 @@ fn contradictions_are_reported() {
             .any(|f| matches!(f, Finding::MassContradicted { .. })),
         "{found:?}"
     );
-    // Heavier than the load by more than three standard deviations: this is a draw in which changes of friction and gains by 3 %,
-    // which it does not have, explain the recording better. The load is 2.34 ± 0.51 kg (95 %), which contains the true 2 kg; in 39 of
-    // 40 other draws the half width is below 0.16 kg, and the mean error 3 g (`calibration_unloaded.rs`).
+    // Over three standard deviations heavier than the load: in this draw, changes of friction and
+    // gains by 3 %, which it lacks, fit better, with 2.34 ± 0.51 kg (95 %) for 2 kg; 39 of 40
+    // others have half widths below 0.16 kg, and mean errors of 3 g (`calibration_unloaded.rs`).
     let heavy = BatchSettings {
         known_tool: Some(MassProperties {
             mass_kg: 5.0,
@@ -210,7 +210,7 @@ fn contradictions_are_reported() {
     );
 }
 
-/// A posture that is held still determines neither the inertia nor more than the weight and its levers.
+/// A posture that is held still determines nothing but the weight and its levers.
 #[test]
 fn a_payload_at_rest_is_not_identifiable_as_a_whole() {
     let mut world = claimed(7);
@@ -256,7 +256,7 @@ fn what_the_motion_does_not_determine_is_reported() {
     assert_eq!(report.shortages.iter().filter(of_motion).count(), 2);
 }
 
-/// The comparison for plots has the residuals of the report, and the description alone explains far less.
+/// The comparison for plots has the report's residuals; the description alone explains far less.
 #[test]
 fn compared_efforts_are_those_of_the_report() {
     let mut world = claimed(9);

@@ -67,7 +67,7 @@ fn only(contradictions: Vec<Contradiction>) -> Option<Contradiction> {
     contradictions.into_iter().next()
 }
 
-/// Returns what contradicts the assumptions of a calibration of an arm with gains that are not known.
+/// Returns what contradicts the assumptions of a calibration of an arm with unknown gains.
 fn contradiction(seed: u64, wrong: Wrong) -> Option<Contradiction> {
     only(calibrated(seed, wrong).unwrap().report.contradictions)
 }

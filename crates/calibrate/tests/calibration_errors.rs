@@ -272,7 +272,7 @@ fn joints_without_effort_do_no_harm() {
     );
 }
 
-/// Messages that repeat the one before are dropped, unless the robot rests for long; faulty ones are counted.
+/// Repeated messages are dropped, unless the robot rests for long; faulty ones are counted.
 #[test]
 fn repeated_and_rejected_samples_are_counted() {
     let mut recorder = recorder(&described(), TOOL).unwrap();

@@ -62,7 +62,7 @@ fn the_uncertainty_of_a_known_mass_is_that_of_other_payloads() {
         assert!((exact - BODY_KG).abs() < 0.02, "{exact}");
         for std_dev_kg in [0.1, 0.2, 0.4] {
             let [free, half_width] = recordings.identify(&[(4.0, std_dev_kg)]);
-            // Gains that are known to 20 % weigh at most a fifth, and contradict the weight by some 10 %.
+            // Gains known to 20 % weigh at most a fifth, and contradict the weight by some 10 %.
             assert!((free / exact - 1.0).abs() < 0.03, "{free} {exact}");
             // 2.3 standard deviations of 8 degrees of freedom, less what the gains know.
             let expected = least.hypot(2.3 * BODY_KG * std_dev_kg / 4.0);

@@ -10,7 +10,7 @@ use effort_arm::{World, calibrated, payload, record, values};
 use tactid_calibrate::{Calibration, CalibrationSettings, EffortRecording, calibrate};
 use tactid_identify::{BatchSettings, HALF_WIDTH_95};
 
-/// How many intervals of mass and centre of mass hold, and the squares of the errors of masses, kg².
+/// How many intervals of mass and centre of mass hold, and the squared errors of masses, kg².
 #[derive(Default)]
 struct Errors {
     held: usize,

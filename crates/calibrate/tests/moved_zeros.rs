@@ -41,7 +41,7 @@ fn found(joint: usize, angle: f64) -> (usize, usize) {
     (named, misnamed)
 }
 
-/// A zero that has moved by 0.6 degrees or more is found and named. Measured: 12 of 12 at the shoulder.
+/// A zero that has moved by 0.6 degrees or more is found and named: 12 of 12 at the shoulder.
 #[test]
 fn zeros_that_have_moved() {
     for (joint, angle) in [(1, 0.01), (1, -0.02), (1, 0.05), (2, 0.02)] {

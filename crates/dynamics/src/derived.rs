@@ -44,7 +44,7 @@ impl Manipulator {
         robot
     }
 
-    /// Returns the robot without the masses of the links below `frame`: the model of its known part where the
+    /// Returns the robot without the masses of the links below `frame`: the known part where the
     /// end-effector counts as unknown. The link of `frame` keeps its mass, and all joints stay.
     #[must_use]
     pub fn without_subtree(&self, frame: FrameId) -> Self {
@@ -65,7 +65,7 @@ impl Manipulator {
         let carried: Vec<usize> = frames.iter().map(|&frame| self.link(frame).body).collect();
         let mut robot = self.clone();
         robot.bodies.clear();
-        // For each body, the index of the body in the new robot that carries it, and its pose there.
+        // For each body, the index of the new robot's body that carries it, and its pose there.
         let mut places: Vec<(usize, Isometry3<f64>)> = Vec::with_capacity(self.bodies.len());
         for (index, (body, end)) in self
             .bodies
@@ -114,7 +114,8 @@ impl Manipulator {
     pub(crate) fn links_below(&self, frame: FrameId) -> Range<usize> {
         let position = self.position(frame);
         let first = position + 1;
-        // In depth-first order a subtree is contiguous, and its links alone have parents at or after its root.
+        // In depth-first order a subtree is contiguous; no other link has a parent from its root
+        // on.
         let followers = self.links[first..].iter();
         let count = followers.take_while(|link| link.parent >= position).count();
         first..first + count

@@ -18,7 +18,7 @@ pub enum ModelError {
     /// The text is not XML or not a URDF.
     #[error("not a URDF: {0}")]
     Syntax(String),
-    /// A moving link and all links fixed to it have no mass. The fields are the link and the joint that moves it.
+    /// A moving link and all links fixed to it have no mass. The fields are the link and its joint.
     #[error(
         "link `{0}` moves but has no mass: give it an <inertial> with a positive mass, or make joint `{1}` fixed"
     )]
@@ -157,7 +157,7 @@ pub enum StateError {
         /// Number of states.
         count: usize,
     },
-    /// The rows of a regressor are not one for each independent joint and each body that a joint moves.
+    /// A regressor has not one row for each independent joint and each body that a joint moves.
     #[error(
         "the regressor has {given} rows, but the joints and the bodies that they move need {expected}"
     )]

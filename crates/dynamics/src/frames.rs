@@ -16,7 +16,7 @@ impl Workspace {
         self.placement_above(fixed.placement(), fixed.body, 0)
     }
 
-    /// Returns the motion of a frame, expressed in the inertial frame. The cost is one pass over the bodies above it.
+    /// Returns the motion of a frame in the inertial frame, in one pass over the bodies above it.
     #[must_use]
     pub fn frame_motion(&self, frame: FrameId) -> FrameMotion {
         let fixed = &self.frames[self.robot.position(frame)];
@@ -112,7 +112,7 @@ impl Workspace {
         })
     }
 
-    /// Returns the body farthest from the base of those that carry both bodies; a body carries itself, too.
+    /// Returns the body farthest from the base that carries both; a body carries itself, too.
     fn common_body(&self, a: usize, b: usize) -> usize {
         let (mut common, last) = (a.min(b), a.max(b));
         // In depth-first order, the bodies that one carries have the indices that follow its own.
@@ -165,8 +165,8 @@ impl Workspace {
         MovingPlacement::in_parent(&self.states[index], parent.angular_velocity)
     }
 
-    /// Returns all bodies with their states and placements in the frame of the base. The cost is one product for each body
-    /// that follows its parent, and one pass over those above it for any other.
+    /// Returns all bodies with their states and placements in the frame of the base. It costs a
+    /// product for each body that follows its parent, and a pass over those above it for any other.
     pub(crate) fn placed_bodies(
         &self,
     ) -> impl Iterator<Item = (&BodyModel, &BodyState<f64>, MovingPlacement)> + '_ {
@@ -184,17 +184,17 @@ impl Workspace {
         })
     }
 
-    /// Computes the geometric Jacobian of a frame, one column for each independent joint: velocity of the frame's
-    /// origin (m/s), then angular velocity (rad/s), both expressed in the frame itself, for a unit velocity of the joint.
-    /// The column of a joint that does not move the frame is zero.
+    /// Computes the geometric Jacobian of a frame, one column for each independent joint: velocity
+    /// of the frame's origin (m/s), then angular velocity (rad/s), both expressed in the frame
+    /// itself, for a unit velocity of the joint: zero for a joint that does not move the frame.
     ///
-    /// Its transpose maps wrenches to joint torques: `τ_j = J_jᵀ [f; n]` is what joint `j` must add for the wrench
-    /// `[f; n]`, expressed in the frame and about its origin, to act **on** a body held there.
+    /// Its transpose maps wrenches to joint torques: `τ_j = J_jᵀ [f; n]` is what joint `j` must add
+    /// for the wrench `[f; n]`, in the frame and about its origin, to act **on** a body held there.
     ///
     /// The cost is one pass over the bodies above the frame. Nothing is allocated.
     ///
     /// # Errors
-    /// Returns [`StateError::Length`] if `columns` does not have one entry for each independent joint.
+    /// Returns [`StateError::Length`] if `columns` has not one entry for each independent joint.
     pub fn jacobian(&self, frame: FrameId, columns: &mut [Vector6<f64>]) -> Result<(), StateError> {
         self.robot.check_count("the Jacobian", columns.len())?;
         columns.fill(Vector6::zeros());

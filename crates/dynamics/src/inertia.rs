@@ -11,7 +11,7 @@ pub const PARAMETER_NAMES: [&str; 10] = [
     "m", "m*ax", "m*ay", "m*az", "Ixx", "Ixy", "Ixz", "Iyy", "Iyz", "Izz",
 ];
 
-/// Returns the six distinct entries `[Ixx, Ixy, Ixz, Iyy, Iyz, Izz]` of a symmetric 3x3 matrix, row by row.
+/// Returns the entries `[Ixx, Ixy, Ixz, Iyy, Iyz, Izz]` of a symmetric 3x3 matrix, row by row.
 ///
 /// Products of inertia are the off-diagonal matrix entries (no sign flip), as in URDF and in
 /// `geometry_msgs/Inertia`.
@@ -123,7 +123,7 @@ impl InertialParameters {
         ])
     }
 
-    /// Returns mass, centre of mass and inertia about the centre of mass, or `None` if the mass is zero.
+    /// Returns mass, centre of mass and inertia about it, or `None` if the mass is zero.
     #[must_use]
     pub fn mass_properties(&self) -> Option<MassProperties> {
         let mass_kg = self.mass();
@@ -145,8 +145,8 @@ impl InertialParameters {
         Self::from_pseudo_inertia(&(t * self.pseudo_inertia() * t.transpose()))
     }
 
-    /// Returns the 4x4 pseudo-inertia `[[Σ, h], [hᵀ, m]]` with the second moments `Σ = ½ tr(I) 1 - I`:
-    /// the integral of `[x; 1][x; 1]ᵀ` over the body's mass. Units: kg m², kg m, kg.
+    /// Returns the 4x4 pseudo-inertia `[[Σ, h], [hᵀ, m]]` with the second moments
+    /// `Σ = ½ tr(I) 1 - I`: the integral of `[x; 1][x; 1]ᵀ` over the mass, kg m², kg m, kg.
     #[must_use]
     pub fn pseudo_inertia(&self) -> Matrix4<f64> {
         let inertia = self.inertia_about_origin();
@@ -193,7 +193,7 @@ impl InertialParameters {
     /// the Schur complement about the centre of mass.
     #[must_use]
     pub fn is_physical_within(&self, tolerance: f64) -> bool {
-        // The inertia about the centre of mass inherits the rounding error of the parallel-axis term.
+        // The inertia about the centre of mass has the rounding error of the parallel-axis term.
         let rounding = 1e-14 * self.inertia_about_origin().trace();
         self.mass() > 0.0
             && self.principal_moments().is_some_and(|moments| {
@@ -222,8 +222,8 @@ const INERTIA_TOLERANCE: f64 = 1e-3;
 /// µm. Published robots have moments of ±1e-18 kg m² that are the rest of a difference.
 const ROUNDING: f64 = 1e-14;
 
-/// Returns the principal moments about the centre of mass in ascending order, kg m², if no body of positive mass has
-/// them, and `None` if one has or the mass is zero. Rounding errors count as zero.
+/// Returns the principal moments about the centre of mass in ascending order, kg m², if no body of
+/// positive mass has them, else, or if the mass is zero, `None`. Rounding errors count as zero.
 pub(crate) fn impossible_moments(parameters: &InertialParameters) -> Option<[f64; 3]> {
     let rounding = ROUNDING * parameters.mass().abs();
     let round = |moment: f64| {

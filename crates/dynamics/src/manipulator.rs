@@ -29,7 +29,7 @@ impl BaseKind {
 /// How a joint lets a body move relative to its parent.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum JointKind {
-    /// The body rotates about the axis. The position is an angle in rad. Covers URDF's `revolute` and `continuous`.
+    /// The body rotates about the axis by an angle, rad: URDF's `revolute` and `continuous`.
     Revolute,
     /// The body slides along the axis. The position is a distance in m.
     Prismatic,
@@ -44,7 +44,7 @@ pub(crate) struct Joint {
     pub(crate) axis: Unit<Vector3<f64>>,
     /// Pose of the moved body's frame in the parent body's frame at joint position zero.
     pub(crate) parent_from_zero: Isometry3<f64>,
-    /// Index in `q` of the coordinate that moves the joint. A mimic joint has the index of the joint it follows.
+    /// Index in `q` of the coordinate that moves the joint, for a mimic joint of the followed one.
     pub(crate) coordinate: usize,
     /// Joint position divided by coordinate: `position = ratio · q + offset`. It is 1 unless the joint mimics another.
     pub(crate) ratio: f64,
@@ -60,7 +60,7 @@ pub(crate) struct Joint {
     pub(crate) effort_limit: Option<f64>,
 }
 
-/// A rigid body: a link and all links that fixed joints attach to it. Its frame is the frame of that first link.
+/// A rigid body: a link and all links that fixed joints attach to it, in the frame of the first.
 #[derive(Clone, Debug)]
 pub(crate) struct Body {
     /// Index of the parent body; 0 for the base itself.
@@ -92,7 +92,7 @@ pub(crate) struct Link {
     pub(crate) body_from_link: Isometry3<f64>,
     /// Parameters that count towards the body, in the link's frame.
     pub(crate) parameters: InertialParameters,
-    /// Parameters that [`Manipulator::without_subtree`] has removed from the body, in the link's frame.
+    /// Parameters that [`Manipulator::without_subtree`] has removed, in the link's frame.
     pub(crate) removed: InertialParameters,
 }
 
@@ -129,7 +129,7 @@ pub struct Manipulator {
     pub(crate) base_kind: BaseKind,
     /// Bodies in depth-first order, the base first.
     pub(crate) bodies: Vec<Body>,
-    /// Links in depth-first order, the root first: parents precede children and each subtree is contiguous.
+    /// Links in depth-first order: parents precede children and each subtree is contiguous.
     pub(crate) links: Vec<Link>,
     /// Position in `links` of each [`FrameId`].
     positions: Vec<usize>,
@@ -217,7 +217,7 @@ impl Manipulator {
         self.base_kind
     }
 
-    /// Returns the number of independent joints, which is the length of `q`. Mimic joints do not count.
+    /// Returns the number of independent joints, the length of `q`. Mimic joints do not count.
     #[must_use]
     pub fn dof(&self) -> usize {
         self.joint_names.len()
@@ -229,7 +229,7 @@ impl Manipulator {
         &self.joint_names
     }
 
-    /// Returns the index of a joint in `q`, or `None` for a joint that is unknown, fixed or a mimic joint.
+    /// Returns the index of a joint in `q`, or `None` for an unknown, fixed or mimic joint.
     #[must_use]
     pub fn joint_index(&self, name: &str) -> Option<usize> {
         self.joint_names.iter().position(|known| known == name)
@@ -297,7 +297,7 @@ impl Manipulator {
         FrameId(0)
     }
 
-    /// Returns the transform `a_from_b` between two frames of one body, or `None` if a joint lies between them.
+    /// Returns the transform `a_from_b` between two frames of one body, or `None` for two bodies.
     #[must_use]
     pub fn fixed_transform(&self, a: FrameId, b: FrameId) -> Option<Isometry3<f64>> {
         let (a, b) = (self.link(a), self.link(b));
@@ -371,8 +371,7 @@ impl Manipulator {
     }
 }
 
-/// Returns for each body the index after the last body that it carries: in depth-first order these
-/// follow it.
+/// Returns for each body the index after the last one that it carries: these follow it in order.
 pub(crate) fn subtree_ends(bodies: &[Body]) -> Vec<usize> {
     let mut ends: Vec<usize> = (1..=bodies.len()).collect();
     for (index, body) in bodies.iter().enumerate().rev() {

@@ -34,8 +34,8 @@ impl MovingBody<'_> {
 }
 
 impl Manipulator {
-    /// Returns what is wrong in the description of the robot, and what the model assumes instead. The masses and inertias
-    /// of links on a fixed base are not reported, because they have no effect.
+    /// Returns what is wrong in the description of the robot, and what the model assumes instead.
+    /// The masses and inertias of links on a fixed base have no effect and are not reported.
     #[must_use]
     pub fn findings(&self) -> Vec<ModelFinding> {
         let mut findings = self.findings.clone();
@@ -55,7 +55,7 @@ impl Manipulator {
     /// where no mass is known. Masses that [`Self::without_subtree`] has removed are known.
     ///
     /// # Errors
-    /// Returns [`ModelError::MasslessChain`] or [`ModelError::MasslessBase`], which name the first body.
+    /// Returns [`ModelError::MasslessChain`] or [`ModelError::MasslessBase`] with the first body.
     pub fn check_masses(&self, tip: Option<FrameId>) -> Result<(), ModelError> {
         let mut bodies = self.moving_bodies();
         if let Some(tip) = tip {

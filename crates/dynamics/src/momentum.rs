@@ -43,7 +43,7 @@ fn momentum_about_base(workspace: &Workspace) -> Wrench {
     of_bodies.fold(Wrench::zero(), |sum, one| sum + one)
 }
 
-/// Returns the momentum of a body in the frame of the base and about its origin. `base_velocity` is in this frame, too.
+/// Returns a body's momentum in the frame of the base, as `base_velocity`, about its origin.
 fn momentum_of(
     body: &BodyModel,
     state: &BodyState<f64>,
@@ -63,8 +63,8 @@ fn momentum_of(
 /// outside: the velocity for which the momentum vanishes, and the acceleration for which the wrench on the base does.
 /// `pose` is the pose of the base in the inertial frame.
 ///
-/// The workspace then holds the resulting motion and its forces. The cost is three passes for the motion, one for the momentum, two
-/// for the forces and the solution of two 3x3 systems. Nothing is allocated.
+/// The workspace then holds the motion and its forces. The cost is three passes for the motion, one
+/// for the momentum, two for the forces and the solution of two 3x3 systems. Nothing is allocated.
 ///
 /// # Errors
 /// Returns [`StateError::Length`] if a slice does not have one entry for each independent joint.
@@ -81,7 +81,7 @@ pub fn free_base_motion(
 /// six passes over the bodies.
 #[derive(Clone, Copy, Debug)]
 pub struct FreeRobot {
-    /// Linear and angular momentum, in the places of force and moment, in the frame of the base and about its origin.
+    /// Linear and angular momentum as force and moment, in the base's frame and about its origin.
     momentum: Wrench,
     /// Robot with locked joints, in the frame of the base.
     whole: InertialParameters,

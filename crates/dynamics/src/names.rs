@@ -6,7 +6,7 @@ use strsim::levenshtein;
 const MAX_LISTED: usize = 16;
 /// Number of most similar names that a message lists where there are more than [`MAX_LISTED`].
 const MOST_SIMILAR: usize = 8;
-/// Largest number of characters of a name that are compared and shown. The cost is its square for each name.
+/// Most characters of a name that are compared and shown. The cost is its square for each name.
 const MAX_NAME_CHARS: usize = 64;
 
 /// Lists the names among which one was not found, for an error message: all of up to 16, and of more the eight that are

@@ -36,7 +36,7 @@ pub(crate) struct Placement {
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct MovingPlacement {
     pub(crate) placement: Placement,
-    /// Velocity of the frame's origin relative to the other frame's origin, in axes of the other frame.
+    /// Velocity of the frame's origin relative to the other frame's origin, in its axes.
     pub(crate) velocity: Vec3<f64>,
 }
 

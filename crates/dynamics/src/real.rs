@@ -3,8 +3,8 @@
 use std::f64::consts::FRAC_2_PI;
 use std::ops::{Add, Mul, Neg, Sub};
 
-/// A number, or the same number of several independent states side by side in one register (lanes). The recursion over
-/// the bodies is generic over it, so one state and many are computed by the same code.
+/// A number, or the same number of several states side by side in one register (lanes). The
+/// recursion over the bodies is generic over it: the same code computes one state and many.
 ///
 /// Constants of the robot are `f64`: they are the same in all lanes.
 pub(crate) trait Real:
@@ -19,7 +19,7 @@ pub(crate) trait Real:
     /// every processor has round the product and the sum.
     fn mul_add(self, factor: Self, term: Self) -> Self;
 
-    /// Returns a number in all lanes of a register like `self`, which proves that its processor is there.
+    /// Returns a number in all lanes like `self`, which proves that its processor is there.
     fn splat(self, number: f64) -> Self;
 
     /// Returns the absolute value.
@@ -47,7 +47,7 @@ impl Real for f64 {
 /// Largest angle, rad, of which [`sin_cos`] counts the quarter turns without a rounding error.
 const LARGEST_ANGLE: f64 = 1e6;
 
-/// Returns an angle of equal sine and cosine that [`sin_cos`] can take: the angle itself up to a million rad.
+/// Returns an angle of equal sine and cosine that [`sin_cos`] can take: itself up to a million rad.
 #[inline(always)]
 pub(crate) fn bounded_angle(angle: f64) -> f64 {
     if angle.abs() <= LARGEST_ANGLE {
@@ -137,7 +137,7 @@ fn polynomial<T: Real>(z: T, coefficients: &[f64; 6]) -> T {
 mod tests {
     use super::*;
 
-    /// Sine and cosine agree with the standard library over many turns, at and beside multiples of
+    /// Sine and cosine agree with the standard library over many turns, also about multiples of
     /// π/2.
     #[test]
     fn sine_and_cosine_are_those_of_the_standard_library() {

@@ -23,7 +23,7 @@ pub(crate) struct BodyModel {
     pub(crate) joint: Option<JointModel>,
     /// Rotation of the joint frame in the frame of the parent's joint at joint position zero.
     rotation: Mat3<f64>,
-    /// Position of the joint frame's origin in the frame of the parent's joint at joint position zero, m.
+    /// Position of the joint frame's origin in the parent's joint frame at joint position zero, m.
     translation: Vec3<f64>,
     /// Rotation of the joint frame in the body's frame; `None` where they are the same.
     pub(crate) body_from_joint: Option<Matrix3<f64>>,
@@ -69,8 +69,7 @@ pub(crate) struct JointState<T> {
 /// Motion of one body and the wrench on it, in its joint frame.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct BodyState<T> {
-    /// Rotation of this joint frame in the parent's joint frame; for the base, in the inertial
-    /// frame.
+    /// Rotation of this joint frame in the parent's joint frame (the base: in the inertial frame).
     pub(crate) rotation: Mat3<T>,
     /// Position of this frame's origin in the parent's joint frame, m; for the base, in the
     /// inertial frame.

@@ -1,5 +1,5 @@
-//! Linear equations for the inertial parameters of an end-effector, (29)-(32) and (42)-(48). All vectors are expressed in
-//! the end-effector frame `Σ_U`, the only frame in which the unknowns are constant.
+//! Linear equations for the inertial parameters of an end-effector, (29)-(32) and (42)-(48). All
+//! vectors are in the end-effector frame `Σ_U`, the only one in which the unknowns are constant.
 
 use nalgebra::{Matrix3, Matrix3x4, Matrix3x6, SMatrix, Vector3};
 

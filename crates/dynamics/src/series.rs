@@ -1,4 +1,4 @@
-//! Computations for many states at once: as many as a register of the processor has lanes, by the same recursion as one.
+//! Computations for many states at once, in the lanes of a register, by the same recursion as one.
 
 use nalgebra::{SMatrix, Vector3};
 
@@ -26,10 +26,10 @@ pub struct StateSeries<'a> {
 /// The vector unit of a processor.
 #[derive(Clone, Copy, Debug)]
 pub enum VectorUnit {
-    /// The widest that the processor has: eight lanes of AVX-512, four of AVX2 or two of NEON, all with fused products, or the
-    /// baseline.
+    /// The widest of the processor: eight lanes of AVX-512, four of AVX2, two of NEON, with fused
+    /// products, or the baseline.
     Widest,
-    /// Four lanes of instructions that every processor of its kind has, such as SSE2. Results do not depend on the processor.
+    /// Four lanes of what every processor has, such as SSE2: results do not depend on it.
     Baseline,
 }
 
@@ -95,9 +95,10 @@ impl BatchDynamics {
     }
 
     /// Computes the joint torques and the wrench on the base of each state, as
-    /// [`inverse_dynamics`](crate::inverse_dynamics()) does: in `torques` one entry for each joint, state after state, and in
-    /// `base_wrenches` the force and then the moment of
-    /// [`Workspace::base_wrench`](crate::Workspace::base_wrench). There are as many states as base wrenches.
+    /// [`inverse_dynamics`](crate::inverse_dynamics()) does: in `torques` one entry for each joint,
+    /// state after state, and in `base_wrenches` force and moment of
+    /// [`Workspace::base_wrench`](crate::Workspace::base_wrench). There are as many states as base
+    /// wrenches.
     ///
     /// # Errors
     /// Returns [`StateError::Series`] if a part of `states`, or `torques`, has another length.
@@ -249,7 +250,7 @@ struct Source<'a> {
 }
 
 impl Source<'_> {
-    /// Returns the numbers of the states in the lanes from `first` on. Lanes beyond the last state repeat it.
+    /// Returns the numbers of the states in the lanes from `first` on. Later lanes repeat the last.
     #[inline(always)]
     fn lanes<T: Lanes>(&self, zero: T, first: usize, at: impl Fn(usize) -> f64) -> T {
         let mut numbers = [0.0; MOST_LANES];

@@ -42,7 +42,7 @@ impl Wrench {
         }
     }
 
-    /// Returns the same wrench expressed in frame `a` and about its origin, where `self` is in frame `b`.
+    /// Returns the same wrench in frame `a` and about its origin, where `self` is in frame `b`.
     #[must_use]
     pub fn expressed_in(&self, a_from_b: &Isometry3<f64>) -> Self {
         let force = a_from_b * self.force;
@@ -147,7 +147,7 @@ impl FrameMotion {
     }
 }
 
-/// Motion of the end-effector frame `Σ_U`, expressed in `Σ_U`, in which the unknown parameters are constant.
+/// Motion of the end-effector frame `Σ_U`, expressed in `Σ_U`, where the unknowns are constant.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ToolMotion {
     /// `p̈_U - g`: classical acceleration of the origin minus the gravitational acceleration, m/s².

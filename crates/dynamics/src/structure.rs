@@ -1,4 +1,4 @@
-//! Read access to the tree of bodies and links, for programs that build their own representation of a robot.
+//! Read access to the tree of bodies and links, for programs that build their own robot.
 
 use nalgebra::{Isometry3, Unit, Vector3};
 

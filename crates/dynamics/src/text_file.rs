@@ -11,7 +11,7 @@ use std::{
 /// Largest text file that is read, bytes, far above any robot, calibration or experiment.
 pub(crate) const MAX_BYTES: u64 = 16 << 20;
 
-/// Longest time for which a pipe may have nothing to read. A program that makes a URDF takes some seconds.
+/// Longest time for which a pipe may have nothing to read. Making a URDF takes some seconds.
 const LONGEST_PAUSE: Duration = Duration::from_secs(30);
 
 /// Time between two attempts to read an empty pipe.

@@ -23,12 +23,12 @@ pub struct JointMotion<'a> {
     pub acceleration: &'a [f64],
 }
 
-/// State of a [`Manipulator`]: the motion of every body and, once computed, the forces between bodies.
+/// State of a [`Manipulator`]: the motion of every body and, once computed, the forces.
 ///
-/// A workspace owns a copy of its robot, so that it cannot be used with another one. It always holds a motion:
-/// [`Workspace::new`] starts with the robot at rest at joint positions zero, its base at the inertial frame, and
-/// [`motion`](crate::motion()) replaces that. [`forces`](crate::forces()) adds the forces of that motion. After
-/// construction nothing allocates.
+/// A workspace owns a copy of its robot, so that it cannot be used with another one. It always
+/// holds a motion: [`Workspace::new`] starts with the robot at rest at joint positions zero, its
+/// base at the inertial frame, and [`motion`](crate::motion()) replaces that.
+/// [`forces`](crate::forces()) adds its forces. After construction nothing allocates.
 ///
 /// ```
 /// use nalgebra::{Isometry3, Vector3};

@@ -232,7 +232,7 @@ fn a_new_workspace_is_at_rest_at_zero() {
     }
 }
 
-/// Forces exist after `forces` and until the next motion. A motion that is refused leaves the state unchanged.
+/// Forces exist after `forces` until the next motion. A refused motion leaves the state unchanged.
 #[test]
 fn stale_forces_are_an_error() {
     let rng = &mut rng(5);

@@ -115,7 +115,7 @@ fn a_frame_carries_what_moves_with_it() {
     }
 }
 
-/// The project's robot is the arm of Table 1 on its spacecraft: `tool0` is frame 6 at every posture.
+/// The project's robot is the arm of Table 1 on its spacecraft: `tool0` is always frame 6.
 #[test]
 fn tool0_is_frame_6_of_table_1() {
     let rng = &mut rng(2);
@@ -398,7 +398,7 @@ fn long_chains_are_read() {
     assert_eq!(below, InertialParameters::zero());
 }
 
-/// The kind of a joint is its own also if a joint of another kind mimics it with multiplier 1 and precedes it.
+/// A joint keeps its kind if a joint of another kind mimics it with multiplier 1 and precedes it.
 #[test]
 fn joint_kind_is_not_that_of_a_mimic() {
     let xml = format!(

@@ -70,7 +70,7 @@ fn parameters_are_sums_over_points() {
     }
 }
 
-/// The pseudo-inertia is the sum of `m [x; 1][x; 1]ᵀ` over the points, and determines the parameters.
+/// The pseudo-inertia is the sum of `m [x; 1][x; 1]ᵀ` over points; it determines the parameters.
 #[test]
 fn pseudo_inertia_is_the_second_moment_of_points() {
     let rng = &mut rng(3);

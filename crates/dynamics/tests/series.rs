@@ -76,7 +76,7 @@ fn check(robot: &Manipulator, states: &[State], series: &StateSeries<'_>, gravit
     }
 }
 
-/// Every count of states, also one that does not fill the lanes, gives the results of each state alone.
+/// Any count of states, also one that does not fill the lanes, gives the results of single states.
 #[test]
 fn series_equal_their_states() {
     let rng = &mut rng(1);

@@ -51,7 +51,7 @@ fn massless(links: &[&str]) -> ModelFinding {
     }
 }
 
-/// A sound robot has no findings, and neither have a thin rod, a point mass and a frame without mass.
+/// A sound robot, a thin rod, a point mass and a frame without mass have no findings.
 #[test]
 fn nothing_is_found_in_a_sound_robot() {
     let frame = "<link name='tool0'/><joint name='flange' type='fixed'>\
@@ -171,7 +171,7 @@ fn a_fixed_base_needs_no_mass() {
     }
 }
 
-/// Bodies without mass are reported together, and a robot needs mass somewhere on the way to its tip.
+/// Bodies without mass are reported together; a robot needs mass on the way to its tip.
 #[test]
 fn massless_bodies() {
     let chain = |masses: [&str; 3], base| {
@@ -289,7 +289,7 @@ fn chains_of_mimic_joints() {
     assert_eq!(format!("{chain:?}"), format!("{direct:?}"));
 }
 
-/// A mimic joint that cannot follow the joint that it names moves independently, and others can follow it.
+/// A mimic joint that cannot follow its joint moves independently, and others can follow it.
 #[test]
 fn mimic_joints_that_cannot_follow() {
     let fixed = "<link name='plate'/><joint name='mount' type='fixed'>\

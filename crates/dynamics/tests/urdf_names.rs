@@ -27,7 +27,7 @@ const ATTRIBUTES: [&str; 4] = [
     "\n\tb:ixx = '7'",
 ];
 
-/// Inserts elements and attributes with prefixes at random places between and in the tags of a URDF.
+/// Inserts elements and attributes with prefixes at random between and in the tags of a URDF.
 fn with_prefixed_names(xml: &str, rng: &mut StdRng) -> String {
     let mut changed = String::new();
     let mut depth = 0;
@@ -110,7 +110,7 @@ fn collision(origin: &str, shape: &str) -> String {
     format!("<collision><origin xyz='{origin}'/><geometry>{shape}</geometry></collision>")
 }
 
-/// Boxes among the collision shapes are returned with pose and half size, limits where the joint has some.
+/// Collision boxes are returned with pose and half size, limits where the joint has some.
 #[test]
 fn boxes_and_limits_are_read() {
     let shapes = collision("0 0 1", "<box size='1 2 3'/>")

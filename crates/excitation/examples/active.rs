@@ -184,7 +184,7 @@ fn show(problem: &Problem, payload: InertialParameters, outcome: &Outcome) -> Re
     Ok(())
 }
 
-/// Returns the time after which a random motion that is safe for the whole prior has identified a payload.
+/// Returns the time in which a random motion, safe for the whole prior, identifies a payload.
 fn random_s(
     random: &mut StdRng,
     problem: &Problem,

@@ -73,7 +73,7 @@ impl DenseMotion {
         Ok(dense)
     }
 
-    /// Computes distances between the samples where a pair could come closer than its least distance.
+    /// Computes distances between samples where a pair could come closer than its least distance.
     fn refine(&mut self, plant: &mut Plant, motion: &dyn Motion) -> Result<(), ExcitationError> {
         let layout = plant.layout();
         let least: Vec<f64> = plant
@@ -140,7 +140,7 @@ impl DenseMotion {
         })
     }
 
-    /// Returns how much of a cone is used, without its tightening. The base is moved by its true rotation.
+    /// Returns how much of a cone is used, without its tightening. The base has its true rotation.
     pub(crate) fn used(&self, cone: &Cone, problem: &Problem) -> Usage {
         if let Kind::Distance { pair, least_m } = cone.kind {
             let Closest { distance_m, time_s } = self.closest[pair];

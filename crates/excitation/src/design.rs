@@ -87,7 +87,7 @@ pub fn design(problem: &Problem, settings: &DesignSettings) -> Result<Design, Ex
     design_observed(problem, settings, &mut |_| ControlFlow::Continue(()))
 }
 
-/// Designs the motion of a problem. The observer is called in each step of the search and can stop it.
+/// Designs the motion of a problem. Each step of the search calls the observer, which can stop it.
 ///
 /// For all payloads of the problem, limits on position, velocity and acceleration hold at all times; those on torques, wrench,
 /// grip and base at samples 10 ms apart (at least 500) and at the peaks of the parabolas through them.
@@ -118,7 +118,7 @@ pub fn design_observed(
     design_like(problem, settings, None, observer)
 }
 
-/// Designs the motion of a problem, where another motion of the same joints replaces the first start.
+/// Designs the motion of a problem from another motion of the same joints as the first start.
 pub(crate) fn design_like(
     problem: &Problem,
     settings: &DesignSettings,
@@ -258,7 +258,7 @@ impl<'a> Designer<'a> {
         Ok((refined, point.ok_or(ExcitationError::NotObservable)?))
     }
 
-    /// Tightens limits until the motion is within all of them at closely spaced times, and returns the design.
+    /// Tightens limits until all hold at closely spaced times, and returns the design.
     fn finish(
         mut self,
         mut point: Point,
@@ -279,7 +279,7 @@ impl<'a> Designer<'a> {
             let search = &mut self.search;
             point = search.improve(from, &mut radius, start, ROUND_ITERATIONS, observer)?;
         }
-        // Smaller motions use less of each limit, so the largest one within all of them is bracketed.
+        // Smaller motions use less of each limit, so the largest one within all is bracketed.
         let (mut possible, mut impossible) = (None, 1.0);
         let mut factor = 1.0 - LEAST_SHRINKING;
         while factor > LEAST_FACTOR && possible.is_none_or(|low| impossible - low > LEAST_SHRINKING)

@@ -1,4 +1,4 @@
-//! Periodic motions of a few harmonics: the usual excitation of the literature, to compare designs with.
+//! Periodic motions of a few harmonics, the usual excitation of the literature, for comparison.
 
 use std::f64::consts::TAU;
 
@@ -19,7 +19,7 @@ const MOST_TRIALS: usize = 40;
 /// Steps of a motion at which it is compared with the limits of the joints: a hundred for each period of the fastest harmonic.
 const STEPS: u32 = 500;
 
-/// A sum of sines and cosines for each joint that moves, one period long, which begins in a given posture.
+/// A sum of sines and cosines for each joint that moves, one period long, from a given posture.
 #[derive(Clone, Debug)]
 pub struct FourierMotion {
     duration_s: f64,
@@ -152,7 +152,7 @@ impl FourierMotion {
     }
 }
 
-/// Returns the factor by which the excursion of a joint from its start reaches the first of its own limits.
+/// Returns the factor by which a joint's excursion from its start reaches the first of its limits.
 fn largest_factor(states: &[JointStates], joint: usize, limits: &JointLimits) -> f64 {
     let start = states[0].position[joint];
     let largest = |of: &dyn Fn(&JointStates) -> f64| states.iter().map(of).fold(0.0, f64::max);
@@ -199,7 +199,7 @@ mod tests {
         FourierMotion::new(4.0, posture, joints, &amplitudes)
     }
 
-    /// Velocities and accelerations are derivatives, and the motion is periodic and begins in its posture.
+    /// Velocities and accelerations are derivatives; the motion is periodic from its posture.
     #[test]
     fn derivatives_and_period() {
         let mut random = SmallRng::seed_from_u64(1);

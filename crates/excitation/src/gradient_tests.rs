@@ -9,7 +9,7 @@ use crate::problem::{BaseBounds, Criterion, Problem};
 use crate::search::Search;
 use crate::{CollisionModel, End, Grip, KeepOutBox, OrientedBox, WorkspaceBounds};
 
-/// A step along a random direction, in units of the variables' scales, that differences are taken over.
+/// A step of differences along a random direction, in units of the variables' scales.
 const STEP: f64 = 1e-4;
 
 /// Control points of each joint.
@@ -18,8 +18,8 @@ const CONTROL_POINTS: usize = 16;
 /// Tolerance of slopes, as a fraction of the largest.
 const TOLERANCE: f64 = 2e-4;
 
-/// Tolerance of the slopes of distances, and the fraction of them that may be further off: closest points are found to a few
-/// digits only, and change at once where another edge becomes the closest.
+/// Tolerance of the slopes of distances, and the fraction of them that may be further off: closest
+/// points are found to a few digits only, and jump where the closest edge changes.
 const OF_DISTANCES: f64 = 2e-3;
 const MOST_OFF: f64 = 0.05;
 
@@ -96,7 +96,7 @@ fn check(problem: &Problem) {
             distances.0.extend(found);
             distances.1.extend(expected);
         } else {
-            // A limit with derivatives of zero cannot be reached within any radius, and is left out.
+            // A limit with derivatives of zero cannot be reached, and is left out.
             assert!(!found.is_empty(), "{}", cone.limit);
             assert_eq!(count_off(&found, &expected, TOLERANCE), 0);
         }

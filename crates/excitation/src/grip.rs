@@ -30,7 +30,7 @@ pub struct Grip {
     pub grip_force_n: f64,
     /// Coefficient of friction between pad and payload, dimensionless.
     pub friction: f64,
-    /// Moment about the normal that a pad carries by friction for each newton that the same friction carries along its
+    /// Moment about the normal that a pad carries by friction for each newton of friction along its
     /// surface, m. For a disc with uniform pressure it is two thirds of the radius.
     pub torsion_radius_m: f64,
     /// Fraction of the friction that a motion may use, such as 0.7.
@@ -69,7 +69,7 @@ impl Value for Grip {
     }
 }
 
-/// Number of entries of the load of a pad that friction bounds: two forces along the surface, and torsion.
+/// Entries of the load of a pad that friction bounds: two forces along the surface, and torsion.
 const TAIL: usize = 3;
 
 /// Load of one pad as a function of the wrench on the payload in the tool frame, relative to the friction of the grip.
@@ -120,13 +120,13 @@ impl Grip {
         let row = |force: RowVector3<f64>, moment: RowVector3<f64>| {
             RowVector6::from_iterator(force.iter().chain(&moment).copied())
         };
-        // Any two directions along the surface: three would make the cones of the conic program larger.
+        // Any two directions along the surface: three would make the program's cones larger.
         let first = n.cross(&Vector3::ith(n.iamin(), 1.0)).normalize();
         let along = |direction: Vector3<f64>| {
             let direction = direction.transpose();
             row(direction * along_force, direction * along_moment)
         };
-        // The payload presses on the pad towards which its inertia pulls it: the pad pushes back along -n.
+        // The payload presses on the pad towards which inertia pulls it; the pad pushes along -n.
         let pressure = n.transpose() * (-0.5 * side / self.grip_force_n);
         PadLoad {
             head: row(pressure, RowVector3::zeros()),

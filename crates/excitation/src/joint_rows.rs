@@ -1,4 +1,4 @@
-//! Limits on position, velocity and acceleration as linear inequalities for the variables of the splines.
+//! Limits on position, velocity and acceleration as linear inequalities for the splines' variables.
 
 use crate::joint_limits::JointLimits;
 use crate::limits::Limit;

@@ -1,4 +1,4 @@
-//! Designs joint motions from which a payload is identified quickly, within the limits of the robot.
+//! Designs joint motions that identify a payload quickly, within the limits of the robot.
 //!
 //! An estimator cannot determine a parameter that the motion does not excite. [`design`] chooses
 //! the motion with the smallest predicted confidence intervals relative to their targets, for the

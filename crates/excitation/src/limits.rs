@@ -22,7 +22,7 @@ pub enum Limit {
     Effort(String),
     /// One of the entries of the wrench on the payload in the tool frame, such as `force x`.
     Wrench(&'static str),
-    /// Friction of the grip at one of the two pads: 0 is that towards which the grip's normal points.
+    /// Friction of the grip at one of the two pads: the grip's normal points towards pad 0.
     Grip(usize),
     /// Angle by which a free-floating base turns.
     BaseAttitude,

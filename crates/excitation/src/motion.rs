@@ -4,7 +4,7 @@ use tactid_dynamics::JointMotion;
 
 use crate::spline::Spline;
 
-/// Positions, velocities and accelerations of all joints of a robot at one time, in the robot's order.
+/// Positions, velocities and accelerations of all joints at one time, in the robot's order.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct JointStates {
     /// Positions, rad or m.

@@ -30,7 +30,7 @@ struct Window {
 /// half a window, each stands for itself.
 #[derive(Clone, Debug)]
 pub(crate) struct Objective {
-    /// Derivatives of the ten values, in units of their targets, with respect to the parameters; a row for each.
+    /// Derivatives of the ten values, in units of their targets, by the parameters; a row for each.
     values: Matrix,
     criterion: Criterion,
     windows: Vec<Window>,
@@ -47,8 +47,7 @@ pub(crate) struct Objective {
 pub(crate) struct Uncertainty {
     /// The functions of the objective.
     pub(crate) functions: Vec<f64>,
-    /// Directions in the parameters, a column for each. The functions are expressed in their
-    /// information.
+    /// Directions in the parameters, a column for each: their information gives the functions.
     directions: DMatrix<f64>,
     /// Mean rows of each window, channels by ten, without the mean over all windows
     /// where the channel has an offset.
@@ -80,7 +79,7 @@ impl Objective {
         })
     }
 
-    /// Computes the functions at the samples of a motion; `None` if they do not determine all ten values.
+    /// Computes the functions at a motion's samples; `None` if these do not determine all values.
     pub(crate) fn uncertainty(&self, samples: &Samples) -> Option<Uncertainty> {
         let means = self.means(samples);
         let mut information = self.known;
@@ -153,7 +152,7 @@ impl Objective {
         gradients
     }
 
-    /// Returns for each sample what its rows, times the directions, contribute to the information along them.
+    /// Returns what each sample's rows, times the directions, add to the information along them.
     fn adjoints(&self, uncertainty: &Uncertainty, samples: usize) -> Vec<DMatrix<f64>> {
         let mut adjoints = vec![DMatrix::zeros(self.channels, 10); samples];
         for (window, mean) in self.windows.iter().zip(&uncertainty.means) {

@@ -366,7 +366,7 @@ mod tests {
     use super::*;
     use crate::common::{in_orbit, on_ground};
 
-    /// Each payload has the efforts, the wrench and the twist of the base of the whole dynamics with it.
+    /// Each payload has the efforts, wrench and twist of the base of the whole dynamics with it.
     #[test]
     fn payloads_share_a_computation() {
         for mut problem in [on_ground(), in_orbit()] {

@@ -11,8 +11,7 @@ use crate::objective::remove_offsets;
 use crate::plant::Plant;
 use crate::problem::Problem;
 
-/// How well a motion determines the payload, if there is no noise but the problem's noise of the
-/// sensors.
+/// How well a motion determines the payload, if only the sensors have noise, as in the problem.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Prediction {
     /// Covariance of the ten linear parameters, in the order of
@@ -26,8 +25,7 @@ pub struct Prediction {
 }
 
 impl Prediction {
-    /// Returns the index of the value with the largest interval relative to its target, and that
-    /// ratio.
+    /// Returns the index of the value with the largest ratio of interval to target, and the ratio.
     #[must_use]
     pub fn largest(&self) -> (usize, f64) {
         let ratios = self.ratios.iter().copied().enumerate();
@@ -121,8 +119,7 @@ fn window_rows(
         };
         if let (_, Some(equation)) = stream.push(&sample)? {
             let rows = plant.whitened(&equation.rows);
-            // The plant whitens one second of samples, and the noise of a mean is the noise of its
-            // samples.
+            // The plant whitens one second of samples; a mean has the noise of its samples.
             let samples = f64::from(equation.instants) / NOISE_BANDWIDTH;
             let scale = (samples / sensing.rate_hz).sqrt();
             let entry = |channel: usize, parameter: usize| scale * rows[channel][parameter];

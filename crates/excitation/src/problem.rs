@@ -50,7 +50,7 @@ impl Value for Criterion {
 /// Bounds on the motion of a free-floating base.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct BaseBounds {
-    /// Largest angle of the rotation by which the base may turn from where it starts, rad: at most pi.
+    /// Largest angle by which the base may turn from where it starts, rad: at most pi.
     pub attitude_rad: Option<f64>,
     /// Largest distance by which the origin of the base may move from where it starts, m.
     pub position_m: Option<f64>,
@@ -63,7 +63,7 @@ pub(crate) const DURATION_S: f64 = 10.0;
 /// time for each of them.
 const MOST_JOINTS: usize = 256;
 
-/// Longest motion, s: memory and time of a design grow with it, and all parameters are known after some seconds.
+/// Longest motion, s: memory and time of a design grow with it; seconds determine all parameters.
 const LONGEST_S: f64 = 3600.0;
 
 /// Default least distance of bodies, m.
@@ -134,7 +134,7 @@ pub fn targets_within(payload: &InertialParameters, fraction: f64) -> Option<[f6
     targets_from(payload, fraction, NEAREST_CENTER)
 }
 
-/// Returns [`targets_within`] with another least distance of the centre of mass, in radii of gyration.
+/// Returns [`targets_within`] with another least distance of the centre of mass, in gyration radii.
 pub(crate) fn targets_from(
     payload: &InertialParameters,
     fraction: f64,
@@ -153,7 +153,7 @@ pub(crate) fn targets_from(
 const NEAREST_CENTER: f64 = 0.1;
 
 impl Sensing {
-    /// Returns why a motion has no averaging window: it is too short, or a window has too few samples.
+    /// Returns why a motion has no averaging window: it is too short, or a window lacks samples.
     pub(crate) fn no_window(&self, duration_s: f64) -> ExcitationError {
         let cutoff_hz = self.equations.cutoff_hz;
         let window_s = window::length_s(cutoff_hz);

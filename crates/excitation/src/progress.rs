@@ -10,7 +10,7 @@ pub struct Progress {
     /// Index of the start: from 0, and after the last one their number, for the steps that improve the best and those that
     /// tighten limits.
     pub start: usize,
-    /// Steps that were tried from this start, or in this phase: it begins at 0 in each round that tightens limits.
+    /// Steps tried from this start, or in this phase: each round of tightening begins at 0.
     pub iteration: usize,
     /// Largest ratio of a predicted interval to its target; for
     /// [`Criterion::Volume`](crate::Criterion::Volume), the geometric mean of the one-sigma

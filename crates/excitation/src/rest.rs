@@ -12,7 +12,7 @@ use crate::plant::Plant;
 use crate::problem::Problem;
 use crate::variables::End;
 
-/// Checks that the robot can rest where the motion starts and ends, and that the motion is long enough.
+/// Checks that the robot can rest at both ends of the motion, and that it is long enough.
 pub(crate) fn check_rest(
     problem: &Problem,
     plant: &mut Plant,
@@ -40,7 +40,7 @@ pub(crate) fn check_rest(
     Ok(())
 }
 
-/// Checks that the tool and the bodies are where they may be at the start. Other limits depend on the payload.
+/// Checks that tool and bodies may be where they start. Other limits depend on the payload.
 pub(crate) fn check_places(problem: &Problem, joints: &[usize]) -> Result<(), ExcitationError> {
     let mut plant = Plant::new(problem)?;
     let exceeded = exceeded(problem, &mut plant, joints, &problem.start)?;

@@ -6,8 +6,8 @@ use crate::plant::Plant;
 use crate::spline::{LOCAL, LocalBasis};
 use crate::variables::{ControlPoint, Variables};
 
-/// Step of the finite differences, rad, rad/s or rad/s² (m for a prismatic joint). The outputs are smooth and of the size
-/// of their derivatives, so that rounding and curvature both leave some six digits.
+/// Step of the finite differences, rad, rad/s or rad/s² (m for a prismatic joint). The outputs are
+/// smooth and of the size of their derivatives: rounding and curvature both leave some six digits.
 const STEP: f64 = 1e-6;
 
 /// Orders of the derivatives that a state has: position, velocity and acceleration.
@@ -61,7 +61,7 @@ impl Samples {
         }
     }
 
-    /// Returns these outputs with the derivatives of other samples: near these, they are almost the same.
+    /// Returns these outputs with the derivatives of other samples, almost the same near these.
     pub(crate) fn with_slopes_of(self, other: Self) -> Self {
         Self {
             slopes: other.slopes,
@@ -198,8 +198,7 @@ impl Sampler {
         }
     }
 
-    /// Adds the gradient of a function from its derivatives with respect to the inputs of one
-    /// sample.
+    /// Adds the gradient of a function from its derivatives by the inputs of one sample.
     pub(crate) fn add_input(&self, sample: usize, input: usize, slope: f64, gradient: &mut [f64]) {
         if slope == 0.0 {
             return;

@@ -18,7 +18,7 @@ pub(crate) const FIRST_RADIUS: f64 = 0.3;
 const LARGEST_RADIUS: f64 = 2.0;
 const LEAST_RADIUS: f64 = 1e-4;
 
-/// Fraction of the predicted improvement from which a step is accepted, and those from which the radius shrinks or grows.
+/// Fractions of the predicted improvement that accept a step, shrink and enlarge the radius.
 const ACCEPTED: f64 = 0.05;
 const POOR: f64 = 0.3;
 const GOOD: f64 = 0.7;
@@ -34,16 +34,14 @@ const NEGLIGIBLE: f64 = 1e-4;
 /// Excess beyond what was predicted from which a step is corrected.
 const CURVED: f64 = 2e-4;
 
-/// Improvement of the logarithm of the largest interval in one step below which a search has converged when it happens in
-/// several steps.
+/// Improvement of the largest interval's logarithm below which several steps have converged.
 const CONVERGED: f64 = 2e-3;
 const CONVERGED_STEPS: usize = 4;
 
 /// Fraction of the limits of each joint that a random start uses.
 const RANDOM_FRACTION: f64 = 0.8;
 
-/// Halvings of a start until it is within the other limits, and the fraction by which it may exceed one, which the search
-/// corrects.
+/// Halvings of a start until it holds other limits, and the excess that the search corrects.
 const MOST_HALVINGS: i32 = 12;
 const START_EXCESS: f64 = 0.1;
 
@@ -154,7 +152,7 @@ impl Search {
         used.fold(0.0, f64::max)
     }
 
-    /// Returns the motion without excursion plus a multiple of the difference of another one from it.
+    /// Returns the motion without excursion plus a multiple of another one's difference from it.
     pub(crate) fn shrunk(&self, values: &[f64], factor: f64) -> Vec<f64> {
         let pairs = self.direct.iter().zip(values);
         pairs
@@ -162,7 +160,8 @@ impl Search {
             .collect()
     }
 
-    /// Draws a motion that exceeds a limit by at most [`START_EXCESS`] where possible; `None` if no such motion determines all values.
+    /// Draws a motion that exceeds a limit by at most [`START_EXCESS`] where possible; `None` if no
+    /// such motion determines all values.
     pub(crate) fn random_start(&mut self, seed: u64) -> Result<Option<Point>, ExcitationError> {
         let mut random = StdRng::seed_from_u64(seed);
         let mut normal = || -> f64 { StandardNormal.sample(&mut random) };
@@ -217,7 +216,7 @@ impl Search {
         Ok(best)
     }
 
-    /// Scales the excursion of each joint to the largest that uses a fraction of its limits at most.
+    /// Scales each joint's excursion to the largest that uses a fraction of its limits at most.
     fn fit_joints(&self, values: &mut [f64], fraction: f64) {
         let of_joint = self.sampler.variables.of_joint();
         let mut factors = vec![f64::INFINITY; self.sampler.variables.joints()];
@@ -369,8 +368,8 @@ impl Search {
         }
     }
 
-    /// Returns the best step within the trust region for functions and limits that are linear. Few of the limits bind, so the
-    /// program has those that are near and grows by those that its solutions exceed.
+    /// Returns the best step within the trust region for functions and limits that are linear. Few
+    /// limits bind, so the program has the near ones and grows by those that its solutions exceed.
     fn step(
         &self,
         point: &Point,

@@ -1,12 +1,11 @@
-//! Clamped uniform B-splines of degree five, which end at rest; in a design they begin at rest,
-//! too.
+//! Clamped uniform B-splines of degree five, which end at rest; in a design they begin so, too.
 
 use nalgebra::{DMatrix, DVector};
 
 /// Degree of the splines. Their acceleration is a spline of degree three, which is smooth.
 const DEGREE: usize = 5;
 
-/// Control points at each end that position, velocity and acceleration there determine; at rest they are equal.
+/// Control points at each end for position, velocity and acceleration; at rest they are equal.
 pub(crate) const AT_REST: usize = 3;
 
 /// Equal control points at an end where all derivatives vanish that are continuous between two knots, so that the spline and
@@ -46,7 +45,7 @@ pub(crate) struct SplineBasis {
 }
 
 impl SplineBasis {
-    /// Creates the functions for so many control points, at least [`FEWEST_CONTROL_POINTS`], over a positive duration, s.
+    /// Creates functions for control points, at least [`FEWEST_CONTROL_POINTS`], and a duration, s.
     pub(crate) fn new(count: usize, duration_s: f64) -> Self {
         let spans = count - DEGREE;
         let knot = |k: usize| {
@@ -75,14 +74,14 @@ impl SplineBasis {
         self.count - DEGREE
     }
 
-    /// Returns the functions and their derivatives at a time; times outside of the motion count as its ends.
+    /// Returns functions and derivatives at a time; times outside of the motion count as its ends.
     pub(crate) fn at(&self, time_s: f64) -> LocalBasis {
         let time_s = time_s.clamp(0.0, self.duration_s);
         let spans = self.spans();
         let span = ((time_s / self.duration_s * spans as f64) as usize).min(spans - 1);
         let mut all = [[0.0; LOCAL]; LOCAL];
         all[0][0] = 1.0;
-        // Cox and de Boor: row p has the functions of degree p, the last of which begins at knot `span + DEGREE`.
+        // Cox and de Boor: row p has the functions of degree p, the last from knot `span + DEGREE`.
         for degree in 1..=DEGREE {
             let previous = all[degree - 1];
             for (k, value) in all[degree].iter_mut().enumerate().take(degree + 1) {
@@ -147,8 +146,8 @@ impl SplineBasis {
         }
     }
 
-    /// Returns the points between which the derivative of an order from 0 to 2 is at all times: its control points after
-    /// each span has been divided into [`PARTS`], which the function is closer to than to its own.
+    /// Returns the points between which the derivative of an order from 0 to 2 is at all times: its
+    /// control points after dividing each span into [`PARTS`], closer to the function than its own.
     pub(crate) fn hull(&self, order: usize) -> impl Iterator<Item = HullPoint> + '_ {
         let degree = DEGREE - order;
         let spans = self.spans() * PARTS[order];
@@ -229,9 +228,9 @@ impl Spline {
         Self::new(basis, control_points)
     }
 
-    /// Returns the spline of the same basis that begins the given number of spans later, and rests where this one ends.
+    /// Returns the spline of the same basis that begins some spans later, and rests after this one.
     ///
-    /// It is the same function where the last five control points are equal: the spline then stands still at its end.
+    /// It is the same function where the last five control points are equal: it ends at rest.
     pub(crate) fn tail(&self, spans: usize) -> Self {
         let basis = &self.basis;
         let span_s = basis.duration_s / basis.spans() as f64;
@@ -298,8 +297,7 @@ mod tests {
         variables.splines(&values).remove(0)
     }
 
-    /// The functions sum to one, and a spline with the Greville abscissae as control points is the
-    /// time itself.
+    /// The functions sum to one, and a spline with Greville abscissae as control points is time.
     #[test]
     fn reproduces_constants_and_time() {
         let basis = SplineBasis::new(11, 3.0);
@@ -335,7 +333,7 @@ mod tests {
         }
     }
 
-    /// A motion starts and ends at rest: velocity and acceleration vanish there, and the positions are those given.
+    /// A motion starts and ends at rest, without velocity and acceleration, at the given positions.
     #[test]
     fn both_ends_are_at_rest() {
         let mut random = SmallRng::seed_from_u64(2);
@@ -351,7 +349,7 @@ mod tests {
         }
     }
 
-    /// A spline is the same function in a basis that has its knots, and close to it in one with more of them elsewhere.
+    /// A spline is the same function in a basis with its knots, and close with more knots.
     #[test]
     fn another_basis_has_the_same_function() {
         let mut random = SmallRng::seed_from_u64(5);
@@ -368,7 +366,7 @@ mod tests {
         }
     }
 
-    /// In a basis of another duration, a spline is the same function of the fraction of the duration.
+    /// In a basis of another duration, a spline is the same function of the duration's fraction.
     #[test]
     fn another_duration_stretches_the_function() {
         let mut random = SmallRng::seed_from_u64(6);
@@ -410,7 +408,7 @@ mod tests {
         }
     }
 
-    /// Returns the ends of the hull of the position, the velocity or the acceleration (order 0, 1 or 2).
+    /// Returns the ends of the hull of position, velocity or acceleration (order 0, 1 or 2).
     fn bounds(spline: &Spline, order: usize) -> [f64; 2] {
         let points = spline.basis.hull(order).map(|point| {
             let points = &spline.control_points[point.first..];

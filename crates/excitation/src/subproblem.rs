@@ -14,7 +14,7 @@ pub(crate) const PENALTY: f64 = 3.0;
 /// Curvature along each variable, which makes the step unique where the program is degenerate.
 const CURVATURE: f64 = 1e-4;
 
-/// Tolerance of the solver. The steps are corrected by what they achieve, and limits are checked afterwards.
+/// Tolerance of the solver. What steps achieve corrects them, and limits are checked afterwards.
 const TOLERANCE: f64 = 1e-7;
 
 /// A linear inequality `constant + gradient · δ >= 0` of the step `δ`.

@@ -10,14 +10,13 @@ const MOST_NAMED: usize = 30;
 pub struct UntestedLink {
     /// Name of the link.
     pub link: String,
-    /// The first of its shapes that cannot be tested: the file of a mesh, or the element of the URDF.
+    /// The first of its shapes that cannot be tested: file of a mesh, or element of the URDF.
     pub shape: String,
     /// Why the shape cannot be tested.
     pub because: String,
 }
 
-/// The links with collisions that cannot be tested; none where the URDF has no collision shape at
-/// all.
+/// The links with collisions that cannot be tested; none if the URDF has no collision shapes.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct UntestedLinks(pub Vec<UntestedLink>);
 

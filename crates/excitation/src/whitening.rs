@@ -10,7 +10,7 @@ use crate::problem::Sensing;
 /// Number of parameters of a payload.
 pub(crate) const PARAMETERS: usize = 10;
 
-/// Writes the product of a lower triangular whitening with the regressors of rows, ten entries for each row.
+/// Writes the product of a lower triangular whitening with regressors of rows, ten entries each.
 pub(crate) fn whiten(whitening: &DMatrix<f64>, rows: &[Row], white: &mut [f64]) {
     for (channel, white) in white.chunks_exact_mut(PARAMETERS).enumerate() {
         white.fill(0.0);

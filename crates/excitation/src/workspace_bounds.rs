@@ -6,7 +6,7 @@ use tactid_dynamics::{FrameId, Workspace};
 use crate::ExcitationError;
 use crate::checks::{LARGEST_SIZE_M, positive, value};
 
-/// Largest number of boxes that must not be entered: each link is tested for each of them at each step.
+/// Most boxes that must not be entered: each link is tested for each of them at each step.
 pub const MAX_KEEP_OUT: usize = 100;
 
 /// A box with a pose.
@@ -19,7 +19,7 @@ pub struct OrientedBox {
 }
 
 impl OrientedBox {
-    /// Returns the box between two opposite corners, m, with sides parallel to the axes of the frame.
+    /// Returns the box between two opposite corners, m, with sides along the axes of the frame.
     #[must_use]
     pub fn between(low: [f64; 3], high: [f64; 3]) -> Self {
         let (low, high) = (Vector3::from(low), Vector3::from(high));

@@ -307,7 +307,7 @@ fn stops_where_targets_are_out_of_reach() {
     assert!(matches!(steps[0], Step::Move(_)));
 }
 
-/// A payload that is heavier than the prior allows is found in its estimate, and nothing more is planned.
+/// A payload heavier than the prior allows shows in its estimate, and nothing more is planned.
 #[test]
 fn stops_where_the_prior_is_wrong() {
     let problem = bounded();

@@ -33,7 +33,7 @@ fn shapes(problem: &Problem) -> CollisionModel {
     CollisionModel::of_urdf(&urdf(), &problem.robot, no_files).unwrap()
 }
 
-/// Returns a grid of points in a box, those on its surface included, in the frame of the box's owner.
+/// Returns a grid of points in a box and on its surface, in the frame of the box's owner.
 fn points(bounds: &OrientedBox) -> Vec<Point3<f64>> {
     let at = |k: usize| 2.0 * k as f64 / (POINTS - 1) as f64 - 1.0;
     let all = 0..POINTS.pow(3);
@@ -44,7 +44,7 @@ fn points(bounds: &OrientedBox) -> Vec<Point3<f64>> {
     .collect()
 }
 
-/// Returns how far a point is outside of a box, m; negative inside, by the distance from the surface.
+/// Returns how far a point is outside of a box, m; inside, minus the distance from the surface.
 fn outside(bounds: &OrientedBox, point: &Point3<f64>) -> f64 {
     let beyond = (bounds.pose.inverse() * point).coords.abs() - bounds.half_size;
     let apart = beyond.map(|x| x.max(0.0)).norm();
@@ -78,7 +78,7 @@ fn payload_box() -> OrientedBox {
     OrientedBox::between([0.1, -0.1, -0.05], [0.3, 0.1, 0.15])
 }
 
-/// Returns the box around tool and payload at the start that is larger by `room` metres on each side.
+/// Returns the box around tool and payload at the start, larger by `room` metres on each side.
 fn around_start(problem: &Problem, room: f64) -> OrientedBox {
     let (mut low, mut high) = ([f64::INFINITY; 3], [f64::NEG_INFINITY; 3]);
     let tool = problem.robot.frame(TOOL).unwrap();

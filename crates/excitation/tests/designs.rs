@@ -157,7 +157,7 @@ fn each_criterion_is_the_better_at_its_own() {
     assert!(volume.covariance.determinant() < intervals.covariance.determinant());
 }
 
-/// Joint efforts and the combination of all measurements have designs, too, and the combination is the better.
+/// Joint efforts and all measurements combined have designs, too, and the combination is better.
 #[test]
 fn other_methods_have_designs() {
     let settings = DesignSettings {

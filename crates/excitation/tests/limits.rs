@@ -33,7 +33,7 @@ fn grip() -> Grip {
     }
 }
 
-/// Returns the largest fraction of the friction that two pads use, from forces at the pads and not from cones.
+/// Returns the largest fraction of friction that two pads use, from forces and not from cones.
 fn friction_used(grip: &Grip, force: Vector3<f64>, moment: Vector3<f64>) -> f64 {
     let n = grip.normal.into_inner();
     let moment = moment - grip.center.coords.cross(&force);

@@ -115,7 +115,7 @@ fn achieved(problem: &Problem, design: &Design, offset: Wrench) -> [f64; 10] {
     std::array::from_fn(|k| squares[k].sqrt() / design.prediction.std_devs[k])
 }
 
-/// Over 400 noisy recordings of a designed motion, the error of each value is as large as was predicted.
+/// Over 400 noisy recordings of a designed motion, the error of each value is as predicted.
 #[test]
 fn errors_are_as_predicted() {
     let problem = short();

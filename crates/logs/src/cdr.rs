@@ -47,7 +47,7 @@ pub enum CdrError {
     Value(String),
 }
 
-/// Encodes a message in little endian. The content of `buffer` is replaced and its allocation is reused.
+/// Encodes a message in little endian over the content of `buffer`, with its allocation.
 ///
 /// # Errors
 /// Returns [`CdrError::Value`] for a text or a sequence of 2³² or more elements.

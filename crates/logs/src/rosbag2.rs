@@ -1,4 +1,4 @@
-//! Metadata that rosbag2 adds to MCAP: the quality of service of each channel and a description of the bag.
+//! Metadata that rosbag2 adds to MCAP: quality of service of channels and a description of the bag.
 
 use std::fmt::Write;
 
@@ -7,11 +7,11 @@ use std::fmt::Write;
 pub enum Durability {
     /// Late subscribers receive later messages only, as for measurements.
     Volatile,
-    /// Late subscribers also receive the last message, as for `/robot_description` and `/tf_static`.
+    /// Late subscribers also receive the last message, as of `/robot_description`, `/tf_static`.
     TransientLocal,
 }
 
-/// Version of the metadata of rosbag2 in ROS 2 Jazzy. From this version on, policies are written as words.
+/// Version of the metadata of rosbag2 in ROS 2 Jazzy, the first with policies as words.
 const METADATA_VERSION: u32 = 9;
 
 /// Seconds and nanoseconds of `RMW_DURATION_INFINITE`.

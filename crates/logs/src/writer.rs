@@ -50,7 +50,7 @@ pub struct Channel<M> {
 }
 
 impl LogWriter<BufWriter<File>> {
-    /// Creates a log file. An existing file is replaced, unless another writer has not closed it yet.
+    /// Creates a log file. It replaces an existing one, unless another writer still has it open.
     ///
     /// # Errors
     /// Returns [`LogError::Io`] if the file cannot be created or written, if another writer is
@@ -66,7 +66,7 @@ impl LogWriter<BufWriter<File>> {
     }
 }
 
-/// Creates an empty file that no other writer has open. The lock ends with the file, or with the process.
+/// Creates an empty file that no other writer has open. The lock ends with file or process.
 fn create_locked(path: &Path) -> io::Result<File> {
     // What another writer has written must stay until the lock is there.
     let mut options = system_file::options();

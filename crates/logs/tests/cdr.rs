@@ -42,7 +42,7 @@ fn golden<M: Message + PartialEq + Debug>() -> M {
     message
 }
 
-/// Every type is decoded from another implementation's bytes in both orders and encoded to the same bytes.
+/// Every type is decoded from another implementation's bytes in both orders and encoded to them.
 #[test]
 fn every_type_has_the_bytes_of_another_implementation() {
     golden::<Time>();
@@ -257,7 +257,7 @@ fn any_vector() -> impl Strategy<Value = Vector3> {
 }
 
 proptest! {
-    /// Decoding returns the encoded message for any values, also for texts that need padding after them.
+    /// Decoding returns the encoded message for any values, also for texts that need padding.
     #[test]
     fn joint_states_survive(
         header in any_header(),

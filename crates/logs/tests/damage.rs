@@ -75,7 +75,7 @@ fn a_cut_log_gives_a_prefix() {
     }
 }
 
-/// Changed bytes cause no panic. If chunks have checksums, every message that is read is one of the log.
+/// Changed bytes cause no panic. If chunks have checksums, every message is one of the log.
 #[test]
 fn changed_bytes_never_panic() {
     let mut seed = 0x9e37_79b9_7f4a_7c15;

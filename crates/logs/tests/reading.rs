@@ -1,4 +1,4 @@
-//! Reading of logs by other writers, in any order and in several files, and of files that are not logs.
+//! Reading of logs by other writers, in any order and several files, and of other files.
 
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
 
@@ -69,7 +69,7 @@ fn a_bag_of_another_writer_is_read() {
     check_golden_bag(&golden("bag/bag.mcap"));
 }
 
-/// Messages have the order of their times although the files of the bag are listed in another order.
+/// Messages have the order of their times although the bag lists its files in another order.
 #[test]
 fn a_split_bag_with_zstd_is_read() {
     check_golden_bag(&golden("split"));

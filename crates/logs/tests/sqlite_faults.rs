@@ -133,7 +133,7 @@ fn names_in_another_case_and_of_full_length_are_read() {
     assert!(messages.iter().any(|(topic, ..)| topic.len() == 4096));
 }
 
-/// A table without its constraints may lack the time of a message, which is found in every order of reading.
+/// A table without constraints may lack the time of a message, which every order of reading finds.
 #[test]
 fn a_message_without_time_is_named() {
     for index in ["", "CREATE INDEX timestamp_idx ON messages (timestamp);"] {
@@ -218,7 +218,7 @@ fn small_bag(path: &Path) -> (Vec<u8>, Vec<Read>) {
     (fs::read(path).unwrap(), messages)
 }
 
-/// Asserts that a damaged bag is refused in one line, or has no message that the whole bag does not have.
+/// Asserts that a damaged bag is refused in one line, or has only messages of the whole bag.
 fn assert_error_or_fewer(path: &Path, whole: &[Read], fault: &str) {
     match read_file(path) {
         Ok((messages, _)) => {

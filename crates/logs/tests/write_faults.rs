@@ -18,7 +18,7 @@ use tactid_logs::{Durability, LogError, LogReader, LogWriter};
 /// Messages between two calls of `flush`.
 const FLUSH_EVERY: usize = 5;
 
-/// A file on a disk that becomes full. The test keeps the bytes that the disk has when the writer is gone.
+/// A file on a disk that becomes full. The test keeps the bytes of the disk after the writer.
 struct Disk {
     bytes: Rc<RefCell<Cursor<Vec<u8>>>>,
     /// Size of the disk, bytes.

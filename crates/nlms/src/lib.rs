@@ -96,7 +96,7 @@ pub struct Counts {
 impl Counts {
     /// Counts a row and returns whether it may be used.
     fn admit<const N: usize>(&mut self, row: &SVector<f64, N>, target: f64) -> Outcome {
-        // Without a branch for each entry, which takes less time than to stop at the first that is refused.
+        // No branch for each entry: this takes less time than to stop at the first that is refused.
         let entries = row.iter().map(|&entry| has_finite_square(entry));
         if entries.fold(has_finite_square(target), |all, one| all & one) {
             self.used += 1;

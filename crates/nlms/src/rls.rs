@@ -22,9 +22,10 @@ const BLOCK: usize = 8;
 /// The rows are assumed to be exact, and the noise on the targets white with one standard
 /// deviation. Where noise differs, each row and its target are divided by its standard deviation.
 ///
-/// Single rows are kept until there are eight, which enter the factorisation together. A row costs `N²` multiplications and an
-/// eighth of `N` square roots in the mean: seven of eight updates only copy it, and the eighth does the work of all. The estimate costs about `N³` multiplications, and
-/// a factorisation of the rows that are kept, which is repeated each time that a result is asked for.
+/// Single rows are kept until there are eight, which enter the factorisation together. A row costs
+/// `N²` multiplications and an eighth of `N` square roots in the mean: seven of eight updates only
+/// copy it, and the eighth does the work of all. The estimate costs about `N³` multiplications, and
+/// a factorisation of the rows that are kept, each time that a result is asked for.
 ///
 /// ```
 /// use nalgebra::Vector2;
@@ -132,8 +133,9 @@ impl<const N: usize> Rls<N> {
         self.of_all_rows().root()
     }
 
-    /// Returns the targets `z` of the triangular system `R x = z`, where `R` is the
-    /// [square root of the information](Self::information_root): `Rᵀz = Aᵀb` for the rows `A x = b`.
+    /// Returns the targets `z` of the triangular system `R x = z`, with the
+    /// [square root of the information](Self::information_root) `R`: `Rᵀz = Aᵀb` for the rows
+    /// `A x = b`.
     #[must_use]
     pub fn transformed_target(&self) -> SVector<f64, N> {
         self.of_all_rows().transformed_target()
@@ -228,8 +230,7 @@ mod tests {
     }
 
     /// Asking for the parameters after each row changes nothing of what follows, and the parameters
-    /// include every row so far: an estimator that has the same rows in one block has the same
-    /// ones.
+    /// include every row so far: one block of the same rows gives the same ones.
     #[test]
     fn rows_that_are_kept_count_at_once() {
         let (mut single, mut rows) = (Rls::<3>::new(), Vec::new());
@@ -263,8 +264,7 @@ mod tests {
         }
     }
 
-    /// Ill-conditioned rows (a ratio of 1e6 between columns) are solved to rounding, because nothing
-    /// is squared.
+    /// Ill-conditioned rows (a ratio of 1e6 of columns) are solved to rounding: nothing is squared.
     #[test]
     fn keeps_its_digits_on_badly_scaled_rows() {
         let truth = Vector3::new(1e-3, 2.0, -700.0);
@@ -326,7 +326,7 @@ mod tests {
         assert!((estimated - 3.0).abs() < 0.29, "{estimated}");
     }
 
-    /// Parameters in units of any size are found, and those that no row excites keep their initial value.
+    /// Parameters in any units are found, and those that no row excites keep their initial value.
     #[test]
     fn units_do_not_matter() {
         let start = Vector3::new(1.0, 2.0, 3.0);

@@ -1,4 +1,4 @@
-//! Monitoring of a run: conservation of momentum, the grasp, and the Newton and Euler equations of the payload.
+//! Monitoring of a run: conservation of momentum, the grasp, and the payload's equations of motion.
 
 use nalgebra::{Isometry3, Matrix3, Vector3};
 use schemars::JsonSchema;
@@ -15,8 +15,8 @@ use crate::{Experiment, SimError};
 /// Largest violations of conservation laws and of the grasp in a run.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Checks {
-    /// Change of the system's linear momentum, as a fraction of the largest linear momentum of any single body, without a
-    /// unit; `None` for a fixed base, which exchanges momentum with the ground.
+    /// Change of the system's linear momentum, as a fraction of the largest one of a single body;
+    /// `None` for a fixed base, which exchanges momentum with the ground.
     pub linear_momentum_drift: Option<f64>,
     /// Change of the system's angular momentum about the world's origin, as a fraction of the largest angular momentum of
     /// any single body, without a unit; `None` for a fixed base.
@@ -147,7 +147,7 @@ impl Monitor {
         self.is_free.then_some(self.excursion)
     }
 
-    /// Checks the step with number `index`, which starts in `before` at `time_s` and ends in `after`.
+    /// Checks the step `index`, which starts in `before` at `time_s` and ends in `after`.
     ///
     /// # Errors
     /// Returns [`SimError::Diverged`], [`SimError::Lost`] or [`SimError::Bound`].
@@ -211,7 +211,7 @@ impl Monitor {
         (total, largest)
     }
 
-    /// Adds the residuals of the Newton and Euler equations of the payload under the contact forces.
+    /// Adds the residuals of the payload's equations of motion under the contact forces.
     fn check_contacts(&mut self, before: &State, after: &State, contacts: &[Vec<ContactPoint>; 2]) {
         let (x, next) = (&before.payload, &after.payload);
         let center = x.pose.translation.vector;

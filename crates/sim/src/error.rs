@@ -34,13 +34,13 @@ pub enum SimError {
         /// What is wrong with it.
         source: Box<SimError>,
     },
-    /// The text is not TOML, or it has an unknown field or a value of the wrong type. The message contains the line.
+    /// The text is not TOML, or a field is unknown or of the wrong type. The message has the line.
     #[error("{0}")]
     Syntax(String),
     /// A field has a value that is not allowed.
     #[error("{}{field} = {value}: {why}", line.map(|l| format!("line {l}: ")).unwrap_or_default())]
     Value {
-        /// Line of the experiment's file, counted from 1; `None` if the value was not read from a file.
+        /// Line of the experiment's file, from 1; `None` if the value does not come from a file.
         line: Option<usize>,
         /// The field with its table, for instance `payload.mass_kg`.
         field: String,

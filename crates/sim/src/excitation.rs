@@ -109,7 +109,7 @@ impl Commands {
         }
     }
 
-    /// Returns whether the arm rests for good: nothing more is planned, and the last motion is at its end.
+    /// Returns whether the arm rests for good: no motion is planned, and the last is at its end.
     pub(crate) fn is_finished(&self, time_s: f64) -> bool {
         matches!(&self.source, Source::Active(control) if control.is_finished(time_s))
     }

@@ -19,7 +19,7 @@ pub(crate) use self::lines::{is_given, with_line};
 pub use self::noise::{Noise, StdDev};
 use crate::{BUILT_IN_URDF, SimError};
 
-/// The paper's experiment as a TOML file, which documents each field with its meaning, unit and default.
+/// The paper's experiment as a TOML file, with meaning, unit and default of each field.
 pub const PAPER_TOML: &str = include_str!("../experiments/paper.toml");
 
 /// Description of an experiment: robot, payload, grasp, excitation, sensor noise and bounds.
@@ -107,7 +107,7 @@ pub enum Posture {
 pub enum NamedPosture {
     /// `[0, -1.2, 1.6, -0.4, π/2, 0]` rad. The axes of joints 3, 5 and 6 are linearly independent.
     Identifiable,
-    /// Zeros, as in the paper's Table 1. The axes of joints 3 and 6 are parallel, and Ixx cannot be identified.
+    /// Zeros, as in the paper's Table 1. Axes 3 and 6 are parallel, and Ixx cannot be identified.
     Table1,
 }
 
@@ -173,10 +173,10 @@ impl Default for RobotChoice {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum BaseMount {
-    /// Nothing: the base floats freely, as a spacecraft does. Its centre of mass starts at the world's origin.
+    /// Nothing: the base floats as a spacecraft. Its centre of mass starts at the world's origin.
     #[default]
     Floating,
-    /// The ground: the base is bolted to the world, and the frame of the URDF's root link is the world frame.
+    /// The ground: the base is bolted to the world, with the root link's frame as world frame.
     Fixed,
 }
 
@@ -232,7 +232,7 @@ pub struct Payload {
     pub mass_kg: f64,
     /// Centre of mass, m.
     pub center_of_mass_m: [f64; 3],
-    /// Inertia about the centre of mass, `[xx, xy, xz, yy, yz, zz]` along the axes of the tool, kg m².
+    /// Inertia about the centre of mass, `[xx, xy, xz, yy, yz, zz]` in axes of the tool, kg m².
     pub inertia_kg_m2: [f64; 6],
     /// The part of the payload between the fingers.
     pub handle: Handle,
@@ -284,7 +284,7 @@ pub struct Gripper {
     pub grip_force_n: f64,
     /// Coefficient of friction between pad and handle.
     pub friction: f64,
-    /// Speed of each finger while closing, m/s, between 0.0001 and 0.01. A fast finger throws the payload.
+    /// Speed of each finger while closing, m/s, from 0.0001 to 0.01. A fast one throws the payload.
     pub closing_speed_m_s: f64,
 }
 
@@ -326,7 +326,7 @@ impl Default for Bounds {
 }
 
 impl Experiment {
-    /// Returns the paper's experiment: joints 3, 5 and 6 for 100 s each at 0.2 Hz, with a payload of 100 kg.
+    /// Returns the paper's experiment: joints 3, 5 and 6 for 100 s each at 0.2 Hz, payload 100 kg.
     #[must_use]
     pub fn paper() -> Self {
         Self::default()

@@ -7,7 +7,7 @@ use crate::contact::ContactPoint;
 use crate::scene::{Scene, State};
 use crate::{Experiment, SimError, error::ADVICE_GRASP};
 
-/// Time constant of the low-pass filter of the grip force, s. It suppresses the spike of the first contact.
+/// Time constant of the grip force's low-pass filter, s. It removes the spike of the first contact.
 const FORCE_FILTER_S: f64 = 0.05;
 /// Relative error of the grip force below which the fingers may be locked.
 const FORCE_TOLERANCE: f64 = 0.02;
@@ -83,7 +83,7 @@ impl Grasp {
         self.filtered += (0.5 * pressure - self.filtered) * (self.dt / FORCE_FILTER_S).min(1.0);
     }
 
-    /// Locks the fingers, lets gravity act, waits, and returns the remaining force of each finger, N.
+    /// Locks the fingers, lets gravity act, waits, and returns the force left of each finger, N.
     fn settle(
         mut self,
         scene: &mut Scene,

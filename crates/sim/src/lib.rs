@@ -28,8 +28,8 @@
 //! - Units are SI.
 //! - `world` is an inertial frame. The centre of mass of a floating base starts at its origin, without gravity. A fixed
 //!   base stands at its origin, and gravity acts along its -z axis unless the experiment says otherwise.
-//! - The payload is described in the frame of the tool link, `tool0` (frame 6 of the paper's Table 1).
-//! - Wrenches act **on the payload** and are expressed in the frame of the finger's link, about its origin.
+//! - The payload is described in the frame of the link `tool0` (frame 6 of the paper's Table 1).
+//! - Wrenches act **on the payload**, in the frame of the finger's link and about its origin.
 //! - [`Sample`] documents to which instant each of its quantities belongs.
 //!
 //! # Validity

@@ -1,4 +1,4 @@
-//! The log of a run: the topics that such a robot would record, with ground truth and experiment as metadata.
+//! The log of a run: topics that such a robot would record, and truth and experiment as metadata.
 
 mod truth;
 mod writing;
@@ -164,7 +164,7 @@ impl Recorder {
 
         let with_contacts = index.is_multiple_of(self.contacts_every);
         if with_contacts {
-            // Rerun's checker reports two clouds in one chunk as unordered. Flushing also limits what a crash can lose.
+            // Rerun's checker calls two clouds in a chunk unordered. Flushing also limits losses.
             writer.flush()?;
         }
         for (topics, finger) in self.fingers.iter_mut().zip(&sample.fingers) {
@@ -289,7 +289,7 @@ fn joint_state(simulation: &Simulation) -> JointState {
     }
 }
 
-/// Returns the row-major 6x6 covariance of two uncorrelated vectors with the given standard deviations.
+/// Returns the row-major 6x6 covariance of two uncorrelated vectors with these standard deviations.
 fn covariance(first: &StdDev, last: &StdDev) -> [f64; 36] {
     let mut covariance = [0.0; 36];
     for i in 0..3 {

@@ -128,7 +128,7 @@ impl Robot {
         link.map_or("", |link| link.name.as_str())
     }
 
-    /// Returns the index and the joint of each body that a joint moves, in the order of the joint vector.
+    /// Returns index and joint of each body that a joint moves, in the order of the joint vector.
     pub(crate) fn joints(&self) -> impl Iterator<Item = (usize, &MovingJoint)> {
         self.bodies
             .iter()

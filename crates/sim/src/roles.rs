@@ -1,4 +1,4 @@
-//! What an experiment uses the links and joints of its robot for, with the checks that it fits the robot.
+//! What an experiment uses the links and joints of its robot for, with checks that they fit.
 
 use tactid_dynamics::{MassProperties, list_similar};
 

@@ -195,7 +195,7 @@ fn aborted(reason: SimError, log_path: &Path) -> SimError {
     }
 }
 
-/// Returns the name of a failed run's log that no file has: `run.failed.mcap`, or `run.failed_2.mcap`.
+/// Returns an unused name of a failed run's log: `run.failed.mcap`, or `run.failed_2.mcap`.
 fn free_name(log_path: &Path) -> Option<PathBuf> {
     let numbered = (2..100).map(|number| format!("failed_{number}.mcap"));
     std::iter::once("failed.mcap".to_owned())

@@ -42,7 +42,7 @@ pub struct BaseSample {
     pub angular_velocity: Vector3<f64>,
 }
 
-/// Measurement of an inertial measurement unit at the origin of the base link's frame, expressed in that frame.
+/// Measurement of an inertial measurement unit at the base link's origin, in the link's frame.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ImuSample {
     /// Angular velocity, rad/s.

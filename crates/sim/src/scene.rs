@@ -65,7 +65,7 @@ pub(crate) struct Scene {
     roles: Roles,
 }
 
-/// Returns the settings of the solver with which rigid pads hold a payload still, for a step of `dt` s.
+/// Returns settings of the solver with which rigid pads hold a payload still, for steps of `dt` s.
 fn integration_parameters(dt: f64) -> IntegrationParameters {
     IntegrationParameters {
         dt,

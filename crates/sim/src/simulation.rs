@@ -173,7 +173,7 @@ impl Simulation {
         self.commands.active_report()
     }
 
-    /// Returns the number of steps of the whole experiment: the most that there are, where it can end early.
+    /// Returns the number of steps of the whole experiment: the most, where it can end early.
     #[must_use]
     pub fn total_steps(&self) -> u64 {
         (self.experiment.duration_s / self.experiment.step_s).round() as u64
@@ -191,7 +191,7 @@ impl Simulation {
         self.monitor.checks()
     }
 
-    /// Returns how far a free-floating base has moved from where the excitation started; `None` for a fixed base.
+    /// Returns how far a floating base has moved since the excitation began; `None` if it is fixed.
     #[must_use]
     pub fn base_excursion(&self) -> Option<BaseExcursion> {
         self.monitor.base_excursion()
@@ -214,7 +214,7 @@ impl Simulation {
         self.grip_force_n
     }
 
-    /// Returns the mass properties of the payload in the tool frame, at its actual pose in the grasp.
+    /// Returns the payload's mass properties in the tool frame, at its actual pose in the grasp.
     #[must_use]
     pub fn payload_in_tool(&self) -> &MassProperties {
         &self.payload_in_tool

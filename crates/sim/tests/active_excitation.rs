@@ -12,12 +12,12 @@ use tactid_sim::{
     Simulation, run,
 };
 
-/// Returns the example: a payload of 100 kg on the spacecraft, and a base that turns by at most 0.1 degrees.
+/// Returns the example: 100 kg on the spacecraft, and a base that turns by at most 0.1 degrees.
 fn example() -> Experiment {
     Experiment::from_toml(include_str!("../experiments/active.toml")).unwrap()
 }
 
-/// The run ends when all values are known, with the arm at rest, and no limit is exceeded on the way.
+/// The run ends when all values are known, with the arm at rest and no limit exceeded.
 #[test]
 fn the_run_ends_at_rest_when_the_payload_is_known() {
     let experiment = example();
@@ -70,7 +70,7 @@ fn logged(log: &Path) -> serde_json::Value {
     serde_json::from_str(&log.metadata()["tactid.report"]["json"]).unwrap()
 }
 
-/// The same seed gives the same bytes, another one another motion, and a run that is stopped keeps its log.
+/// The same seed gives the same bytes, another one another motion; a stopped run keeps its log.
 #[test]
 fn the_log_depends_on_the_experiment_alone() {
     let folder = tempfile::tempdir().unwrap();

@@ -84,7 +84,7 @@ fn a_bound_that_is_exceeded_is_named() {
     );
 }
 
-/// A robot that does not fit the experiment is reported with the field, its value, and what the robot has.
+/// A robot that does not fit the experiment is reported with field, value, and what the robot has.
 #[test]
 fn a_robot_that_does_not_fit_is_reported() {
     type Change = fn(&mut Experiment);
@@ -128,7 +128,7 @@ fn a_robot_that_does_not_fit_is_reported() {
     }
 }
 
-/// A file that does not fit its robot is refused when it is read, with the line; a default is called so.
+/// Reading refuses a file that does not fit its robot, with the line; a default is called so.
 #[test]
 fn a_file_is_checked_against_its_robot() {
     let folder = tempfile::tempdir().unwrap();

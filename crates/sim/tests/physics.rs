@@ -100,7 +100,7 @@ fn wrench_is_the_sum_of_contacts() {
                     "{contact:?}"
                 );
             }
-            // The z axis of a finger's frame is the closing direction, in which the finger pushes the payload.
+            // The z axis of a finger's frame is the closing direction, of the push on the payload.
             assert!(finger.wrench.force.z > 0.5 * simulation.grip_force_n());
         }
     }
@@ -234,7 +234,7 @@ fn the_samples_identify_the_payload() {
     );
 }
 
-/// Twist, IMU and pose of the base agree: the pose moves with the twist, and the twist changes with the IMU.
+/// Twist, IMU and pose of the base agree: the pose moves with the twist, the twist with the IMU.
 #[test]
 fn base_sensors_agree() {
     let mut experiment = short();

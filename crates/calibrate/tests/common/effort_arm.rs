@@ -42,7 +42,7 @@ const FOUR_AXES: Design<JOINTS> = Design {
         ("0.6 0 0", "0 1 0", 4.0, "0.2 0 0.02"),
         ("0.5 0 0.1", "1 0 0", 2.0, "0.05 0.02 0.01"),
     ],
-    // The tool is beside the axis of the last joint, which would otherwise feel little of a payload.
+    // The tool is beside the axis of the last joint, which would else feel little of a payload.
     mount: "xyz='0.05 0 0.15' rpy='0.2 0.3 0.1'",
     friction: [12.0, 12.0, 8.0, 3.0],
     middle: [0.0, -1.0, 1.0, 0.0],

@@ -18,7 +18,7 @@ const MAX_ELEMENTS: usize = 1_000_000;
 /// Largest number of attributes of one element; they are compared with one another.
 const MAX_ATTRIBUTES: usize = 1_000;
 
-/// An element of an XML document with its attributes and child elements. Text and comments are not kept.
+/// An element of an XML document with attributes and child elements, without text and comments.
 ///
 /// Names are compared as they are written: a name with a prefix, as in `drake:joint`, is another name than `joint`,
 /// whether or not the prefix is declared.

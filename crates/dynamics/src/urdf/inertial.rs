@@ -1,4 +1,4 @@
-//! The inertial parameters of a link. Whatever its `<inertial>` lacks is reported and never refused.
+//! The inertial parameters of a link. What its `<inertial>` lacks is reported, never refused.
 
 use nalgebra::Vector3;
 use urdf_rs::{Inertial, Link, Pose, Vec3};

@@ -26,7 +26,7 @@ const LONGEST_TEXT: usize = 200;
 /// urdf-rs needs 1.5 kB of memory for each element of a document.
 const PIECE_BYTES: usize = 64 << 10;
 
-/// Largest number of elements that are kept of all links and joints. urdf-rs reads 200 000 a second.
+/// Most elements that are kept of all links and joints. urdf-rs reads 200 000 a second.
 const MAX_KEPT: usize = 400_000;
 
 /// Largest number of elements that are kept of one link, which is not read in pieces.
@@ -351,8 +351,7 @@ fn roll_pitch_yaw(text: &str) -> Option<[f64; 3]> {
     let quaternion = Quaternion::from(<[f64; 4]>::try_from(finite_numbers(text, 4)?).ok()?);
     let r = UnitQuaternion::try_new(quaternion, 1e-9)?.to_rotation_matrix();
     let yaw = r[(1, 0)].atan2(r[(0, 0)]);
-    // R_z(-yaw) R = R_y(pitch) R_x(roll) has entries that stay exact where the pitch is a right
-    // angle.
+    // R_z(-yaw) R = R_y(pitch) R_x(roll) has entries that stay exact at a right angle of pitch.
     let (sin, cos) = yaw.sin_cos();
     let pitch = (-r[(2, 0)]).atan2(cos * r[(0, 0)] + sin * r[(1, 0)]);
     let sin_roll = sin * r[(0, 2)] - cos * r[(1, 2)];

@@ -12,7 +12,7 @@ use crate::arms::{grip, spacecraft};
 const BOUND_DEG: f64 = 0.1;
 const ERROR: f64 = 0.1;
 
-/// Prints a row for a design for the expected payload alone, and for one that holds for all corners.
+/// Prints a row for a design for the expected payload alone, and for one for all corners.
 pub(crate) fn measure(built_in: &str) -> Result<()> {
     println!(
         "\n{:28} {:>9} {:>12} {:>12} {:>9}",

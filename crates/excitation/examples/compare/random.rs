@@ -58,7 +58,7 @@ pub(crate) fn measure(built_in: &str, arms: &[Arm]) -> Result<()> {
     Ok(())
 }
 
-/// Prints a row, and returns the ratio of the intervals of the design and of the best random motion.
+/// Prints a row, and returns the ratio of the design's intervals and the best random motion's.
 fn row(name: &str, problem: &Problem) -> Result<Option<f64>> {
     let began = Instant::now();
     let found = design(problem, &DesignSettings::default());

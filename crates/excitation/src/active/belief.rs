@@ -1,4 +1,4 @@
-//! What is known of the payload while it is identified, and the payloads for which limits must hold.
+//! What is known of the payload while it is identified, and for which payloads limits must hold.
 
 use nalgebra::SymmetricEigen;
 use rand::rngs::StdRng;
@@ -30,8 +30,7 @@ pub(super) struct Belief {
     pub(super) is_measured: bool,
 }
 
-/// Returns the inverse of a covariance or an information with entries that may differ by orders of
-/// magnitude.
+/// Returns the inverse of a covariance or information with entries of very different magnitudes.
 fn inverse(matrix: &Matrix) -> Option<Matrix> {
     let scaling = Matrix::from_diagonal(&matrix.diagonal().map(|x| x.sqrt().recip()));
     let factor = (scaling * matrix * scaling).cholesky()?;
@@ -50,7 +49,7 @@ impl Belief {
         })
     }
 
-    /// Returns the belief after an estimate with its covariance; `None` where that is not positive definite.
+    /// Returns the belief after an estimate; `None` if its covariance is not positive definite.
     pub(super) fn with(&self, estimate: &Vector, covariance: &Matrix) -> Option<Self> {
         let measured = inverse(covariance)?;
         let information = self.information + measured;
@@ -148,7 +147,7 @@ mod tests {
         assert!(of_prior.with(&estimate, &-of_prior.covariance).is_none());
     }
 
-    /// Payloads of the confidence region can exist, and are as far from the mean as its covariance says.
+    /// Payloads of the confidence region can exist, as far from the mean as its covariance says.
     #[test]
     fn payloads_are_in_the_confidence_region() {
         let of_prior = Belief::of_prior(&PRIOR).unwrap();

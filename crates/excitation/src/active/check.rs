@@ -5,7 +5,7 @@ use crate::cones::Cone;
 use crate::limits::Limit;
 use crate::search::{Point, Search};
 
-/// Fractions of the way from the rest of the previous plan to a new one that are tried until all limits hold.
+/// Fractions of the way from the rest of the previous plan to a new one, tried until limits hold.
 const FRACTIONS: [f64; 7] = [1.0, 0.9, 0.8, 0.65, 0.5, 0.3, 0.15];
 
 /// Fraction by which a plan may exceed a tightened limit.
@@ -21,7 +21,7 @@ pub(super) struct Checked {
     pub(super) binding: Option<Limit>,
 }
 
-/// Returns the least slack of each limit of the dynamics along a motion: negative where it is exceeded.
+/// Returns the least slack of each limit of the dynamics along a motion, negative if exceeded.
 fn slacks(search: &mut Search, values: &[f64]) -> Result<Vec<f64>, ExcitationError> {
     let samples = search.sampler.sample(values, false)?;
     let step_s = search.sampler.grid.step_s;

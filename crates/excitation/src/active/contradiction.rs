@@ -49,8 +49,7 @@ impl PriorBound {
         }
     }
 
-    /// Returns what the bound limits, of ten linear parameters, kg or m: NaN where no body has
-    /// them.
+    /// Returns what the bound limits, of ten linear parameters, kg or m: NaN if no body has them.
     fn quantity(self, payload: &Vector) -> f64 {
         let body = InertialParameters::from_vector(*payload).mass_properties();
         body.map_or(f64::NAN, |body| match self {
@@ -180,7 +179,7 @@ mod tests {
         let heavy = cube(25.0, 0.4, 0.5);
         assert_eq!(contradicted(&heavy, 0.9), [PriorBound::LargestMass]);
         assert!(contradicted(&heavy, 1.1).is_empty());
-        // The standard deviation of the half diagonal is NaN where a step of the derivative leaves no body.
+        // The half diagonal's standard deviation is NaN where a difference step leaves no body.
         assert!(contradicted(&cube(10.0, 0.0, 0.7), 50.0).is_empty());
     }
 

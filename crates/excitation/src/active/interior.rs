@@ -1,4 +1,4 @@
-//! Steps of an interior-point method: a few of them improve a motion within its limits in milliseconds.
+//! Steps of an interior-point method: a few improve a motion within its limits in milliseconds.
 //!
 //! A design solves a conic program in each step, which costs tens of milliseconds for the limits of several payloads. Here the
 //! limits are logarithmic barriers, and a step is one of Newton's method: the normal equations have as many unknowns as the
@@ -172,7 +172,7 @@ pub(super) fn improve(
     mut point: Point,
     iterations: usize,
 ) -> Result<Point, ExcitationError> {
-    // The derivatives change little within a plan, and computing them costs as much as twenty motions.
+    // Derivatives change little within a plan, and computing them costs as much as twenty motions.
     let mut linear = search.linearise(&point)?;
     for _ in 0..iterations {
         let Some(step) = best_step(search, &point, &linear) else {

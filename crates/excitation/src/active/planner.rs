@@ -41,7 +41,7 @@ const MORE_HALVINGS: usize = 3;
 /// Payloads that are drawn from the confidence region to check a plan.
 const DRAWN: usize = 12;
 
-/// Fraction of a limit that a plan leaves for the noise of the estimate and the time between two samples.
+/// Fraction of a limit that a plan leaves for noise of the estimate and time between two samples.
 const TIGHTENING: f64 = 0.05;
 
 /// Plans after which the largest interval must be smaller by the fraction [`PROGRESS`].
@@ -53,8 +53,8 @@ const PROGRESS: f64 = 0.02;
 /// Plans after which all values must be determined. The first ones are gentle, and noise hides what they show for a while.
 const PATIENCE_AT_FIRST: usize = 20;
 
-/// Fraction of the bound of the base that a plan uses, unless the base is there already: then it may go further by a stride.
-/// Near its bound the base could hardly be moved, and plans would be slow.
+/// Fraction of the bound of the base that a plan uses, unless the base is there already: then it
+/// may go further by a stride. Near its bound the base could hardly move, and plans would be slow.
 const USED: f64 = 0.6;
 const STRIDE: f64 = 0.15;
 

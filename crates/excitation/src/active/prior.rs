@@ -18,7 +18,7 @@ pub(super) type Matrix = SMatrix<f64, 10, 10>;
 const DRAWS: usize = 2000;
 const SEED: u64 = 0;
 
-/// Fraction by which an estimate may exceed the prior: one of a payload at its limit does so by its noise.
+/// Fraction by which an estimate may exceed the prior: noise does so for a payload at its limit.
 const SLACK: f64 = 0.1;
 
 /// Bounds on the mass and the size of a payload of which nothing else is known.

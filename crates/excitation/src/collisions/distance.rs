@@ -217,8 +217,7 @@ fn contact(poses: [Pose; 2], parts: [&Part; 2], reach: f64) -> Option<(f64, [Vec
     if let Some(found) = found {
         return Some((found.dist, [found.point1, found.point2], found.normal1));
     }
-    // The depth of a penetration is not always found: the depth of the spheres around both takes
-    // its place.
+    // The depth of a penetration is not always found: the depth of spheres around both replaces it.
     let intersects = query::intersection_test(&a, shapes[0], &b, shapes[1]);
     if !intersects.ok()?.intersecting {
         return None;

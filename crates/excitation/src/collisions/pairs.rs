@@ -19,7 +19,7 @@ pub(crate) struct Pair {
     pub(crate) least_m: f64,
     /// Whether one of them is a keep-out box: contact at the start is found by the check of the posture there.
     pub(crate) is_with_keep_out: bool,
-    /// Whether the pair is the payload and a link that neither holds it nor is next to the one that does.
+    /// Whether the pair is the payload and a link that neither holds it nor is next to its holder.
     pub(crate) is_link_in_payload: bool,
 }
 
@@ -40,13 +40,12 @@ enum Kind {
     KeepOut,
 }
 
-/// Returns the solids of a problem, the pairs that are tested, and a finding for those that are adjacent.
+/// Returns the solids of a problem, the pairs that are tested, and a finding for adjacent ones.
 ///
-/// Pairs are not tested where no joint of the motion changes their relative pose, and no finding
-/// reports them.
+/// Pairs are neither tested nor reported where no joint of the motion changes their relative pose.
 ///
 /// # Errors
-/// Returns [`ExcitationError::Untested`] if shapes of links are missing that the motion could bring into contact.
+/// Returns [`ExcitationError::Untested`] if shapes are missing of links that could touch.
 pub(super) fn pairs(problem: &Problem) -> Result<Tested, ExcitationError> {
     let robot = &problem.robot;
     let (solids, kinds): (Vec<Solid>, Vec<Kind>) = solids(problem)?.into_iter().unzip();

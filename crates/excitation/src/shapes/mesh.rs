@@ -22,8 +22,7 @@ const DIRECTIONS: usize = 100;
 /// them have points.
 const MAX_POINTS: usize = 50_000;
 
-/// Largest number of points that have their convex hull computed as it is, 10 microseconds for
-/// each.
+/// Largest number of points for which the hull is computed as it is, 10 microseconds for each.
 const MAX_HULL_POINTS: usize = 1_000;
 
 /// Convex hulls of the meshes of a robot. Each is computed once, however often, under however many names and at however many scales the
@@ -157,7 +156,7 @@ fn first_of_each(
     Some(first)
 }
 
-/// Returns the farthest of many corners in each of [`DIRECTIONS`] directions, and few corners as they are.
+/// Returns the farthest of many corners in each of [`DIRECTIONS`] directions; few stay as they are.
 fn farthest(corners: &[Vector]) -> Vec<Vector> {
     if corners.len() <= DIRECTIONS {
         return corners.to_vec();

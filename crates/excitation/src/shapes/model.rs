@@ -24,7 +24,7 @@ const MAX_SHAPES: usize = 200;
 /// Largest number of shapes that have a finding each.
 const MAX_LEFT_OUT: usize = 20;
 
-/// Returns the bytes of a mesh file, given its name as the URDF has it, or the reason why they cannot be read.
+/// Returns the bytes of a mesh file by its name in the URDF, or the reason why they cannot be read.
 pub type MeshReader<'a> = dyn FnMut(&str) -> Result<Vec<u8>, String> + 'a;
 
 /// Shapes of the links of a robot that must not touch one another, the payload or a keep-out box: boxes, cylinders, capsules,
@@ -61,7 +61,7 @@ pub enum CollisionFinding {
         /// The reason.
         because: NotTested,
     },
-    /// Links that have a visual shape and no collision shape, so that the URDF does not ask for a test of them.
+    /// Links with a visual shape and no collision shape: the URDF does not ask for a test of them.
     LinksWithoutShapes {
         /// Names of the links.
         links: Vec<String>,
@@ -221,7 +221,7 @@ impl CollisionModel {
 struct Reading<'a, 'b> {
     read_mesh: &'a mut MeshReader<'b>,
     hulls: ConvexHulls,
-    /// Number of shapes that are tested, that are too many, and that are left out for another reason.
+    /// Number of shapes that are tested, too many, and left out for another reason.
     tested: usize,
     too_many: usize,
     left_out: usize,
@@ -279,7 +279,7 @@ impl Reading<'_, '_> {
         }
     }
 
-    /// Returns the model with the findings about all links, of which `without` have a visual shape only.
+    /// Returns the model with findings about all links; `without` have a visual shape only.
     fn finish(self, without: Vec<String>) -> CollisionModel {
         let Self { mut model, .. } = self;
         let findings = &mut model.findings;

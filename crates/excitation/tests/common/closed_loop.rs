@@ -1,4 +1,4 @@
-//! A robot that holds a payload and moves as it is planned, exactly but for the noise of its sensors.
+//! A robot that holds a payload and moves as planned, exactly but for the noise of its sensors.
 
 use std::error::Error;
 use std::time::{Duration, Instant};
@@ -134,7 +134,7 @@ impl Noise {
         }
     }
 
-    /// Returns a fraction of the peak of each channel along a motion: channels that stay zero have no noise.
+    /// Returns a fraction of each channel's peak along a motion: without signal there is no noise.
     pub(crate) fn of_peaks(
         fraction: f64,
         problem: &Problem,

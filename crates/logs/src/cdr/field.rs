@@ -60,7 +60,7 @@ pub trait Field: Sized {
     }
 }
 
-/// Implements [`Field`] for a type of number. Arrays and sequences of numbers are read and written as a whole.
+/// Implements [`Field`] for a type of number. Arrays and sequences are read and written as a whole.
 macro_rules! number {
     ($type:ty) => {
         impl Field for $type {
@@ -148,7 +148,7 @@ impl Field for bool {
     }
 }
 
-/// A text is followed by a zero, which its length counts. Some writers leave it out of an empty text.
+/// A text ends with a zero, which its length counts. Some writers leave it out of an empty text.
 impl Field for String {
     fn write(&self, encoder: &mut Encoder<'_>) -> Result<(), CdrError> {
         encoder.length(self.len() + 1)?;

@@ -181,7 +181,7 @@ fn is_compressed(path: &Path) -> bool {
         .is_some_and(|extension| extension == "zstd")
 }
 
-/// Returns the name of the bag and the number of the file from a file's name, or `None` if it is no log file.
+/// Returns the name of the bag and the number of the file from its name; `None` if it is no log.
 fn split_name(path: &Path) -> Option<(String, u64)> {
     let stem = path.file_stem()?;
     let name = if is_compressed(path) {

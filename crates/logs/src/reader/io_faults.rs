@@ -16,7 +16,7 @@ use crate::{Durability, LogError, LogWriter};
 /// How a stream misbehaves.
 #[derive(Clone, Debug)]
 enum Fault {
-    /// A read that needs a byte in this range fails with this error, as one of a bad sector of a disk.
+    /// A read that needs a byte in this range fails with this error, as on a bad sector.
     At(Range<u64>, io::ErrorKind),
     /// A read returns at most this number of bytes.
     Short(usize),
@@ -108,7 +108,7 @@ fn state(k: u64, joints: usize) -> JointState {
     }
 }
 
-/// Result of reading a log: its messages up to the first error, the error, and whether damage is reported.
+/// Result of reading: messages up to the first error, the error, and whether damage is reported.
 struct Reading {
     messages: Vec<JointState>,
     error: Option<LogError>,
@@ -214,7 +214,7 @@ fn short_and_interrupted_reads_change_nothing() {
     }
 }
 
-/// A file that another program cuts while it is read is an error or damage, and never a log that seems whole.
+/// A file that another program cuts while it is read is an error or damage, never a whole log.
 #[test]
 fn a_file_that_shrinks_is_an_error_or_damage() {
     let bytes = log(30, 1);

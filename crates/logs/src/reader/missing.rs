@@ -51,7 +51,7 @@ mod tests {
 
     use super::no_such_log;
 
-    /// A name with a slip, another case or another extension is suggested, and an unrelated one is not.
+    /// A name with a slip, another case or another extension is suggested, an unrelated one not.
     #[test]
     fn a_similar_name_is_suggested() {
         let folder = tempfile::tempdir().unwrap();

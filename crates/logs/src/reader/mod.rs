@@ -32,7 +32,7 @@ pub use stream::{Messages, RawMessage};
 
 use crate::{error::LogError, messages::Message};
 
-/// Memory that the messages of a log may occupy at once by default, bytes: hundreds of usual chunks.
+/// Memory that messages of a log may occupy at once by default, bytes: hundreds of chunks.
 pub const DEFAULT_MEMORY_LIMIT: u64 = 256 << 20;
 
 static MEMORY: AtomicU64 = AtomicU64::new(DEFAULT_MEMORY_LIMIT);
@@ -53,7 +53,7 @@ const MAX_LISTED: usize = 16;
 pub struct Topic {
     /// Name, for instance `/joint_states`.
     pub name: String,
-    /// Type of its messages, for instance `sensor_msgs/msg/JointState`; empty if the log does not contain it.
+    /// Type of its messages, such as `sensor_msgs/msg/JointState`; empty if the log has none.
     pub type_name: String,
     /// Encoding of its messages, `cdr` in ROS 2.
     pub encoding: String,
@@ -75,7 +75,7 @@ impl Topic {
         self.type_name == M::TYPE || self.type_name == M::TYPE.replace("/msg/", "/")
     }
 
-    /// Returns the mean number of messages per second between the first and the last, or `None` if their times are equal.
+    /// Returns the mean number of messages per second, or `None` if all times are equal.
     #[must_use]
     pub fn frequency_hz(&self) -> Option<f64> {
         let (first, last) = self.times_ns?;
@@ -246,7 +246,7 @@ impl LogReader {
         Ok(self.select(|topic| names.iter().any(|name| name.as_ref() == topic.name)))
     }
 
-    /// Lists the topics for an error message: of more than [`MAX_LISTED`] the alphabetic neighbours of a name.
+    /// Lists topics for an error message: of more than [`MAX_LISTED`] the neighbours of a name.
     fn topics_beside(&self, name: &str) -> String {
         if self.topics.is_empty() {
             return "no topics".to_owned();

@@ -154,7 +154,7 @@ impl TemporarySpace {
         }
     }
 
-    /// Counts a compressed file of some bytes, and returns the most content that the log may then have.
+    /// Counts a compressed file of some bytes, and returns the most content of the log then.
     pub(super) fn add_packed(&mut self, bytes: u64) -> u64 {
         self.packed = self.packed.saturating_add(bytes);
         self.small_content

@@ -1,4 +1,4 @@
-//! The bytes of a log file: the file itself, or its content where the file is compressed as a whole.
+//! The bytes of a log file, or its content where the file is compressed as a whole.
 
 use std::{
     fmt,
@@ -117,7 +117,7 @@ impl Source {
         Ok(source)
     }
 
-    /// Opens the content, which may be read at any later time: a file that is another one by then is an error.
+    /// Opens the content for reading at any later time: a file that is another by then is an error.
     pub(super) fn open_content(&self) -> io::Result<File> {
         let (file, metadata) = system_file::open(self.content())?;
         if self.decompressed.is_none() && !self.mark.may_be_same_file(&FileMark::of(&metadata)) {

@@ -1,4 +1,4 @@
-//! What every storage gives to the stream of messages: an index of each file, and its segments when they are due.
+//! What every storage gives to the stream of messages: an index of each file, and due segments.
 
 use std::{
     collections::{BTreeMap, BTreeSet},
@@ -108,7 +108,7 @@ pub(super) trait Storage: fmt::Debug + Send + Sync {
 /// An open file with segments that are read one by one.
 pub(super) trait SegmentReader: fmt::Debug + Send {
     /// Reads the messages of the selected channels in a segment, which is given by its place in
-    /// [`FileIndex::segments`]. A segment that needs more memory than `budget.remaining` is not read.
+    /// [`FileIndex::segments`]. No segment is read that needs more memory than `budget.remaining`.
     fn read(
         &mut self,
         segment: usize,

@@ -36,7 +36,7 @@ pub struct RawMessage {
 }
 
 impl RawMessage {
-    /// Returns the encoded message. A message that the bag compresses is decompressed, unless it is damaged.
+    /// Returns the encoded message, decompressed where the bag compresses it, unless it is damaged.
     #[must_use]
     pub fn data(&self) -> &[u8] {
         self.block.bytes.get(self.data.clone()).unwrap_or_default()

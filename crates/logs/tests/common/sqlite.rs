@@ -76,7 +76,7 @@ pub(crate) fn message(bag: &Connection, topic: i64, time_ns: u64, data: &[u8]) {
     .unwrap();
 }
 
-/// Adds the messages of `common::log` over these tenths of a second, each packed before it is stored.
+/// Adds the messages of `common::log` over these tenths of a second, each packed first.
 pub(crate) fn fill(
     bag: &Connection,
     steps: impl IntoIterator<Item = u64>,

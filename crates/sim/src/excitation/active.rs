@@ -48,7 +48,7 @@ pub struct ActiveReport {
     pub untested_shapes: Vec<String>,
 }
 
-/// A bound of the payload that the estimate contradicts, so that the motions may have exceeded their limits.
+/// A bound of the payload that the estimate contradicts: motions may have exceeded their limits.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct ActiveContradiction {
     /// The bound's place in the table `excitation.active` of the experiment, such as `mass_kg[1]`.
@@ -294,7 +294,7 @@ fn problem(
     if settings.collisions {
         let not_read = &mut |_: &str| Err("the simulation reads no meshes".to_owned());
         let shapes = CollisionModel::of_urdf(&urdf, &problem.robot, not_read);
-        // A collision in the simulation harms nobody, and the report names the shapes that are not tested.
+        // A simulated collision harms nobody, and the report names the shapes that are not tested.
         problem.collisions = Some(shapes.map_err(planning)?.accepting_untested());
     }
     let between = |[low, high]: BoxCorners| OrientedBox::between(low, high);
@@ -332,7 +332,8 @@ fn sensing(experiment: &Experiment, settings: &ActiveExcitation, start: &Start<'
     }
 }
 
-/// Returns the standard deviations of the wrench of a finger, 0 or 1: three forces, N, and three moments, N m.
+/// Returns standard deviations of the wrench of a finger, 0 or 1: three forces, N, and moments, N
+/// m.
 fn wrench_noise(noise: &Noise, finger: usize) -> [f64; 6] {
     let assumed = |std_dev: f64, assumed: f64| if std_dev > 0.0 { std_dev } else { assumed };
     std::array::from_fn(|k| match k {

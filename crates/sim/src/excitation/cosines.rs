@@ -1,4 +1,4 @@
-//! Joints that start at rest and are accelerated with `amplitude · cos(2π · frequency · t)` plus noise.
+//! Joints that start at rest and accelerate by `amplitude · cos(2π · frequency · t)` plus noise.
 
 use std::f64::consts::TAU;
 
@@ -72,7 +72,7 @@ impl Cosines {
                 let phase = TAU * one.frequency_hz * (time_s - one.start_s);
                 one.amplitude * (phase.cos() + self.noise * noise)
             } else {
-                // After its interval the joint is stopped with at most the amplitude of its excitation.
+                // After its interval the joint stops with at most the amplitude of its excitation.
                 (-*velocity / self.dt).clamp(-one.amplitude, one.amplitude)
             };
             *velocity += acceleration * self.dt;

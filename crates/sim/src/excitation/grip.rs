@@ -7,8 +7,7 @@ use crate::SimError;
 use crate::contact::ContactPoint;
 
 /// Ratio of the mean distance from the middle of a square to the distance of its corners: contacts
-/// are at the corners of a pad, and its pressure may be anywhere on it. `(√2 + asinh 1) / 6` over
-/// `√½`.
+/// are at a pad's corners, its pressure may be anywhere on it. `(√2 + asinh 1) / 6` over `√½`.
 const MEAN_TO_CORNER: f64 = 0.541;
 
 /// Returns the grip in the tool frame, with the middle of each pad in the middle of its contacts.

@@ -14,8 +14,8 @@ pub type BoxCorners = [[f64; 3]; 2];
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default, expecting = "a table")]
 pub struct ActiveExcitation {
-    /// Largest half width of the 95 % intervals, as a fraction of the largest value of its kind (mass, centre of mass, inertia):
-    /// once all ten are within it, the arm comes to rest and the run ends.
+    /// Largest half width of the 95 % intervals, as a fraction of the largest value of its kind
+    /// (mass, centre of mass, inertia): once all ten are within it, arm and run stop.
     pub within: f64,
     /// Least and largest mass that the payload can have, kg.
     pub mass_kg: [f64; 2],
@@ -28,7 +28,7 @@ pub struct ActiveExcitation {
     /// Largest angle by which a floating base may turn from where it starts, degrees. Default none.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub base_attitude_deg: Option<f64>,
-    /// Largest distance by which the origin of a floating base may move from where it starts, m. Default none.
+    /// Largest distance by which a floating base's origin may move from its start, m. Default none.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub base_position_m: Option<f64>,
     /// Fraction of the friction between pads and payload that motions may use.

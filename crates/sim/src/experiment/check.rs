@@ -39,7 +39,7 @@ fn finite(field: &str, values: &[f64]) -> Result<(), SimError> {
     Err(refuse(field, values, "must be finite"))
 }
 
-/// Checks that each principal moment of an inertia is positive and at most the sum of the other two.
+/// Checks that each principal moment is positive and at most the sum of the other two.
 fn inertia(field: &str, entries: [f64; 6]) -> Result<(), SimError> {
     finite(field, &entries)?;
     let moments = SymmetricEigen::new(symmetric_matrix(entries)).eigenvalues;

@@ -4,7 +4,7 @@ use toml::de::{DeTable, DeValue};
 
 use crate::SimError;
 
-/// Returns the error of a parser in one line, with the line of `text` and the key that stands there.
+/// Returns the error of a parser in one line, with the line of `text` and the key there.
 pub(super) fn syntax(error: &toml::de::Error, text: &str) -> SimError {
     let mut message = error.message().trim().to_owned();
     for (rust, plain) in [

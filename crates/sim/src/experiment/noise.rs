@@ -2,9 +2,9 @@
 
 use serde::{Deserialize, Serialize};
 
-/// Standard deviations of the white noise on the sensor channels, with a new value for every sample and axis.
+/// Standard deviations of the sensors' white noise, with a new value for every sample and axis.
 ///
-/// The default is zero for all channels. The noise is added to measurements, not to the motion of the robot.
+/// The default is zero for all channels. Noise is added to measurements, not to the robot's motion.
 ///
 /// A list has one entry for each channel: for joints, each moving joint in the order of the log, fingers included; for
 /// base and IMU, x, y and z, along world axes for the base and along its own axes for the IMU; for fingers, x, y and z of

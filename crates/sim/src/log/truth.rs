@@ -30,7 +30,7 @@ impl From<&MassProperties> for Body {
     }
 }
 
-/// The payload in the tool frame at its actual pose in the grasp; `nominal` is the experiment's payload.
+/// The payload in the tool frame at its actual pose in the grasp; `nominal` is the experiment's.
 #[derive(Serialize)]
 struct TruthRecord<'a> {
     frame: &'a str,

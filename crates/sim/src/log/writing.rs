@@ -50,8 +50,8 @@ impl<'scope> RecorderThread<'scope> {
         }
     }
 
-    /// Writes the sample of the step with number `index`; `state` is the state at its time. Returns false where the log cannot
-    /// be written any more, the error of which [`join`](Self::join) returns.
+    /// Writes the sample of the step `index`; `state` is the state at its time. Returns false where
+    /// the log cannot be written any more; [`join`](Self::join) returns the error.
     pub(crate) fn write(&mut self, index: u64, sample: &Sample, state: &State) -> bool {
         self.batch.push(Step {
             index,

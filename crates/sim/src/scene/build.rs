@@ -212,7 +212,7 @@ fn insert_bodies(
         handles.push(handle);
         if let Some(joint) = &body.joint {
             let (parent, data) = (handles[joint.parent], rapier_joint(joint));
-            // A finger is moved, not driven: no force of the payload opens it, and locked it is rigid.
+            // A finger is moved, not driven: no payload opens it, and locked it is rigid.
             let inserted = if fingers.contains(&index) {
                 joints.insert_kinematic(parent, handle, data, true)
             } else {

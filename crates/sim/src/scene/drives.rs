@@ -66,7 +66,7 @@ impl Scene {
         }
     }
 
-    /// Adds the correction of the position errors to the commanded velocities, and moves the positions on.
+    /// Adds the correction of position errors to the commanded velocities, and moves positions on.
     fn aim(&mut self, velocities: &[f64]) {
         let actual = self.arm_positions();
         let drives = &mut self.drives;
@@ -77,7 +77,7 @@ impl Scene {
         }
     }
 
-    /// Computes the efforts of the drives in the step that ended in `state`, N m (N for a prismatic joint).
+    /// Computes the efforts of the drives in the step to `state`, N m (N for a prismatic joint).
     pub(crate) fn drive_efforts(&self, state: &State, efforts: &mut [f64]) {
         let aims = self.roles.arm.iter().zip(&self.drives.velocities);
         for ((&link, velocity), effort) in aims.zip(efforts) {

@@ -106,7 +106,7 @@ impl Scene {
             .joint
             .as_ref()
             .is_some_and(|j| j.prismatic);
-        // The z axis of a joint's frame is its axis: the third linear or the third angular coordinate.
+        // The z axis of a joint's frame is its axis: the third linear or angular coordinate.
         let coordinate = if prismatic { 2 } else { 5 };
         multibody
             .link(link_id)

@@ -89,7 +89,7 @@ impl Middle {
 pub(crate) struct Identifier {
     /// State of the robot with its gripper and without payload.
     robot: Workspace,
-    /// State of the robot without its gripper, which joint sensing identifies together with the payload.
+    /// State of the robot without its gripper, which joint sensing identifies with the payload.
     rest: Workspace,
     /// State of the robot with the payload.
     loaded: Workspace,

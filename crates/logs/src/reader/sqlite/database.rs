@@ -17,7 +17,7 @@ use crate::{
     reader::{source::Source, storage::MAX_RECORD},
 };
 
-/// Time for which a lock of another process is awaited. A recorder locks the file only while it commits.
+/// Time for which a lock of another process is awaited. A recorder locks only while it commits.
 const LOCK_WAIT: Duration = Duration::from_secs(5);
 
 /// An open database that is only read.
@@ -42,7 +42,7 @@ impl Database {
         let is_closed = header.uses_log && !log.exists();
         let mut connected = connect(path, is_closed);
         if is_closed && log.exists() {
-            // A recorder has opened it meanwhile. An immutable database would not see what the log has.
+            // A recorder has opened it meanwhile. An immutable database would not see the log.
             connected = connect(path, false);
         }
         let connection = connected.map_err(|error| failure(source, &error))?;
@@ -79,7 +79,7 @@ fn connect(path: &Path, immutable: bool) -> Result<Connection, Error> {
         Connection::open_with_flags(path, flags)?
     };
     connection.busy_timeout(LOCK_WAIT)?;
-    // Any file may claim to be a bag: no function or view of its schema is run, and no value exhausts memory.
+    // Any file may claim to be a bag: no function or view of it runs, and no value exhausts memory.
     connection.set_limit(Limit::SQLITE_LIMIT_LENGTH, MAX_RECORD as i32)?;
     connection.execute_batch("PRAGMA trusted_schema = OFF; PRAGMA cell_size_check = ON")?;
     Ok(connection)
@@ -130,7 +130,7 @@ impl Header {
         })
     }
 
-    /// Returns whether the file is cut off within a page. SQLite would take the rest of the page for zeros.
+    /// Returns whether the file is cut off within a page. SQLite would take the rest for zeros.
     fn is_cut(&self) -> bool {
         self.length
             .checked_rem(self.page_size)

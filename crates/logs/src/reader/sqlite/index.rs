@@ -65,7 +65,7 @@ struct Bag {
     channels: BTreeMap<ChannelId, Channel>,
     metadata: Metadata,
     order: Order,
-    /// Largest number of a message. Those that a recorder adds later have larger ones and are not read.
+    /// Largest number of a message. Later ones have larger numbers and are not read.
     last_row: i64,
 }
 
@@ -120,7 +120,7 @@ impl Bag {
                 && let Some(row) = rows.next()?
             {
                 let message = MessageRow::of(row)?;
-                // SQLite trusts the pages of an index. Rows of a damaged one come again, without end.
+                // SQLite trusts the pages of an index. Rows of a damaged one come again and again.
                 if last.is_some_and(|last| !self.order.is_before(last, message.key)) {
                     let what = "the rows of `messages` are not in the order of their index";
                     return Err(Problem::Fault(damaged(what)));

@@ -56,7 +56,7 @@ impl Order {
         }
     }
 
-    /// Returns the query for columns of the messages that meet a condition, up to a row, in this order.
+    /// Returns the query for columns of messages that meet a condition, up to a row, in this order.
     pub(super) fn select(self, columns: &str, condition: &str, last_row: i64) -> String {
         let order = match self {
             Self::Time => "timestamp, rowid",
