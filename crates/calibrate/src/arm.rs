@@ -11,8 +11,9 @@ use super::settings::CalibrationSettings;
 use crate::CalibrateError;
 use tactid_identify::equations::Instant;
 
-/// Velocities of all friction terms, rad/s or m/s. A calibration uses the plain Coulomb term (the last), or a step, what
-/// presliding and the Stribeck effect leave, and the curvature of the viscous friction (the first three).
+/// Velocities of all friction terms, rad/s or m/s. A calibration uses the plain Coulomb term (the
+/// last), or a step, what presliding and the Stribeck effect leave, and the curvature of the
+/// viscous friction (the first three).
 pub(crate) const WIDTHS: [f64; 4] = [0.005, 0.05, 0.5, 0.02];
 
 /// Index in [`WIDTHS`] of the plain Coulomb term, which also shows whether a joint stands still.
@@ -24,15 +25,15 @@ const SIGN_WIDTH: f64 = 0.01;
 /// Number of quantities of a joint beside the regressors and the slopes.
 const SCALARS: usize = 4 + WIDTHS.len();
 
-/// Step of the positions and of the tilt for the slopes, rad or m. A forward difference is off by about half the step, and by
-/// rounding of 1e-11.
+/// Step of the positions and of the tilt for the slopes, rad or m. A forward difference is off by
+/// about half the step, and by rounding of 1e-11.
 const SLOPE_STEP: f64 = 1e-5;
 
 /// Number of directions into which gravity is tilted.
 pub(crate) const TILTS: usize = 2;
 
-/// Number of parameters of a payload, its mass and first moments, that slopes are computed for. Its weight does not depend on
-/// the others.
+/// Number of parameters of a payload, its mass and first moments, that slopes are computed for. Its
+/// weight does not depend on the others.
 const WEIGHT_PARAMETERS: usize = 4;
 
 /// Number of entries of one slope: one of the links as described, and [`WEIGHT_PARAMETERS`].
@@ -188,8 +189,8 @@ impl Arm {
         self.places[joint + 1] - self.places[joint] - SCALARS - SLOPE_ENTRIES * self.slopes
     }
 
-    /// Returns gravity turned towards two directions that are perpendicular to it and to each other; the tilt has the angle
-    /// towards each, rad, and its norm is the angle of the turn.
+    /// Returns gravity turned towards two directions that are perpendicular to it and to each
+    /// other; the tilt has the angle towards each, rad, and its norm is the angle of the turn.
     pub(crate) fn tilted_gravity(&self, tilt: Vector2<f64>) -> Vector3<f64> {
         let down = self.gravity.try_normalize(0.0).unwrap_or_else(Vector3::z);
         let axis = Vector3::ith(down.iamin(), 1.0);

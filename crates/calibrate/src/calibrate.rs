@@ -27,16 +27,19 @@ const FOUND_RATIO: f64 = 1.05;
 
 /// Calibrates an arm from recordings, each without payload (`None`) or with a partly known one.
 ///
-/// Cost: some seconds for an hour of recordings, and up to eleven times as long, with a copy of the recordings, where gains differ so
-/// much from the given ones that they are an error, which has the gains that fit. The noise is chosen on at most 2000 windows.
+/// Cost: some seconds for an hour of recordings, and up to eleven times as long, with a copy of the
+/// recordings, where gains differ so much from the given ones that they are an error, which has the
+/// gains that fit. The noise is chosen on at most 2000 windows.
 ///
 /// # Errors
 /// Returns [`IdentifyError::TooLittle`] if the recordings have fewer than twenty windows in all,
-/// [`IdentifyError::Option`] if a setting or a known payload is out of range, [`CalibrateError::Robot`] if the recordings
-/// are of different robots or have other cutoffs or gravity than the settings, [`CalibrateError::GainsUnexpected`] if gains
-/// differ from the given ones by more than five standard deviations and 10 %, and [`CalibrateError::Data`] if no joint
-/// moves, the efforts of a joint are constant while it moves or have the opposite sign, the efforts lag or lead the motion
-/// by more than an eighth of a window, gains come out negative, or numbers are too large to be solved for.
+/// [`IdentifyError::Option`] if a setting or a known payload is out of range,
+/// [`CalibrateError::Robot`] if the recordings are of different robots or have other cutoffs or
+/// gravity than the settings, [`CalibrateError::GainsUnexpected`] if gains differ from the given
+/// ones by more than five standard deviations and 10 %, and [`CalibrateError::Data`] if no joint
+/// moves, the efforts of a joint are constant while it moves or have the opposite sign, the efforts
+/// lag or lead the motion by more than an eighth of a window, gains come out negative, or numbers
+/// are too large to be solved for.
 pub fn calibrate(
     recordings: &[(EffortRecording, Option<KnownPayload>)],
     settings: &CalibrationSettings,
@@ -47,7 +50,8 @@ pub fn calibrate(
 /// Calibrates an arm as [`calibrate()`] does. Several times a second, `check` may stop the work.
 ///
 /// # Errors
-/// Returns [`CalibrateError::Interrupted`] where `check` returns [`ControlFlow::Break`], and the errors of [`calibrate()`].
+/// Returns [`CalibrateError::Interrupted`] where `check` returns [`ControlFlow::Break`], and the
+/// errors of [`calibrate()`].
 pub fn calibrate_interruptibly(
     recordings: &[(EffortRecording, Option<KnownPayload>)],
     settings: &CalibrationSettings,

@@ -9,8 +9,8 @@
 //! size of the change is the one that maximises the evidence of the recordings of the day. Gains
 //! change a little every day.
 //!
-//! The estimate differs from the calibration by the change and by the error of the calibration. The share of the change is
-//! its posterior mean `D (P⁻¹ + D)⁻¹ (x - x₀)`.
+//! The estimate differs from the calibration by the change and by the error of the calibration. The
+//! share of the change is its posterior mean `D (P⁻¹ + D)⁻¹ (x - x₀)`.
 //!
 //! Where all gains are uncertain, recordings of an unknown payload do not determine their scale:
 //! links and payload times a factor, and inverse gains divided by it, give the same efforts. Along
@@ -29,8 +29,8 @@ use crate::CalibrateError;
 use tactid_identify::GainErrors;
 use tactid_identify::solve::Vector;
 
-/// Standard deviations of the change of friction that are compared, in units of the friction that joints of the arm
-/// typically have.
+/// Standard deviations of the change of friction that are compared, in units of the friction that
+/// joints of the arm typically have.
 const FRICTION: [f64; 8] = [0.0, 0.01, 0.02, 0.05, 0.1, 0.2, 0.5, 1.0];
 
 /// Standard deviations of the change of each gain by itself and of the factor that all gains share
@@ -51,11 +51,13 @@ const EVERY_DAY: [f64; 2] = [5e-4, 5e-4];
 /// Unit of a gain that was taken for exact, a fraction.
 const EXACT_GAIN_UNIT: f64 = 0.05;
 
-/// Precision of a payload in its units, weak and positive: a payload that the motion does not determine has evidence, too.
+/// Precision of a payload in its units, weak and positive: a payload that the motion does not
+/// determine has evidence, too.
 const PAYLOAD_PRECISION: f64 = 1e-4;
 
-/// Logarithm of the odds against a change of the gains before a recording shows it. Without odds, payloads of unchanged simulated
-/// arms are off by 2 % where the payload is heavier than the arm's last links; with `e³`, a change by 5 % is missed.
+/// Logarithm of the odds against a change of the gains before a recording shows it. Without odds,
+/// payloads of unchanged simulated arms are off by 2 % where the payload is heavier than the arm's
+/// last links; with `e³`, a change by 5 % is missed.
 const GAIN_ODDS: f64 = 2.0;
 
 /// Precision of the scale of all gains while it is fixed, relative to its prior's.
@@ -88,8 +90,9 @@ impl Size {
         self.gains != EVERY_DAY
     }
 
-    /// Returns the root `R` of the covariance `R Rᵀ` of the change of the arm's unknowns in their units. Its columns belong to
-    /// the same independent changes whatever their size is: one for each unknown, and last the factor that all gains share.
+    /// Returns the root `R` of the covariance `R Rᵀ` of the change of the arm's unknowns in their
+    /// units. Its columns belong to the same independent changes whatever their size is: one for
+    /// each unknown, and last the factor that all gains share.
     fn root(&self, layout: &Layout, prior: &Prior) -> DMatrix<f64> {
         let [own, shared] = self.gains;
         let count = prior.mean.len();
@@ -148,7 +151,8 @@ pub(crate) struct Changes {
     candidates: Vec<Candidate>,
 }
 
-/// What an error of one standard deviation of each independent unknown of the arm changes in the parameters of a payload.
+/// What an error of one standard deviation of each independent unknown of the arm changes in the
+/// parameters of a payload.
 #[derive(Clone, Debug)]
 pub(crate) struct ArmErrors {
     /// Errors of the calibration.
@@ -158,7 +162,8 @@ pub(crate) struct ArmErrors {
 }
 
 impl Changes {
-    /// Computes the prior with each change. The scale of gains that were uncertain at the calibration is fixed if `fixes_scale`.
+    /// Computes the prior with each change. The scale of gains that were uncertain at the
+    /// calibration is fixed if `fixes_scale`.
     pub(crate) fn new(
         layout: &Layout,
         prior: &Prior,
@@ -218,7 +223,8 @@ impl Changes {
         }
     }
 
-    /// Returns the unknowns of the arm at its calibration with the mean of the change that a problem's solution shows.
+    /// Returns the unknowns of the arm at its calibration with the mean of the change that a
+    /// problem's solution shows.
     pub(crate) fn changed(&self, change: &Change, problem: &Problem<'_>, arm: &[f64]) -> Vec<f64> {
         let Prior { mean, scales, .. } = &self.prior;
         let step = DVector::from_fn(arm.len(), |k, _| (arm[k] - mean[k]) / scales[k]);
@@ -230,8 +236,9 @@ impl Changes {
             .collect()
     }
 
-    /// Returns what the errors of the calibration and its change change in the parameters of a `payload`, given the change
-    /// `of_gradient` of the parameters by the gradient of the prior with the precision of a problem.
+    /// Returns what the errors of the calibration and its change change in the parameters of a
+    /// `payload`, given the change `of_gradient` of the parameters by the gradient of the prior
+    /// with the precision of a problem.
     pub(crate) fn errors(
         &self,
         change: &Change,
@@ -252,8 +259,8 @@ impl Changes {
         }
     }
 
-    /// Returns the linearised solution with each change, about some unknowns at which `data` are the normal equations of a problem,
-    /// without those that cannot be solved.
+    /// Returns the linearised solution with each change, about some unknowns at which `data` are
+    /// the normal equations of a problem, without those that cannot be solved.
     pub(crate) fn solutions<'a>(
         &'a self,
         problem: &Problem<'a>,
@@ -269,8 +276,9 @@ impl Changes {
         solved.filter(|(solution, _)| solution.log_evidence.is_finite())
     }
 
-    /// Gives a problem the prior with the change that the recordings make most probable, about some unknowns at which
-    /// `data` are their normal equations, and returns it with the variance of the scale that is fixed.
+    /// Gives a problem the prior with the change that the recordings make most probable, about some
+    /// unknowns at which `data` are their normal equations, and returns it with the variance of the
+    /// scale that is fixed.
     pub(crate) fn choose(
         &self,
         problem: &mut Problem<'_>,

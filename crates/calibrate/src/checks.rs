@@ -21,14 +21,15 @@ const CONSTANT: f64 = 1e-9;
 /// Precision of the least squares for the sign, a fraction of the data's: enough to solve them.
 const WEAKNESS: f64 = 1e-9;
 
-/// Number of columns that explain efforts: offset, acceleration, torque, velocity, and its sign. The last three have
-/// positive factors.
+/// Number of columns that explain efforts: offset, acceleration, torque, velocity, and its sign.
+/// The last three have positive factors.
 const COLUMNS: usize = 5;
 const POSITIVE: usize = 3;
 
 impl EffortRecording {
-    /// Checks that no effort is constant while its joint moves and others vary, and that none has the opposite sign of the
-    /// torque that the robot's description and the `payload` need, with friction that brakes. Scales do not matter.
+    /// Checks that no effort is constant while its joint moves and others vary, and that none has
+    /// the opposite sign of the torque that the robot's description and the `payload` need, with
+    /// friction that brakes. Scales do not matter.
     ///
     /// # Errors
     /// Returns [`CalibrateError::Data`] with the first such joint.

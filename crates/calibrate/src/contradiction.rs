@@ -23,12 +23,12 @@ use super::student::{DEGREES_OF_FREEDOM, WIDENING};
 use crate::CalibrateError;
 use crate::distributions::f_p;
 
-/// Probability of the sum of squares by chance below which an assumption is contradicted: with some ten tests, one calibration
-/// in a hundred.
+/// Probability of the sum of squares by chance below which an assumption is contradicted: with some
+/// ten tests, one calibration in a hundred.
 const PROBABILITY: f64 = 1e-3;
 
-/// Least tilt of gravity and least error of a joint's zero that count, rad: 1.5 degrees. The measured arms of the tests stay
-/// below it.
+/// Least tilt of gravity and least error of a joint's zero that count, rad: 1.5 degrees. The
+/// measured arms of the tests stay below it.
 const MIN_ANGLE_RAD: f64 = 0.026;
 
 /// Least error of a gain that was taken for exact, a fraction: less is usual for torques.
@@ -51,13 +51,15 @@ pub struct Contradiction {
     /// the given one, less 1; or the distance of the true centre of mass from the given one, m. The
     /// error of [`Assumption::GainPrior`] is what the whole calibration found.
     pub size: f64,
-    /// Standard deviation of the size, in the unit of the size, widened as in [`CalibratedEstimate`](super::CalibratedEstimate).
+    /// Standard deviation of the size, in the unit of the size, widened as in
+    /// [`CalibratedEstimate`](super::CalibratedEstimate).
     pub std_dev: f64,
     /// The joint with the wrong zero or gain; for gravity and a centre of mass, the joint with the
     /// efforts that show it most.
     pub joint: String,
-    /// What the recordings show in place of an assumption that is a vector, as it would be given, and as rough as the size:
-    /// gravity in the axes of the base, m/s^2, or the centre of mass in the tool frame, m. `None` for a number of one joint.
+    /// What the recordings show in place of an assumption that is a vector, as it would be given,
+    /// and as rough as the size: gravity in the axes of the base, m/s^2, or the centre of mass in
+    /// the tool frame, m. `None` for a number of one joint.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub shown: Option<[f64; 3]>,
 }
@@ -189,7 +191,8 @@ fn tests(recordings: &[(&EffortRecording, Option<KnownPayload>)], fitted: &Fitte
     tests
 }
 
-/// Sums over all whitened rows, with the columns of the unknowns of all tests: tilts of gravity, zeros, gains, and centres of mass.
+/// Sums over all whitened rows, with the columns of the unknowns of all tests: tilts of gravity,
+/// zeros, gains, and centres of mass.
 pub(crate) struct Sums {
     /// Products of the columns of the tests with each other.
     pub(crate) information: DMatrix<f64>,

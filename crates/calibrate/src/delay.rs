@@ -62,8 +62,8 @@ impl EffortMoments {
     }
 }
 
-/// Means of the entries of all joints over one window, and the moments of their efforts, which are the last entries of an
-/// instant.
+/// Means of the entries of all joints over one window, and the moments of their efforts, which are
+/// the last entries of an instant.
 #[derive(Clone, Debug)]
 pub(crate) struct EffortWindow {
     pub(crate) mean: WindowMean,

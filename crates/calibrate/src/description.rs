@@ -1,4 +1,5 @@
-//! What the description of a robot says of the links of an arm. Robots of one family share all names and differ in this.
+//! What the description of a robot says of the links of an arm. Robots of one family share all
+//! names and differ in this.
 
 use nalgebra::{Isometry3, UnitQuaternion, Vector3};
 use tactid_dynamics::{FrameId, InertialParameters, Manipulator, symmetric_entries};
@@ -14,8 +15,8 @@ const SAME_DIRECTION: f64 = 5e-4;
 /// Difference within which masses are the same, a fraction.
 const SAME_MASS: f64 = 1e-4;
 
-/// Difference within which entries of an inertia are the same, a fraction of its trace. A part that moves by
-/// [`SAME_POINT_M`] changes the inertia of a link by about as much.
+/// Difference within which entries of an inertia are the same, a fraction of its trace. A part that
+/// moves by [`SAME_POINT_M`] changes the inertia of a link by about as much.
 const SAME_INERTIA: f64 = 1e-3;
 
 /// A link of an arm that a joint moves, as the description of the robot has it.
@@ -57,8 +58,8 @@ impl LinkDescription {
             .or_else(|| self.mass_difference(other))
     }
 
-    /// Returns the difference of the gravity in links that move relative to the base. Where the base stands, and how it is
-    /// turned about the vertical, changes no effort.
+    /// Returns the difference of the gravity in links that move relative to the base. Where the
+    /// base stands, and how it is turned about the vertical, changes no effort.
     fn mounting_difference(&self, other: &Self, gravity: &Vector3<f64>) -> Option<Difference> {
         let in_link = [self, other].map(|link| link.parent_from_link.rotation.inverse() * gravity);
         vector_difference("gravity", " m/s²", in_link, are_parallel(&in_link))
@@ -122,7 +123,8 @@ impl Difference {
     }
 }
 
-/// Returns the first link, from the base outwards, that two descriptions of an arm describe differently.
+/// Returns the first link, from the base outwards, that two descriptions of an arm describe
+/// differently.
 pub(crate) fn first_difference<'a, 'b>(
     names: &'b [String],
     expected: impl ExactSizeIterator<Item = &'a LinkDescription>,
@@ -215,7 +217,8 @@ mod tests {
         LinkDescription::of_bodies(&robot, robot.frame("tip").unwrap(), &[1, 2])
     }
 
-    /// Returns how the arm differs from one with other words in some places of its URDF; empty where it does not.
+    /// Returns how the arm differs from one with other words in some places of its URDF; empty
+    /// where it does not.
     fn compared(replaced: &[(&str, &str)]) -> String {
         let other = replaced.iter().fold(ARM.to_owned(), |urdf, (old, new)| {
             assert!(urdf.contains(old), "{old}");

@@ -26,8 +26,8 @@ pub fn f_p(chi_square: f64, degrees_of_freedom: f64, of_noise: f64) -> f64 {
     }
 }
 
-/// Returns the factor by which a standard deviation is multiplied so that 1.96 of the result are half of a 95 % interval
-/// with so many degrees of freedom: 6.5 for one, 2.2 for two.
+/// Returns the factor by which a standard deviation is multiplied so that 1.96 of the result are
+/// half of a 95 % interval with so many degrees of freedom: 6.5 for one, 2.2 for two.
 #[must_use]
 pub fn students_factor(degrees_of_freedom: u32) -> f64 {
     let student = StudentsT::new(0.0, 1.0, f64::from(degrees_of_freedom.max(1)));

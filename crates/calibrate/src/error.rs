@@ -25,7 +25,8 @@ pub enum CalibrateError {
         gain: f64,
         /// Standard deviation that was given, a fraction.
         std_dev: f64,
-        /// Gains of all joints, relative to the given ones: those that were found, and for the others their geometric mean.
+        /// Gains of all joints, relative to the given ones: those that were found, and for the
+        /// others their geometric mean.
         gains: Vec<f64>,
     },
     /// A recording without payload, which should update a calibration, shows one.
@@ -43,7 +44,8 @@ pub enum CalibrateError {
     /// An unloaded recording cannot be used beside the other ones.
     #[error("{0}")]
     Unloaded(String),
-    /// The robot cannot be calibrated, or a calibration or a recording is of another robot or has other settings.
+    /// The robot cannot be calibrated, or a calibration or a recording is of another robot or has
+    /// other settings.
     #[error("{0}")]
     Robot(String),
     /// The data of a calibration do not fit together.
@@ -57,7 +59,8 @@ pub enum CalibrateError {
 }
 
 impl CalibrateError {
-    /// Returns the name of the setting that causes or resolves the error; `None` where there is none.
+    /// Returns the name of the setting that causes or resolves the error; `None` where there is
+    /// none.
     #[must_use]
     pub fn option(&self) -> Option<&'static str> {
         match self {
@@ -66,8 +69,8 @@ impl CalibrateError {
         }
     }
 
-    /// Returns the error of a calibration of another robot, which names the first `joint`, `link` or `tool` (`what`) that
-    /// differs; a name is empty where there is none.
+    /// Returns the error of a calibration of another robot, which names the first `joint`, `link`
+    /// or `tool` (`what`) that differs; a name is empty where there is none.
     #[must_use]
     pub fn other_robot(what: &str, expected: &str, found: &str) -> Self {
         let expected = match expected {
@@ -83,7 +86,8 @@ impl CalibrateError {
         ))
     }
 
-    /// Returns the error of equations that cannot be solved, since numbers of the recordings are too large.
+    /// Returns the error of equations that cannot be solved, since numbers of the recordings are
+    /// too large.
     pub(crate) fn unsolvable() -> Self {
         Self::Data(
             "the arm cannot be calibrated: check the units of positions, velocities and efforts"

@@ -16,30 +16,35 @@ use tactid_identify::BatchResult;
 /// normal one, so that 1.96 of them contain 95 %.
 #[derive(Clone, Debug)]
 pub struct CalibratedEstimate {
-    /// The payload, its fit and the findings, in the form of every batch identification: channels are the joints between
-    /// base and tool, without history, delay and forecast.
+    /// The payload, its fit and the findings, in the form of every batch identification: channels
+    /// are the joints between base and tool, without history, delay and forecast.
     pub result: BatchResult,
     /// Linear parameters of the payload in the tool frame, not projected onto consistent ones.
     pub parameters: SVector<f64, 10>,
     /// Covariance of these parameters, widened, zero in unobservable directions.
     pub covariance: SMatrix<f64, 10, 10>,
-    /// Fraction of the variance of each of the [ten values](tactid_identify::VALUE_NAMES) that is noise of the loaded recordings. The
-    /// rest is what the calibration does not know of the arm: no longer recording of the payload reduces it.
+    /// Fraction of the variance of each of the [ten values](tactid_identify::VALUE_NAMES) that is
+    /// noise of the loaded recordings. The rest is what the calibration does not know of the arm:
+    /// no longer recording of the payload reduces it.
     pub noise_fraction: [f64; 10],
     /// Mean square of the whitened residual of each joint: about one where the joint is as noisy as
     /// in the calibration. Where it is larger, it multiplies the variances of the noise.
     pub misfit: Vec<f64>,
-    /// How the friction of the joints has changed since the calibration; `None` where the recordings do not show that it has.
+    /// How the friction of the joints has changed since the calibration; `None` where the
+    /// recordings do not show that it has.
     pub friction_change: Option<ArmChange>,
     /// How the gains of the joints have changed since the calibration; `None` where the recordings
     /// do not show that they have, and where the change is an everyday one.
     pub gain_change: Option<ArmChange>,
-    /// The zero of a joint that has moved since the calibration, with [`Assumption::JointZero`](super::Assumption::JointZero); `None`
-    /// where the recordings do not show one, and where their settings do not
-    /// [find contradictions](super::CalibrationSettings::finds_contradictions). The intervals do not contain its effect.
+    /// The zero of a joint that has moved since the calibration, with
+    /// [`Assumption::JointZero`](super::Assumption::JointZero); `None` where the recordings do not
+    /// show one, and where their settings do not
+    /// [find contradictions](super::CalibrationSettings::finds_contradictions). The intervals do
+    /// not contain its effect.
     pub moved_zero: Option<Contradiction>,
-    /// Standard deviation of the efforts' residuals with the unloaded recordings, relative to that without them, where they were left
-    /// out because they do not fit the loaded ones; `None` where they are used, and without any.
+    /// Standard deviation of the efforts' residuals with the unloaded recordings, relative to that
+    /// without them, where they were left out because they do not fit the loaded ones; `None` where
+    /// they are used, and without any.
     pub unloaded_left_out: Option<f64>,
 }
 
@@ -65,9 +70,10 @@ impl ArmChange {
 }
 
 impl CalibratedEstimate {
-    /// Degrees of freedom of Student's distribution for the intervals. Half a minute of motion contains some ten
-    /// correlation times of the noise. Shorter recordings contain fewer, but most of what they leave uncertain is known from the
-    /// calibration: on twenty simulated arms like a UR10, 99.8, 98.3, 97.5, 96.8, 95.5, 96.3 and 92.2 % of the intervals of
-    /// 95 % hold after 1.5, 2, 3, 5, 10, 20 and 60 s.
+    /// Degrees of freedom of Student's distribution for the intervals. Half a minute of motion
+    /// contains some ten correlation times of the noise. Shorter recordings contain fewer, but most
+    /// of what they leave uncertain is known from the calibration: on twenty simulated arms like a
+    /// UR10, 99.8, 98.3, 97.5, 96.8, 95.5, 96.3 and 92.2 % of the intervals of 95 % hold after 1.5,
+    /// 2, 3, 5, 10, 20 and 60 s.
     pub const DEGREES_OF_FREEDOM: f64 = DEGREES_OF_FREEDOM;
 }

@@ -2,12 +2,14 @@
 
 use super::recording::EffortRecording;
 
-/// Offset basis and prime of the hash of Fowler, Noll and Vo with 64 bits, <http://www.isthe.com/chongo/tech/comp/fnv/>.
+/// Offset basis and prime of the hash of Fowler, Noll and Vo with 64 bits,
+/// <http://www.isthe.com/chongo/tech/comp/fnv/>.
 const BASIS: u64 = 0xcbf2_9ce4_8422_2325;
 const PRIME: u64 = 0x0100_0000_01b3;
 
-/// Returns a hash of some numbers, the same on every machine and in every version. It takes words instead of the bytes of Fowler,
-/// Noll and Vo, and so folds the upper half into the lower one: products alone never carry the sign of a number to other bits.
+/// Returns a hash of some numbers, the same on every machine and in every version. It takes words
+/// instead of the bytes of Fowler, Noll and Vo, and so folds the upper half into the lower one:
+/// products alone never carry the sign of a number to other bits.
 pub(crate) fn hash(numbers: impl Iterator<Item = u64>) -> u64 {
     numbers.fold(BASIS, |hash, number| {
         let product = (hash ^ number).wrapping_mul(PRIME);
@@ -16,8 +18,9 @@ pub(crate) fn hash(numbers: impl Iterator<Item = u64>) -> u64 {
 }
 
 impl EffortRecording {
-    /// Returns a number that identifies the recording by its times, efforts and velocities, bit by bit. Recordings with
-    /// different numbers differ; those with equal ones are the same but for a chance of 1 in 2⁶⁴.
+    /// Returns a number that identifies the recording by its times, efforts and velocities, bit by
+    /// bit. Recordings with different numbers differ; those with equal ones are the same but for a
+    /// chance of 1 in 2⁶⁴.
     #[must_use]
     pub fn fingerprint(&self) -> u64 {
         hash(self.numbers().map(f64::to_bits))

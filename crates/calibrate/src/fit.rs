@@ -25,14 +25,16 @@ const PASSES: usize = 8;
 /// Least velocity of a joint that moves, rad/s or m/s, as in the plain Coulomb term.
 pub(crate) const MOVES: f64 = WIDTHS[PLAIN];
 
-/// First prior standard deviation of link parameters, as a fraction of their size; [`rescale`] adapts it to the data.
+/// First prior standard deviation of link parameters, as a fraction of their size; [`rescale`]
+/// adapts it to the data.
 const LINK_STD_DEV: f64 = 0.5;
 
-/// First prior standard deviation of the load-dependent friction, a fraction of the torque; [`rescale`] adapts it to the data.
+/// First prior standard deviation of the load-dependent friction, a fraction of the torque;
+/// [`rescale`] adapts it to the data.
 const LOAD_STD_DEV: f64 = 0.05;
 
-/// Prior standard deviation of the delay of the efforts, s: a few periods of usual drives, or of the filters of their
-/// currents.
+/// Prior standard deviation of the delay of the efforts, s: a few periods of usual drives, or of
+/// the filters of their currents.
 const DELAY_STD_DEV_S: f64 = 0.02;
 
 /// Standard deviation of the delay that no residual shows, s: in simulations without delay, with
@@ -121,7 +123,8 @@ fn listed(joints: &[String]) -> String {
     }
 }
 
-/// Checks that the gains are positive, and that the delay is not longer than the windows can correct, s.
+/// Checks that the gains are positive, and that the delay is not longer than the windows can
+/// correct, s.
 fn check_unknowns(
     layout: &Layout,
     at: &Unknowns,
@@ -221,7 +224,8 @@ fn evidence(last: &Solved, noise: &[EffortNoise], friction: &[f64]) -> f64 {
     -0.5 * (last.normal.log_det + least_squares + log_det) - penalties
 }
 
-/// Returns what is known before any recording: the robot's description, and friction of the size that the first fit has.
+/// Returns what is known before any recording: the robot's description, and friction of the size
+/// that the first fit has.
 fn prior(
     layout: &Layout,
     described: &[f64],
@@ -251,8 +255,9 @@ fn prior(
     }
 }
 
-/// Scales the prior of each group but the gains and the delay by what the group shows of its own size: MacKay's fixed point
-/// (1992, doi 10.1162/neco.1992.4.3.415), with two prior degrees of freedom at one.
+/// Scales the prior of each group but the gains and the delay by what the group shows of its own
+/// size: MacKay's fixed point (1992, doi 10.1162/neco.1992.4.3.415), with two prior degrees of
+/// freedom at one.
 fn rescale(
     problem: &mut Problem<'_>,
     at: &Unknowns,

@@ -32,9 +32,9 @@ use tactid_identify::{LinearEstimate, SharedErrors};
 /// Fewest windows of the loaded recordings: 1 s at 2 Hz.
 const MIN_WINDOWS: usize = 6;
 
-/// A load counts as unexplained where the residual of a joint is five times the noise of the calibration, and a tenth of its
-/// effort. Smaller residuals come from friction at a few reversals that the calibration did not see; intervals grow with
-/// them.
+/// A load counts as unexplained where the residual of a joint is five times the noise of the
+/// calibration, and a tenth of its effort. Smaller residuals come from friction at a few reversals
+/// that the calibration did not see; intervals grow with them.
 const UNEXPLAINED: f64 = 5.0 * 5.0;
 const UNEXPLAINED_FRACTION: f64 = 0.1;
 
@@ -42,23 +42,27 @@ const UNEXPLAINED_FRACTION: f64 = 0.1;
 const CHANGED_EVIDENCE: f64 = 5.0;
 
 impl Calibration {
-    /// Identifies the payload that the arm holds in all of the `loaded` recordings, together with the arm. `unloaded` are
-    /// recordings of the same day without payload, which update the calibration first; there may be none. Friction and, where
-    /// they were uncertain, gains may have changed since the calibration, by as much as the recordings show. A small
-    /// change of the gains is hidden by the payload unless there is an unloaded recording: on simulated arms, one of 1 % changes
-    /// the mass by up to 5 %, by more than its interval.
+    /// Identifies the payload that the arm holds in all of the `loaded` recordings, together with
+    /// the arm. `unloaded` are recordings of the same day without payload, which update the
+    /// calibration first; there may be none. Friction and, where they were uncertain, gains may
+    /// have changed since the calibration, by as much as the recordings show. A small change of the
+    /// gains is hidden by the payload unless there is an unloaded recording: on simulated arms, one
+    /// of 1 % changes the mass by up to 5 %, by more than its interval.
     ///
     /// Unloaded recordings that do not fit, as of another robot or a colder day, are left out.
     ///
-    /// The field `delay` of the settings is ignored. Cost: eight passes over all windows, eight more with a known mass, and up to
-    /// sixteen more where unloaded recordings may hold a payload or do not fit.
+    /// The field `delay` of the settings is ignored. Cost: eight passes over all windows, eight
+    /// more with a known mass, and up to sixteen more where unloaded recordings may hold a payload
+    /// or do not fit.
     ///
     /// # Errors
-    /// Returns [`IdentifyError::TooLittle`] if the loaded recordings have fewer than six windows, [`CalibrateError::Robot`]
-    /// if a recording is of another robot or has another cutoff or gravity, [`CalibrateError::Data`] if the efforts of a
-    /// joint are constant while it moves or have the opposite sign of the efforts that calibrated the arm, or if numbers
-    /// are too large to be solved for, [`CalibrateError::Field`] for data that do not fit together, the errors of
-    /// [`BatchSettings::check`], and [`CalibrateError::UnloadedHolds`] if the unloaded recordings show a payload.
+    /// Returns [`IdentifyError::TooLittle`] if the loaded recordings have fewer than six windows,
+    /// [`CalibrateError::Robot`] if a recording is of another robot or has another cutoff or
+    /// gravity, [`CalibrateError::Data`] if the efforts of a joint are constant while it moves or
+    /// have the opposite sign of the efforts that calibrated the arm, or if numbers are too large
+    /// to be solved for, [`CalibrateError::Field`] for data that do not fit together, the errors of
+    /// [`BatchSettings::check`], and [`CalibrateError::UnloadedHolds`] if the unloaded recordings
+    /// show a payload.
     pub fn identify(
         &self,
         loaded: &[EffortRecording],
@@ -142,9 +146,10 @@ struct Solution<'a> {
 }
 
 impl Solution<'_> {
-    /// Returns what the recordings say about the payload without its known mass. All payloads that are identified with one
-    /// calibration share its errors. Those with the same unloaded recordings share the change of the arm and the noise of these
-    /// recordings, too. Without unloaded recordings nothing says when the arm changed: the change counts as shared, so that
+    /// Returns what the recordings say about the payload without its known mass. All payloads that
+    /// are identified with one calibration share its errors. Those with the same unloaded
+    /// recordings share the change of the arm and the noise of these recordings, too. Without
+    /// unloaded recordings nothing says when the arm changed: the change counts as shared, so that
     /// the number of recordings of one day does not reduce it.
     fn linear(&self) -> LinearEstimate {
         let free = self.free;
@@ -319,7 +324,8 @@ impl Solution<'_> {
         }
     }
 
-    /// Returns findings about the sign of the load and about joints that the model does not explain, the worst first.
+    /// Returns findings about the sign of the load and about joints that the model does not
+    /// explain, the worst first.
     fn data_findings(&self, fit: &FitReport) -> Vec<Finding> {
         let mut findings = Vec::new();
         let method = Method::Effort;
@@ -379,8 +385,8 @@ fn shared_errors(groups: [(u64, &GainErrors); 3]) -> SharedErrors {
     }
 }
 
-/// Returns the fraction of the variance of each of the ten values that is noise; zero where the mass is zero or a value is
-/// not determined.
+/// Returns the fraction of the variance of each of the ten values that is noise; zero where the
+/// mass is zero or a value is not determined.
 fn noise_fraction(best: &Posterior, parameters: &Vector) -> [f64; 10] {
     let Some(jacobian) = value_jacobian(parameters) else {
         return [0.0; 10];

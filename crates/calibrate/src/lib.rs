@@ -18,16 +18,18 @@
 //!
 //! 1. An [`EffortRecorder`] turns the samples of one recording into window means of all these
 //!    columns, an [`EffortRecording`]. One pass over the samples is enough; an hour needs 120 MB.
-//! 2. [`calibrate()`] fits the unknowns of the arm and the noise of each joint to recordings without payload, and with
-//!    payloads of which something is known. The result, a [`Calibration`], is the mean **and the precision** of all
-//!    unknowns, as plain data that can be written to a file.
+//! 2. [`calibrate()`] fits the unknowns of the arm and the noise of each joint to recordings
+//!    without payload, and with payloads of which something is known. The result, a
+//!    [`Calibration`], is the mean **and the precision** of all unknowns, as plain data that can be
+//!    written to a file.
 //! 3. [`Calibration::identify`] estimates the payload of other recordings **together with the
 //!    arm**, with the calibration as prior: the covariance of the payload contains what the
 //!    calibration does not know.
 //!
-//! The columns are computed at instants and averaged afterwards, with the polynomials and the windows of the
-//! [equation stream](tactid_identify::EquationStream): friction at the mean velocity of a window is not the mean friction. Only the
-//! load-dependent friction is a product of means, because the torque changes little within a window.
+//! The columns are computed at instants and averaged afterwards, with the polynomials and the
+//! windows of the [equation stream](tactid_identify::EquationStream): friction at the mean velocity
+//! of a window is not the mean friction. Only the load-dependent friction is a product of means,
+//! because the torque changes little within a window.
 
 #![cfg_attr(test, allow(clippy::unwrap_used, clippy::expect_used, clippy::panic))]
 

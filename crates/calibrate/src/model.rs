@@ -43,7 +43,8 @@ pub struct Calibration {
     pub joints: Vec<String>,
     /// Names of the `B` links that these joints move, from the base outwards.
     pub links: Vec<String>,
-    /// What the description of the robot says of these links: another robot differs in this where all names are the same.
+    /// What the description of the robot says of these links: another robot differs in this where
+    /// all names are the same.
     pub descriptions: Vec<LinkDescription>,
     /// Gravitational acceleration in the inertial frame, m/s².
     pub gravity: Vector3<f64>,
@@ -58,11 +59,11 @@ pub struct Calibration {
     /// kg), and inverse gain (1 where efforts are torques), and last the delay of the efforts (s).
     /// Each group has all joints in order; [`Self::parameter_names`] names them.
     pub parameters: Vec<f64>,
-    /// Prior standard deviation of each unknown, which is the unit of its column in `precision`; 0 for a gain that is
-    /// known.
+    /// Prior standard deviation of each unknown, which is the unit of its column in `precision`; 0
+    /// for a gain that is known.
     pub scales: Vec<f64>,
-    /// Lower triangle, row by row, of the precision (inverse covariance) of the unknowns divided by `scales`:
-    /// `K (K + 1) / 2` numbers.
+    /// Lower triangle, row by row, of the precision (inverse covariance) of the unknowns divided by
+    /// `scales`: `K (K + 1) / 2` numbers.
     pub precision: Vec<f64>,
     /// Noise of each joint.
     pub noise: Vec<EffortNoise>,
@@ -73,22 +74,25 @@ pub struct Calibration {
 }
 
 impl Calibration {
-    /// Returns the name of each unknown, such as `forearm_link m*ax` or `elbow_joint viscous friction`. Friction terms are
-    /// numbered by their velocity.
+    /// Returns the name of each unknown, such as `forearm_link m*ax` or
+    /// `elbow_joint viscous friction`. Friction terms are numbered by their velocity.
     ///
     /// # Errors
-    /// Returns [`CalibrateError::Field`] if a friction term has a velocity that the model does not have.
+    /// Returns [`CalibrateError::Field`] if a friction term has a velocity that the model does not
+    /// have.
     pub fn parameter_names(&self) -> Result<Vec<String>, CalibrateError> {
         Ok(self.layout()?.names(&self.links, &self.joints))
     }
 
-    /// Checks that the data fit together, and belong to a robot and the link `tool`: the names of joints and links, the masses of
-    /// the links, and the places of their joints. Links beyond the tool, the place of the base, and rounding do not matter.
+    /// Checks that the data fit together, and belong to a robot and the link `tool`: the names of
+    /// joints and links, the masses of the links, and the places of their joints. Links beyond the
+    /// tool, the place of the base, and rounding do not matter.
     ///
     /// # Errors
-    /// Returns [`CalibrateError::Field`] if a field has the wrong length or a number that is not valid, or friction would
-    /// drive its joint, [`CalibrateError::Identify`] if the robot does not have the link, and [`CalibrateError::Robot`] if
-    /// the base floats, no joint moves the link, or with the first joint or link that differs.
+    /// Returns [`CalibrateError::Field`] if a field has the wrong length or a number that is not
+    /// valid, or friction would drive its joint, [`CalibrateError::Identify`] if the robot does not
+    /// have the link, and [`CalibrateError::Robot`] if the base floats, no joint moves the link, or
+    /// with the first joint or link that differs.
     pub fn check(&self, robot: &Manipulator, tool: &str) -> Result<(), CalibrateError> {
         self.check_data()?;
         let arm = Arm::new(robot, tool, &CalibrationSettings::default())?;
@@ -134,8 +138,8 @@ impl Calibration {
         LONGEST * self.window_s()
     }
 
-    /// Returns the largest standard deviation of the noise of a joint's window means that is plausible, N m or N; `None` where the
-    /// calibration has no such joint.
+    /// Returns the largest standard deviation of the noise of a joint's window means that is
+    /// plausible, N m or N; `None` where the calibration has no such joint.
     #[must_use]
     pub fn largest_noise(&self, joint: usize) -> Option<f64> {
         let torque = self.reference_torques.get(joint)?;
@@ -205,8 +209,8 @@ impl Calibration {
         }
     }
 
-    /// Checks that no friction drives its joint at [`FRICTION_VELOCITY`] beyond its uncertainty and a small fraction of the
-    /// torque, given the Cholesky factor of the precision.
+    /// Checks that no friction drives its joint at [`FRICTION_VELOCITY`] beyond its uncertainty and
+    /// a small fraction of the torque, given the Cholesky factor of the precision.
     fn check_friction(
         &self,
         layout: &Layout,

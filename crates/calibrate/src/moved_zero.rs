@@ -18,14 +18,16 @@ use crate::distributions::f_p;
 /// Prior standard deviation of a zero that has moved, rad: 3 degrees, a zero that was set by eye.
 const ZERO_STD_DEV_RAD: f64 = 0.05;
 
-/// Logarithm of the odds from which on a zero counts as moved, with equal odds for each joint: 150 times as probable as none.
+/// Logarithm of the odds from which on a zero counts as moved, with equal odds for each joint: 150
+/// times as probable as none.
 const MIN_EVIDENCE: f64 = 5.0;
 
 /// Probability of the size by chance below which it counts, as for a calibration's assumptions.
 const PROBABILITY: f64 = 1e-3;
 
-/// Angles that count, rad. A larger one is three times the prior standard deviation, and has another cause, which the zero of some
-/// joint explains in part: with an unloaded recording of another robot, or a wrong mass, it comes out as 0.16 to 0.19 rad.
+/// Angles that count, rad. A larger one is three times the prior standard deviation, and has
+/// another cause, which the zero of some joint explains in part: with an unloaded recording of
+/// another robot, or a wrong mass, it comes out as 0.16 to 0.19 rad.
 const ANGLES_RAD: RangeInclusive<f64> = 0.005..=3.0 * ZERO_STD_DEV_RAD;
 
 /// A zero as one more unknown of a solution.
@@ -37,8 +39,9 @@ struct Found {
     variance: f64,
 }
 
-/// Returns the zero that explains the efforts best in place of a change of the arm, if they show that one has moved. `at` are the
-/// unknowns about which the problem is linearised. `None` where the recordings lack the derivatives with respect to zeros.
+/// Returns the zero that explains the efforts best in place of a change of the arm, if they show
+/// that one has moved. `at` are the unknowns about which the problem is linearised. `None` where
+/// the recordings lack the derivatives with respect to zeros.
 pub(crate) fn moved_zero(
     problem: &Problem<'_>,
     at: &Unknowns,

@@ -21,14 +21,14 @@ pub struct EffortNoise {
     pub slow: f64,
     /// Correlation time of the slow noise, s.
     pub slow_time_s: f64,
-    /// Standard deviation of the friction at standstill, N m or N: the motion does not determine it between
-    /// the two Coulomb values.
+    /// Standard deviation of the friction at standstill, N m or N: the motion does not determine it
+    /// between the two Coulomb values.
     pub standstill: f64,
 }
 
 impl EffortNoise {
-    /// Returns the noise that is typical of a joint with this friction, N m or N: the start of the search for its four numbers,
-    /// and the middle of their prior.
+    /// Returns the noise that is typical of a joint with this friction, N m or N: the start of the
+    /// search for its four numbers, and the middle of their prior.
     pub(crate) fn typical(friction: f64) -> Self {
         Self {
             white: 0.03 * friction,
@@ -75,7 +75,8 @@ struct Step {
     inverse_std_dev: f64,
 }
 
-/// Whitens columns over the windows of one recording: multiplies them by the inverse Cholesky factor of the covariance.
+/// Whitens columns over the windows of one recording: multiplies them by the inverse Cholesky
+/// factor of the covariance.
 #[derive(Clone, Debug)]
 pub(crate) struct Whitening {
     steps: Vec<Step>,

@@ -42,9 +42,10 @@ pub(crate) fn noise_windows<'a>(blocks: &[Block<'a>]) -> NoiseWindows<'a> {
     }
 }
 
-/// Returns the places of the chosen windows in each of several recordings, in increasing order. Each recording is divided into
-/// stretches of equal length. Multiples of the golden ratio decide which of them are kept: these are spread evenly over all
-/// recordings, and with no period that could meet always the same part of recordings of one length.
+/// Returns the places of the chosen windows in each of several recordings, in increasing order.
+/// Each recording is divided into stretches of equal length. Multiples of the golden ratio decide
+/// which of them are kept: these are spread evenly over all recordings, and with no period that
+/// could meet always the same part of recordings of one length.
 fn chosen(counts: &[usize]) -> Vec<Vec<usize>> {
     if counts.iter().sum::<usize>() <= MOST_WINDOWS {
         return counts.iter().map(|count| (0..*count).collect()).collect();
@@ -91,7 +92,8 @@ struct BlockResiduals<'a, 'b> {
 pub(crate) struct Residuals<'a, 'b>(Vec<BlockResiduals<'a, 'b>>);
 
 impl<'a, 'b> Residuals<'a, 'b> {
-    /// Computes the residuals of the linear equations at some unknowns after a step, with the covariance of the unknowns.
+    /// Computes the residuals of the linear equations at some unknowns after a step, with the
+    /// covariance of the unknowns.
     pub(crate) fn new(
         problem: &Problem<'_>,
         windows: &'b NoiseWindows<'a>,
@@ -175,8 +177,8 @@ fn with_uncertainty(
 mod tests {
     use super::*;
 
-    /// One long recording and many short ones keep nearly as many windows as are allowed, and the beginnings of recordings as
-    /// often as their ends; few windows are all kept.
+    /// One long recording and many short ones keep nearly as many windows as are allowed, and the
+    /// beginnings of recordings as often as their ends; few windows are all kept.
     #[test]
     fn chosen_windows_are_spread_over_all_recordings() {
         let lengths = [40, 99, 101, 150, 199, 200, 250, 1000];

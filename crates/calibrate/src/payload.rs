@@ -35,9 +35,10 @@ impl KnownPayload {
     /// Checks that the values are in range.
     ///
     /// # Errors
-    /// Returns [`IdentifyError::Option`] with the name of a value that is out of range: `payload_mass_kg`,
-    /// `payload_mass_std_dev_kg`, `payload_com` or `payload_inertia`. No body has an inertia that is not symmetric, or of
-    /// which a principal moment exceeds the sum of the others.
+    /// Returns [`IdentifyError::Option`] with the name of a value that is out of range:
+    /// `payload_mass_kg`, `payload_mass_std_dev_kg`, `payload_com` or `payload_inertia`. No body
+    /// has an inertia that is not symmetric, or of which a principal moment exceeds the sum of the
+    /// others.
     pub fn check(&self) -> Result<(), IdentifyError> {
         let out_of_range =
             |name, given, expected| Err(IdentifyError::out_of_range(name, given, expected));
@@ -173,8 +174,8 @@ pub(crate) struct PayloadRow {
 mod tests {
     use super::*;
 
-    /// The expected parameters satisfy all rows, also with another mass at the same place; a centre of mass that is off by
-    /// its standard deviation is off by one in its row.
+    /// The expected parameters satisfy all rows, also with another mass at the same place; a centre
+    /// of mass that is off by its standard deviation is off by one in its row.
     #[test]
     fn rows_follow_the_mass() {
         let known = KnownPayload {

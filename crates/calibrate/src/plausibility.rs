@@ -4,11 +4,13 @@ use super::contradiction::{Assumption, Contradiction};
 use super::report::JointCalibration;
 use crate::CalibrateError;
 
-/// Distance from the given gain that contradicts it, in its standard deviations, and the least that does, a fraction.
+/// Distance from the given gain that contradicts it, in its standard deviations, and the least that
+/// does, a fraction.
 const CONTRADICTED: f64 = 5.0;
 const LEAST: f64 = 0.1;
 
-/// Distance from the given gain that is improbable, in its standard deviations: of 1000 normal gains, three are farther away.
+/// Distance from the given gain that is improbable, in its standard deviations: of 1000 normal
+/// gains, three are farther away.
 const IMPROBABLE: f64 = 3.0;
 
 /// Standard deviation below which a gain is found, a fraction of the gain.
@@ -17,8 +19,8 @@ const FOUND: f64 = 0.2;
 /// Largest ratio of gains that count as off by one factor: motors differ by tens of percent.
 const SAME: f64 = 2.0;
 
-/// Checks that the gains are not far from those that were given, with a standard deviation, a fraction; 0 where they are
-/// not estimated.
+/// Checks that the gains are not far from those that were given, with a standard deviation, a
+/// fraction; 0 where they are not estimated.
 pub(crate) fn check_gains(joints: &[JointCalibration], std_dev: f64) -> Result<(), CalibrateError> {
     if std_dev == 0.0 {
         return Ok(());

@@ -18,10 +18,11 @@ use tactid_identify::KnownMass;
 use tactid_identify::solve::{Excitation, Spectrum};
 use tactid_identify::solve::{Matrix, NullSpace, Vector};
 
-/// Numbers of passes: the load-dependent friction and the gains are linearised about the last payload, which the first
-/// passes find with the arm as it was at the calibration and enlarged noise. The next ones choose how much the arm has
-/// changed, with the noise of the calibration: residuals are explained by a change before they count as noise. The last
-/// ones find how much noise remains.
+/// Numbers of passes: the load-dependent friction and the gains are linearised about the last
+/// payload, which the first passes find with the arm as it was at the calibration and enlarged
+/// noise. The next ones choose how much the arm has changed, with the noise of the calibration:
+/// residuals are explained by a change before they count as noise. The last ones find how much
+/// noise remains.
 const START_PASSES: usize = 3;
 const CHANGE_PASSES: usize = 3;
 const LAST_PASSES: usize = 2;
@@ -35,10 +36,12 @@ pub(crate) struct Posterior {
     pub(crate) covariance: Matrix,
     /// Covariance that would remain if the arm were known exactly.
     pub(crate) noise_covariance: Matrix,
-    /// What the errors of the calibration and the change of the arm since change in the parameters. It is part of the covariance.
+    /// What the errors of the calibration and the change of the arm since change in the parameters.
+    /// It is part of the covariance.
     pub(crate) arm_errors: ArmErrors,
-    /// What an error of one standard deviation of each independent combination of the unloaded recordings' noise changes in the
-    /// parameters; without columns where there are none. It is part of the covariance.
+    /// What an error of one standard deviation of each independent combination of the unloaded
+    /// recordings' noise changes in the parameters; without columns where there are none. It is
+    /// part of the covariance.
     pub(crate) unloaded_errors: GainErrors,
     pub(crate) null_space: NullSpace,
     pub(crate) excitation: Excitation,
@@ -174,8 +177,8 @@ fn solve(
     })
 }
 
-/// Returns the change of the parameters by a unit of each entry of the right-hand side of the arm's normal equations, given the
-/// covariance of the parameters.
+/// Returns the change of the parameters by a unit of each entry of the right-hand side of the arm's
+/// normal equations, given the covariance of the parameters.
 fn of_gradient(coupling: &DMatrix<f64>, covariance: &Matrix, scales: &Vector) -> GainErrors {
     let in_units = Matrix::from_diagonal(&scales.map(f64::recip));
     let coupling = GainErrors::from_fn(coupling.nrows(), |k, unknown| coupling[(unknown, k)]);
@@ -190,8 +193,9 @@ fn enlarged(noise: &[EffortNoise], factors: &[f64]) -> Vec<EffortNoise> {
         .collect()
 }
 
-/// Returns what an error of one standard deviation of each independent combination of the unloaded recordings' noise changes in
-/// the parameters, given the change `of_gradient` of [`of_gradient`]; no columns without such recordings.
+/// Returns what an error of one standard deviation of each independent combination of the unloaded
+/// recordings' noise changes in the parameters, given the change `of_gradient` of [`of_gradient`];
+/// no columns without such recordings.
 fn unloaded_errors(
     problem: &Problem<'_>,
     at: &Unknowns,
@@ -228,8 +232,8 @@ fn symmetric_root(matrix: DMatrix<f64>) -> DMatrix<f64> {
     eigen.recompose()
 }
 
-/// Solves the normal equations: the arm, of which something is known, is eliminated, and the payload moves in observable
-/// directions.
+/// Solves the normal equations: the arm, of which something is known, is eliminated, and the
+/// payload moves in observable directions.
 fn step(problem: &Problem<'_>, normal: &NormalEquations) -> Result<Step, CalibrateError> {
     let count = problem.arm_len();
     let of_arm = normal.matrix.view((0, 0), (count, count)).into_owned();

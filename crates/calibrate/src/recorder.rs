@@ -12,8 +12,8 @@ use crate::CalibrateError;
 use tactid_identify::equations::window::Windows;
 use tactid_identify::equations::{BaseState, MotionStep, MotionStream, PushOutcome, Sample};
 
-/// Longest time, as a fraction of the longest time without a gap, after which a sample counts even where it repeats the
-/// one before: a robot at rest must not look like a gap.
+/// Longest time, as a fraction of the longest time without a gap, after which a sample counts even
+/// where it repeats the one before: a robot at rest must not look like a gap.
 const LONGEST_REPEAT: f64 = 0.5;
 
 /// Turns the samples of one recording into an [`EffortRecording`], in one pass.
@@ -38,8 +38,8 @@ impl EffortRecorder {
     /// the frame of the payload. Other joints may move, too; their links count as known.
     ///
     /// # Errors
-    /// Returns [`CalibrateError::Identify`] if the robot does not have the link or a setting is out of range, and
-    /// [`CalibrateError::Robot`] if the base floats or no joint moves the link.
+    /// Returns [`CalibrateError::Identify`] if the robot does not have the link or a setting is out
+    /// of range, and [`CalibrateError::Robot`] if the base floats or no joint moves the link.
     pub fn new(
         robot: &Manipulator,
         tool: &str,
@@ -64,8 +64,9 @@ impl EffortRecorder {
 
     /// Adds one sample. Its base and wrenches are ignored.
     ///
-    /// A sample that repeats the positions and efforts of the one before is [`PushOutcome::Rejected`], as is one that has
-    /// no efforts, is not finite, or is not later than the one before.
+    /// A sample that repeats the positions and efforts of the one before is
+    /// [`PushOutcome::Rejected`], as is one that has no efforts, is not finite, or is not later
+    /// than the one before.
     ///
     /// Cost: one pass over the bodies above each body of the arm, and a copy of a window that ends.
     ///
@@ -117,8 +118,8 @@ impl EffortRecorder {
         self.repeated
     }
 
-    /// Number of samples that were rejected: not finite, or with derivatives that are not, without efforts, or not later
-    /// than the one before.
+    /// Number of samples that were rejected: not finite, or with derivatives that are not, without
+    /// efforts, or not later than the one before.
     #[must_use]
     pub fn rejected(&self) -> u64 {
         self.motion.rejected() + self.windows.left_out() + self.without_effort
@@ -133,8 +134,8 @@ impl EffortRecorder {
     /// Ends the recording.
     ///
     /// # Errors
-    /// Returns [`CalibrateError::Data`] if no sample had efforts, and [`IdentifyError::TooLittle`] if the recording has no
-    /// complete window, or its sample rate is too low for the cutoff.
+    /// Returns [`CalibrateError::Data`] if no sample had efforts, and [`IdentifyError::TooLittle`]
+    /// if the recording has no complete window, or its sample rate is too low for the cutoff.
     pub fn finish(self) -> Result<EffortRecording, CalibrateError> {
         let windows = self.recording.windows();
         if windows == 0 && self.motion.accepted() == 0 && self.without_effort > 0 {

@@ -10,11 +10,11 @@ use tactid_identify::equations::window;
 
 /// Window means of one recording of joint efforts: measured efforts and the columns of their model.
 ///
-/// It is made by an [`EffortRecorder`](super::EffortRecorder) and does not change. Joints are those between the base and
-/// the tool, in the robot's order.
+/// It is made by an [`EffortRecorder`](super::EffortRecorder) and does not change. Joints are those
+/// between the base and the tool, in the robot's order.
 ///
-/// Memory: 3.6 kB for each window of a seven-axis arm, so 85 MB for an hour at a cutoff of 2 Hz; 2.5 kB more for each window
-/// where contradictions are to be found.
+/// Memory: 3.6 kB for each window of a seven-axis arm, so 85 MB for an hour at a cutoff of 2 Hz;
+/// 2.5 kB more for each window where contradictions are to be found.
 ///
 /// [`EffortRecording::fingerprint`] shows whether two recordings are the same.
 #[derive(Clone, Debug)]
@@ -116,8 +116,8 @@ impl EffortRecording {
         window::length_s(self.arm.cutoff_hz)
     }
 
-    /// Returns the largest velocity of a joint's window means in the positive and in the negative direction, both positive
-    /// numbers or zero, rad/s or m/s.
+    /// Returns the largest velocity of a joint's window means in the positive and in the negative
+    /// direction, both positive numbers or zero, rad/s or m/s.
     pub(crate) fn max_velocities(&self, joint: usize) -> [f64; 2] {
         let velocities = (0..self.windows()).map(|window| self.columns(window, joint).velocity);
         velocities.fold([0.0, 0.0], |[positive, negative]: [f64; 2], velocity| {

@@ -74,7 +74,8 @@ pub struct JointCalibration {
     pub unit: &'static str,
     /// Factor from measured efforts to torques; 1 where efforts are torques.
     pub gain: f64,
-    /// Standard deviation of the gain, widened as in [`CalibratedEstimate`](super::CalibratedEstimate); 0 where it is known.
+    /// Standard deviation of the gain, widened as in
+    /// [`CalibratedEstimate`](super::CalibratedEstimate); 0 where it is known.
     pub gain_std_dev: f64,
     /// Offset of the effort.
     pub offset: f64,
@@ -84,15 +85,15 @@ pub struct JointCalibration {
     pub friction: Vec<f64>,
     /// Load-dependent friction, a fraction of the torque of arm and payload.
     pub load_friction: f64,
-    /// What load-dependent friction of a payload adds, a fraction of its torque; about zero where the friction does not
-    /// distinguish the arm from what it holds.
+    /// What load-dependent friction of a payload adds, a fraction of its torque; about zero where
+    /// the friction does not distinguish the arm from what it holds.
     pub payload_friction: f64,
     /// Inertia of the rotor as the joint moves it, kg m² or kg.
     pub rotor_inertia: f64,
     /// Noise of window means.
     pub noise: EffortNoise,
-    /// Largest velocity of a window mean in the positive and in the negative direction, rad/s or m/s, both positive
-    /// numbers or zero.
+    /// Largest velocity of a window mean in the positive and in the negative direction, rad/s or
+    /// m/s, both positive numbers or zero.
     pub max_velocity: [f64; 2],
     /// Rms of measured less modelled efforts of all windows with the robot's description alone.
     pub residual_before: f64,
@@ -340,8 +341,8 @@ fn residual_rms(
     (root(before), root(after))
 }
 
-/// Returns the rms residual of each joint on sections that a second fit, with the same noise, does not see; NaN where that
-/// fit fails.
+/// Returns the rms residual of each joint on sections that a second fit, with the same noise, does
+/// not see; NaN where that fit fails.
 fn held_out_rms(
     recordings: &[(&EffortRecording, Option<KnownPayload>)],
     fitted: &Fitted,

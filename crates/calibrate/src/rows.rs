@@ -113,8 +113,9 @@ impl EffortModel {
         of(Group::Viscous) * columns.velocity + dry.sum::<f64>()
     }
 
-    /// Returns a row for each of the windows: the derivatives of modelled less measured effort in the order of
-    /// [`Self::indices`] and, where there is a payload, of its ten parameters; then measured less modelled effort.
+    /// Returns a row for each of the windows: the derivatives of modelled less measured effort in
+    /// the order of [`Self::indices`] and, where there is a payload, of its ten parameters; then
+    /// measured less modelled effort.
     pub(crate) fn rows(
         &self,
         recording: &EffortRecording,
@@ -208,8 +209,8 @@ mod tests {
     use crate::{CalibrationSettings, EffortRecorder};
     use tactid_identify::{BaseState, Sample};
 
-    /// A turntable that carries a slide, an arm that follows the turntable, a fixed tool, and a finger that is not part
-    /// of the chain.
+    /// A turntable that carries a slide, an arm that follows the turntable, a fixed tool, and a
+    /// finger that is not part of the chain.
     const URDF: &str = "<robot name='arm'><link name='base'/>
       <link name='table'><inertial><origin xyz='0.1 0 0'/><mass value='3'/><inertia ixx='0.1' ixy='0' ixz='0' iyy='0.1' iyz='0' izz='0.1'/></inertial></link>
       <link name='slide'><inertial><origin xyz='0 0.1 0.2'/><mass value='2'/><inertia ixx='0.1' ixy='0' ixz='0' iyy='0.1' iyz='0' izz='0.1'/></inertial></link>
@@ -259,8 +260,9 @@ mod tests {
         }
     }
 
-    /// The chain has the bodies between base and tool; what other bodies need is known, and does not depend on the chain's
-    /// parameters. With the parameters as described, the modelled effort without friction is their torque.
+    /// The chain has the bodies between base and tool; what other bodies need is known, and does
+    /// not depend on the chain's parameters. With the parameters as described, the modelled effort
+    /// without friction is their torque.
     #[test]
     fn torques_of_the_chain_and_of_other_bodies_sum_to_those_described() {
         let recording = recording();
@@ -291,8 +293,9 @@ mod tests {
         assert!(others > 0.1, "{others}");
     }
 
-    /// Slopes are the derivatives of the torque with respect to a tilt of gravity towards either direction and to the zero of
-    /// each joint, of the links as described and of a payload with mass and first moments.
+    /// Slopes are the derivatives of the torque with respect to a tilt of gravity towards either
+    /// direction and to the zero of each joint, of the links as described and of a payload with
+    /// mass and first moments.
     #[test]
     fn slopes_are_derivatives() {
         const STEP: f64 = 1e-4;

@@ -1,9 +1,10 @@
 //! The common scale of all torques, which efforts alone do not determine.
 //!
-//! Links and payloads times a factor, and inverse gains divided by it, give the same efforts. What decides the factor are the
-//! masses of known payloads and what was known of the gains. The prior of the links must not: its distances from the
-//! description shrink with the links, so that a fit which is free to choose the factor makes it too small. The fit
-//! therefore holds the factor at the value that masses and gains give together, and its variance is added afterwards.
+//! Links and payloads times a factor, and inverse gains divided by it, give the same efforts. What
+//! decides the factor are the masses of known payloads and what was known of the gains. The prior
+//! of the links must not: its distances from the description shrink with the links, so that a fit
+//! which is free to choose the factor makes it too small. The fit therefore holds the factor at the
+//! value that masses and gains give together, and its variance is added afterwards.
 
 use nalgebra::DVector;
 
@@ -74,8 +75,8 @@ impl KnownScale {
     }
 }
 
-/// Returns the direction of links and inverse gains, in their units, that multiplies all torques by a factor and leaves the
-/// efforts; `None` where a gain is known.
+/// Returns the direction of links and inverse gains, in their units, that multiplies all torques by
+/// a factor and leaves the efforts; `None` where a gain is known.
 pub(crate) fn scale_direction(
     layout: &Layout,
     arm: &[f64],

@@ -13,19 +13,19 @@ const GAIN_STD_DEV: &str = "at least zero and less than one (0.2 for 20 %), beca
 pub struct CalibrationSettings {
     /// Gravity in the inertial frame, m/s², pointing down. Default (`None`): 9.81 along -z.
     pub gravity: Option<Vector3<f64>>,
-    /// Frequency at which the window means have lost 3 dB, Hz. It should be some four times the highest frequency of the
-    /// motion. Default: 2.
+    /// Frequency at which the window means have lost 3 dB, Hz. It should be some four times the
+    /// highest frequency of the motion. Default: 2.
     pub cutoff_hz: f64,
-    /// Longest time between two samples across which the motion is differentiated, s. A longer time is a gap.
-    /// Default: 0.1.
+    /// Longest time between two samples across which the motion is differentiated, s. A longer time
+    /// is a gap. Default: 0.1.
     pub max_gap_s: f64,
-    /// Standard deviation of the inverse gain of each joint about 1, a fraction: what is known of the gains before the
-    /// calibration. 0 where efforts are torques, 0.05 where gains are claimed, 0.2 where they are found with a recording
-    /// of a known mass. Default: 0.
+    /// Standard deviation of the inverse gain of each joint about 1, a fraction: what is known of
+    /// the gains before the calibration. 0 where efforts are torques, 0.05 where gains are claimed,
+    /// 0.2 where they are found with a recording of a known mass. Default: 0.
     pub gain_std_dev: f64,
-    /// Whether recordings keep what a [`Contradiction`](super::Contradiction) of a calibration, or a
-    /// [zero that has moved](super::CalibratedEstimate::moved_zero) since, is found from. It takes an inverse dynamics for each joint and
-    /// sample. Default: true.
+    /// Whether recordings keep what a [`Contradiction`](super::Contradiction) of a calibration, or
+    /// a [zero that has moved](super::CalibratedEstimate::moved_zero) since, is found from. It
+    /// takes an inverse dynamics for each joint and sample. Default: true.
     pub finds_contradictions: bool,
 }
 

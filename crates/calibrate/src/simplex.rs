@@ -1,4 +1,5 @@
-//! Minimisation without derivatives, by the simplex method of Nelder and Mead (1965, doi 10.1093/comjnl/7.4.308).
+//! Minimisation without derivatives, by the simplex method of Nelder and Mead (1965, doi
+//! 10.1093/comjnl/7.4.308).
 //!
 //! Sixty lines, where argmin would add a dozen crates for the same four numbers.
 

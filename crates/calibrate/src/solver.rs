@@ -168,8 +168,8 @@ impl Problem<'_> {
         }
     }
 
-    /// Returns the rows of one joint in one block, their columns multiplied by the units; the last column is measured
-    /// less modelled effort.
+    /// Returns the rows of one joint in one block, their columns multiplied by the units; the last
+    /// column is measured less modelled effort.
     pub(crate) fn rows(&self, block: &Block<'_>, joint: usize, at: &Unknowns) -> DMatrix<f64> {
         let payload = block.payload.map(|payload| &at.payloads[payload]);
         let model = self.model;
@@ -211,8 +211,8 @@ impl Problem<'_> {
         }
     }
 
-    /// Returns the mean square of the whitened residuals of each joint after a step of linearised equations; 1 for a
-    /// joint without windows.
+    /// Returns the mean square of the whitened residuals of each joint after a step of linearised
+    /// equations; 1 for a joint without windows.
     pub(crate) fn misfit(
         &self,
         at: &Unknowns,

@@ -5,8 +5,8 @@ use super::recording::EffortRecording;
 use crate::CalibrateError;
 use tactid_identify::solve::HALF_WIDTH_95;
 
-/// Unloaded recordings hold a payload if its mass is more than this number of standard deviations, and the mean squares of the
-/// residuals without it are more than this multiple of those with it.
+/// Unloaded recordings hold a payload if its mass is more than this number of standard deviations,
+/// and the mean squares of the residuals without it are more than this multiple of those with it.
 const HELD_STD_DEVS: f64 = 5.0;
 const HELD_MISFIT: f64 = 2.0;
 
@@ -23,18 +23,20 @@ pub(super) struct Update<'a> {
     pub(super) free: Posterior,
     /// The unloaded recordings that are used.
     pub(super) unloaded: &'a [EffortRecording],
-    /// Noise that the efforts would have with the unloaded recordings, relative to that without them, where they are left out.
+    /// Noise that the efforts would have with the unloaded recordings, relative to that without
+    /// them, where they are left out.
     pub(super) left_out: Option<f64>,
 }
 
-/// Checks that unloaded recordings hold nothing, and leaves them out where the arm is not in the state in which it was in the
-/// loaded ones. A payload or a change of the arm between the recordings makes the residuals of both large. `together` is the
-/// solution of all recordings with nothing in the unloaded ones; `alone` solves for the payload of some recordings, and is
-/// called only where that solution leaves much unexplained.
+/// Checks that unloaded recordings hold nothing, and leaves them out where the arm is not in the
+/// state in which it was in the loaded ones. A payload or a change of the arm between the
+/// recordings makes the residuals of both large. `together` is the solution of all recordings with
+/// nothing in the unloaded ones; `alone` solves for the payload of some recordings, and is called
+/// only where that solution leaves much unexplained.
 ///
 /// # Errors
-/// Returns [`CalibrateError::UnloadedHolds`] where a payload in the unloaded recordings explains far more than a change of the arm
-/// does, and the errors of `alone`.
+/// Returns [`CalibrateError::UnloadedHolds`] where a payload in the unloaded recordings explains
+/// far more than a change of the arm does, and the errors of `alone`.
 pub(super) fn update<'a>(
     together: Posterior,
     loaded: &'a [EffortRecording],

@@ -26,8 +26,9 @@ fn calibrated_unloaded(world: &mut World) -> Calibration {
         .calibration
 }
 
-/// With gains 5 to 20 % off, friction, an efficiency of 0.85 to 0.95, links 10 % off and 1 % noise, one recording with a
-/// known mass gives the gains, and the mass of other payloads within 1 %. Intervals hold.
+/// With gains 5 to 20 % off, friction, an efficiency of 0.85 to 0.95, links 10 % off and 1 % noise,
+/// one recording with a known mass gives the gains, and the mass of other payloads within 1 %.
+/// Intervals hold.
 #[test]
 fn gains_and_payloads_of_arms_that_are_not_as_described() {
     let (mut held, mut gains_held, mut relative_squares) = (0, 0, 0.0);
@@ -59,7 +60,8 @@ fn gains_and_payloads_of_arms_that_are_not_as_described() {
         }
     }
     assert!(held >= 82, "{held} of 90 intervals hold");
-    // The rms error of intervals of the right width, eight degrees of freedom, is 0.43 half widths; measured 0.30.
+    // The rms error of intervals of the right width, eight degrees of freedom, is 0.43 half widths;
+    // measured 0.30.
     let rms = (relative_squares / 90.0).sqrt();
     assert!((0.25..0.65).contains(&rms), "{rms} half widths");
     assert!(gains_held >= 3 * JOINTS as u32 - 1, "{gains_held} gains");
@@ -229,7 +231,8 @@ fn a_payload_at_rest_is_not_identifiable_as_a_whole() {
     );
 }
 
-/// A joint that stands still, or moves in one direction only, is reported, as is a gain that nothing determines.
+/// A joint that stands still, or moves in one direction only, is reported, as is a gain that
+/// nothing determines.
 #[test]
 fn what_the_motion_does_not_determine_is_reported() {
     let mut world = World::new(8);
@@ -276,7 +279,8 @@ fn compared_efforts_are_those_of_the_report() {
     }
 }
 
-/// Efforts that lag the motion by one or several samples, or lead it, are found out, and a payload is as good as without.
+/// Efforts that lag the motion by one or several samples, or lead it, are found out, and a payload
+/// is as good as without.
 #[test]
 fn the_delay_of_the_efforts_is_found() {
     for (seed, delay_s) in [(20, 0.02), (22, -0.012)] {

@@ -92,8 +92,9 @@ fn assumptions_that_are_right() {
     }
 }
 
-/// Gravity that is tilted by 4 degrees is found, and in the direction of the true one: the size is rough because links and gains
-/// that the fit has bent explain part of it, and half of the tilt at most is left.
+/// Gravity that is tilted by 4 degrees is found, and in the direction of the true one: the size is
+/// rough because links and gains that the fit has bent explain part of it, and half of the tilt at
+/// most is left.
 #[test]
 fn gravity_that_is_tilted() {
     for (seed, tilt) in [(80, 0.07), (81, 0.07), (80, -0.07)] {
@@ -110,7 +111,8 @@ fn gravity_that_is_tilted() {
     }
 }
 
-/// Gravity that is horizontal or upside down leaves no plausible gains: the calibration fails, and the error names gravity.
+/// Gravity that is horizontal or upside down leaves no plausible gains: the calibration fails, and
+/// the error names gravity.
 #[test]
 fn gravity_of_another_mounting() {
     for (seed, tilt) in (90..96).flat_map(|seed| [FRAC_PI_2, PI].map(|tilt| (seed, tilt))) {
@@ -165,8 +167,9 @@ fn contradicted_zeros(angle: f64, center: Option<[f64; 3]>) -> (usize, usize) {
     (contradicted, named)
 }
 
-/// The zero of a joint that is off by 4 degrees is found with a weight of known centre of mass, and mostly named; half as often
-/// where the zero may also show as that centre. One that is off by 2 degrees is often too small for what counts.
+/// The zero of a joint that is off by 4 degrees is found with a weight of known centre of mass, and
+/// mostly named; half as often where the zero may also show as that centre. One that is off by 2
+/// degrees is often too small for what counts.
 #[test]
 fn zeros_of_joints_that_are_off() {
     let known_center = Some([0.0; 3]);
@@ -196,7 +199,8 @@ fn the_zero_of_a_vertical_axis() {
     }
 }
 
-/// Gains that are off, and that a calibration takes for exact, are found where links do not explain them as well.
+/// Gains that are off, and that a calibration takes for exact, are found where links do not explain
+/// them as well.
 #[test]
 fn gains_that_are_taken_for_exact() {
     let mut world = World::new(84);

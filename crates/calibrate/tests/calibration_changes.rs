@@ -13,8 +13,8 @@ use tactid_calibrate::{
 use tactid_dynamics::MassProperties;
 use tactid_identify::{BatchSettings, HALF_WIDTH_95};
 
-/// Errors of identified values relative to the half widths of their intervals, and of masses, kg, and the changes of the arm
-/// that are reported.
+/// Errors of identified values relative to the half widths of their intervals, and of masses, kg,
+/// and the changes of the arm that are reported.
 #[derive(Default)]
 struct Errors {
     relative: Vec<f64>,
@@ -48,8 +48,9 @@ impl Errors {
 
     fn coverage(&self) -> f64 {
         let relative = self.relative_rms();
-        // Intervals that are far too wide, or infinite, hold as well. Measured 0.15 to 0.57; 0.43 where they are as wide as they
-        // must be. Those that contain possible changes are the widest.
+        // Intervals that are far too wide, or infinite, hold as well. Measured 0.15 to 0.57; 0.43
+        // where they are as wide as they must be. Those that contain possible changes are the
+        // widest.
         assert!((0.14..0.65).contains(&relative), "{relative} half widths");
         let held = self.relative.iter().filter(|error| error.abs() <= 1.0);
         held.count() as f64 / self.relative.len() as f64
@@ -67,8 +68,8 @@ impl Errors {
     }
 }
 
-/// Returns the errors of the payloads of three arms that `change` after their calibration, with a recording of the day
-/// without payload, and without one.
+/// Returns the errors of the payloads of three arms that `change` after their calibration, with a
+/// recording of the day without payload, and without one.
 fn errors_of_another_day(first_seed: u64, change: impl Fn(&mut World)) -> [Errors; 2] {
     let [mut updated, mut alone] = [Errors::default(), Errors::default()];
     for seed in first_seed..first_seed + 3 {
@@ -84,8 +85,9 @@ fn errors_of_another_day(first_seed: u64, change: impl Fn(&mut World)) -> [Error
     [updated, alone]
 }
 
-/// Friction that has changed by 2 to 40 % since the calibration: payloads are nearly as exact as with the friction of the
-/// calibration, with a recording of the day without payload and without one, and intervals hold.
+/// Friction that has changed by 2 to 40 % since the calibration: payloads are nearly as exact as
+/// with the friction of the calibration, with a recording of the day without payload and without
+/// one, and intervals hold.
 #[test]
 fn friction_of_another_day() {
     for factor in [1.02, 1.1, 1.4] {
@@ -151,8 +153,8 @@ fn efforts_that_are_larger_than_at_the_calibration() {
     }
 }
 
-/// An unloaded recording of a colder day, or of another arm, does not fit the loaded one: it is left out, and the payload is as
-/// without it. One with friction that differs by a percent is used.
+/// An unloaded recording of a colder day, or of another arm, does not fit the loaded one: it is
+/// left out, and the payload is as without it. One with friction that differs by a percent is used.
 #[test]
 fn an_unloaded_recording_that_does_not_fit() {
     for (factor, is_left_out) in [(1.01, false), (1.1, true), (1.3, true)] {
@@ -204,7 +206,8 @@ fn an_unloaded_recording_with_a_payload() {
     }
 }
 
-/// Calibrates an arm with a recording without payload, which may hold one, and one of 4 kg that is given as another mass.
+/// Calibrates an arm with a recording without payload, which may hold one, and one of 4 kg that is
+/// given as another mass.
 fn refused(
     world: &mut World,
     empty: Option<&MassProperties>,

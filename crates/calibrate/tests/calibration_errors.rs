@@ -70,7 +70,8 @@ fn a_recorder_refuses_what_it_cannot_record() {
     }
 }
 
-/// Recordings without efforts, without windows, with samples too far apart, without motion, or too short in all.
+/// Recordings without efforts, without windows, with samples too far apart, without motion, or too
+/// short in all.
 #[test]
 fn too_little_data_is_an_error() {
     let push = |count: usize, period_s: f64, effort: &[f64]| {

@@ -34,8 +34,8 @@ impl Recordings {
         }
     }
 
-    /// Returns the mass that a calibration with weights of these masses and standard deviations finds, and the half width
-    /// of its 95 % interval, kg.
+    /// Returns the mass that a calibration with weights of these masses and standard deviations
+    /// finds, and the half width of its 95 % interval, kg.
     fn identify(&self, known: &[(f64, f64)]) -> [f64; 2] {
         let mut given = vec![(self.unloaded.clone(), None)];
         let loaded = self.loaded.iter().zip(known);
@@ -74,7 +74,8 @@ fn the_uncertainty_of_a_known_mass_is_that_of_other_payloads() {
     }
 }
 
-/// Of two weights the one that is known better decides the scale, and two that are known equally well share it.
+/// Of two weights the one that is known better decides the scale, and two that are known equally
+/// well share it.
 #[test]
 fn weights_decide_the_scale_together() {
     let recordings = Recordings::new(64, &[4.0, 2.0]);

@@ -9,8 +9,8 @@ use effort_arm::{JOINTS, World, payload, record, values};
 use tactid_calibrate::{CalibrationSettings, calibrate};
 use tactid_identify::{BatchSettings, HALF_WIDTH_95};
 
-/// Recordings of 6 s after a calibration of 15 s: masses have no bias, and intervals hold. They are rather too wide: the rms error
-/// of the mass is some 0.6 standard deviations.
+/// Recordings of 6 s after a calibration of 15 s: masses have no bias, and intervals hold. They are
+/// rather too wide: the rms error of the mass is some 0.6 standard deviations.
 #[test]
 fn masses_have_no_bias_and_intervals_hold() {
     let (mut held, mut relative, mut std_devs) = (0, Vec::new(), Vec::new());

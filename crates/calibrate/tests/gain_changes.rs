@@ -45,7 +45,8 @@ impl Errors {
         let coverage = self.held as f64 / self.values as f64;
         assert!(coverage >= 0.9, "{about}: {coverage}");
         let relative = (self.relative_squares / self.values as f64).sqrt();
-        // Measured 0.23 to 0.36; 0.43 where intervals are as wide as they must be, and 0 where they are infinite.
+        // Measured 0.23 to 0.36; 0.43 where intervals are as wide as they must be, and 0 where they
+        // are infinite.
         assert!(
             (0.2..0.5).contains(&relative),
             "{about}: {relative} half widths"

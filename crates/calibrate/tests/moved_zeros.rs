@@ -19,8 +19,8 @@ fn moved(world: &mut World<6>, mass_kg: f64, joint: usize, angle: f64) -> Effort
     recorded(&world.described, &measured, &CalibrationSettings::default())
 }
 
-/// Identifies a payload of 0.5 and one of 2.5 kg on each of six arms, and counts the results that name the right zero with its size,
-/// and those that name another.
+/// Identifies a payload of 0.5 and one of 2.5 kg on each of six arms, and counts the results that
+/// name the right zero with its size, and those that name another.
 fn found(joint: usize, angle: f64) -> (usize, usize) {
     let (mut named, mut misnamed) = (0, 0);
     for seed in 300..306 {

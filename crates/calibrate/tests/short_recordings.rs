@@ -27,9 +27,10 @@ fn errors(duration_s: f64) -> Vec<f64> {
     errors
 }
 
-/// Recordings of 2 and of 5 s determine their own noise from few correlation times. The intervals of 95 % hold, and are not
-/// wide without need: over 400 values of twenty arms, the rms of errors over standard deviations is 0.79 after 2 s and 0.88 after
-/// 5 s, and 98 and 97 % of the intervals hold.
+/// Recordings of 2 and of 5 s determine their own noise from few correlation times. The intervals
+/// of 95 % hold, and are not wide without need: over 400 values of twenty arms, the rms of errors
+/// over standard deviations is 0.79 after 2 s and 0.88 after 5 s, and 98 and 97 % of the intervals
+/// hold.
 #[test]
 fn intervals_of_short_recordings_hold() {
     for duration_s in [2.0, 5.0] {

@@ -1,4 +1,5 @@
-//! Repeats one kernel of the dynamics on the project's robot, for `bench/instructions.py` to count its instructions.
+//! Repeats one kernel of the dynamics on the project's robot, for `bench/instructions.py` to count
+//! its instructions.
 //!
 //! `kernels NAME COUNT` runs it COUNT times; `kernels` prints the names.
 

@@ -1,4 +1,5 @@
-//! Robots that are derived from another: with one more frame, with a payload, without a subtree, with locked joints.
+//! Robots that are derived from another: with one more frame, with a payload, without a subtree,
+//! with locked joints.
 
 use std::ops::Range;
 
@@ -8,8 +9,9 @@ use crate::manipulator::{Body, subtree_ends};
 use crate::{FrameId, InertialParameters, Manipulator};
 
 impl Manipulator {
-    /// Returns the robot with a massless link attached rigidly to the link of `parent` as its last child, for instance
-    /// a sensor that the URDF does not contain. `parent_from_frame` is the pose of the new link's frame.
+    /// Returns the robot with a massless link attached rigidly to the link of `parent` as its last
+    /// child, for instance a sensor that the URDF does not contain. `parent_from_frame` is the pose
+    /// of the new link's frame.
     ///
     /// The name is not checked: [`Self::frame`] finds the oldest of two links with one name.
     #[must_use]
@@ -32,8 +34,8 @@ impl Manipulator {
         robot
     }
 
-    /// Returns the robot with a body attached rigidly to the link of `frame`. `payload` is expressed in that frame,
-    /// with the inertia about its origin.
+    /// Returns the robot with a body attached rigidly to the link of `frame`. `payload` is
+    /// expressed in that frame, with the inertia about its origin.
     #[must_use]
     pub fn with_payload(&self, frame: FrameId, payload: &InertialParameters) -> Self {
         let mut robot = self.clone();
@@ -57,9 +59,9 @@ impl Manipulator {
         robot
     }
 
-    /// Returns the robot with all joints locked at position zero that move none of the given frames. The number and order
-    /// of joints stay; values given for a locked joint have no effect. The frames move as in the whole robot, at the cost
-    /// of fewer bodies.
+    /// Returns the robot with all joints locked at position zero that move none of the given
+    /// frames. The number and order of joints stay; values given for a locked joint have no effect.
+    /// The frames move as in the whole robot, at the cost of fewer bodies.
     #[must_use]
     pub fn locked_beyond(&self, frames: &[FrameId]) -> Self {
         let carried: Vec<usize> = frames.iter().map(|&frame| self.link(frame).body).collect();

@@ -7,8 +7,8 @@ use crate::{InertialParameters, ModelError};
 
 /// One row of a standard Denavit-Hartenberg table and the link that it describes.
 ///
-/// The transform from frame `i - 1` to frame `i` of the table is `Rz(θ) Tz(d) Tx(a) Rx(α)`. Joint `i` moves about or
-/// along the z axis of frame `i - 1`.
+/// The transform from frame `i - 1` to frame `i` of the table is `Rz(θ) Tz(d) Tx(a) Rx(α)`. Joint
+/// `i` moves about or along the z axis of frame `i - 1`.
 #[derive(Clone, Debug)]
 pub struct DhLink {
     /// Name of the joint.
@@ -80,8 +80,9 @@ impl Manipulator {
     /// ```
     ///
     /// # Errors
-    /// Returns [`ModelError::Mass`] or [`ModelError::Inertia`] for an impossible body, [`ModelError::NotFinite`] for a number
-    /// that is not finite and [`ModelError::Duplicate`] for a name used twice.
+    /// Returns [`ModelError::Mass`] or [`ModelError::Inertia`] for an impossible body,
+    /// [`ModelError::NotFinite`] for a number that is not finite and [`ModelError::Duplicate`] for
+    /// a name used twice.
     pub fn from_dh(robot: &DhRobot) -> Result<Self, ModelError> {
         let mut model = Self::with_root(robot.base_kind, &robot.base, robot.base_parameters);
         let massless = robot.base_parameters == InertialParameters::zero();
@@ -99,7 +100,8 @@ impl Manipulator {
         let mut parent_from_table = robot.base_from_table;
         for link in &robot.links {
             check_link(&model, link)?;
-            // The joint moves about or along z of the table's previous frame. The body's frame is there and moves with it.
+            // The joint moves about or along z of the table's previous frame. The body's frame is
+            // there and moves with it.
             let theta = UnitQuaternion::from_axis_angle(&Vector3::z_axis(), link.theta);
             let lift = Translation3::new(0.0, 0.0, link.d);
             let joint = Joint {

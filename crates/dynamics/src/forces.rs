@@ -4,13 +4,14 @@ use crate::Wrench;
 use crate::manipulator::FrameId;
 use crate::workspace::Workspace;
 
-/// Returns the wrench on an unknown end-effector that follows from the motion of all other bodies if nothing acts from
-/// outside: `f_U = -f_K` by (28)-(30) and `n_U` of (44) in Hou et al. 2016, expressed in the frame `tool` and about its
-/// origin.
+/// Returns the wrench on an unknown end-effector that follows from the motion of all other bodies
+/// if nothing acts from outside: `f_U = -f_K` by (28)-(30) and `n_U` of (44) in Hou et al. 2016,
+/// expressed in the frame `tool` and about its origin.
 ///
-/// The workspace holds the [`motion`](crate::motion()) of the robot without its end-effector, which is
-/// [`Manipulator::without_subtree`](crate::Manipulator::without_subtree) of `tool`: the masses of its robot count as
-/// known. [`forces`](crate::forces()) is not needed. The cost is one pass over the bodies. Nothing is allocated.
+/// The workspace holds the [`motion`](crate::motion()) of the robot without its end-effector, which
+/// is [`Manipulator::without_subtree`](crate::Manipulator::without_subtree) of `tool`: the masses
+/// of its robot count as known. [`forces`](crate::forces()) is not needed. The cost is one pass
+/// over the bodies. Nothing is allocated.
 #[must_use]
 pub fn wrench_on_end_effector(workspace: &Workspace, tool: FrameId) -> Wrench {
     let base = &workspace.states[0];

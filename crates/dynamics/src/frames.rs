@@ -39,8 +39,9 @@ impl Workspace {
         }
     }
 
-    /// Returns the motion of a frame as the regressors need it: expressed in the frame itself, the acceleration less
-    /// `gravity`, the gravitational acceleration in the inertial frame, m/s², pointing down.
+    /// Returns the motion of a frame as the regressors need it: expressed in the frame itself, the
+    /// acceleration less `gravity`, the gravitational acceleration in the inertial frame, m/s²,
+    /// pointing down.
     ///
     /// It is [`FrameMotion::in_frame`] of [`frame_motion`](Self::frame_motion), in less time. It
     /// costs a few products where the workspace was last used with the same gravity, and else one
@@ -60,15 +61,16 @@ impl Workspace {
         motion
     }
 
-    /// Returns `world_from_frame`, the pose of a frame in the inertial frame. The cost is one pass over the bodies above it.
+    /// Returns `world_from_frame`, the pose of a frame in the inertial frame. The cost is one pass
+    /// over the bodies above it.
     #[must_use]
     pub fn pose(&self, frame: FrameId) -> Isometry3<f64> {
         let on_base = self.frame_on_base(frame);
         self.base_placement().followed_by(&on_base).pose()
     }
 
-    /// Returns `a_from_b`, the pose of frame `b` in frame `a`. The cost is one pass over the bodies above either frame that do
-    /// not carry the other.
+    /// Returns `a_from_b`, the pose of frame `b` in frame `a`. The cost is one pass over the bodies
+    /// above either frame that do not carry the other.
     #[must_use]
     pub fn relative_pose(&self, a: FrameId, b: FrameId) -> Isometry3<f64> {
         let [a, b] = [a, b].map(|frame| &self.frames[self.robot.position(frame)]);
@@ -78,8 +80,9 @@ impl Workspace {
         above_a.inverse().followed_by(&above_b).pose()
     }
 
-    /// Returns a wrench expressed in frame `a`, about its origin. `wrench` is expressed in frame `b`, about its origin. Equals
-    /// [`Wrench::expressed_in`] with [`relative_pose`](Self::relative_pose), in less time.
+    /// Returns a wrench expressed in frame `a`, about its origin. `wrench` is expressed in frame
+    /// `b`, about its origin. Equals [`Wrench::expressed_in`] with
+    /// [`relative_pose`](Self::relative_pose), in less time.
     #[must_use]
     pub fn wrench_in_frame(&self, a: FrameId, b: FrameId, wrench: &Wrench) -> Wrench {
         let [a, b] = [a, b].map(|frame| &self.frames[self.robot.position(frame)]);
@@ -94,8 +97,8 @@ impl Workspace {
         above_a.inverse_transform_wrench(&wrench)
     }
 
-    /// Returns a vector of the inertial frame, such as gravity, expressed in a frame. The cost is one product for each body
-    /// above the frame.
+    /// Returns a vector of the inertial frame, such as gravity, expressed in a frame. The cost is
+    /// one product for each body above the frame.
     #[must_use]
     pub fn vector_in_frame(&self, frame: FrameId, vector: &Vector3<f64>) -> Vector3<f64> {
         let fixed = &self.frames[self.robot.position(frame)];
@@ -127,8 +130,9 @@ impl Workspace {
         Placement::in_parent(&self.states[0])
     }
 
-    /// Returns the placement of a frame in the joint frame of a body above, where `placement` is that in the joint frame of
-    /// the body `index`. In the frame of the base no digits are lost far from the inertial frame's origin.
+    /// Returns the placement of a frame in the joint frame of a body above, where `placement` is
+    /// that in the joint frame of the body `index`. In the frame of the base no digits are lost far
+    /// from the inertial frame's origin.
     #[inline(always)]
     fn placement_above(
         &self,
@@ -143,8 +147,8 @@ impl Workspace {
         placement
     }
 
-    /// Returns the moving placement of a frame in the frame of the base, where `moving` is that in the joint frame of the body
-    /// `index`.
+    /// Returns the moving placement of a frame in the frame of the base, where `moving` is that in
+    /// the joint frame of the body `index`.
     #[inline(always)]
     fn moving_placement_above(
         &self,
@@ -204,8 +208,8 @@ impl Workspace {
         Ok(())
     }
 
-    /// Returns the joints above a frame with the velocity of the frame for a unit velocity of each, as in
-    /// [`jacobian`](Self::jacobian).
+    /// Returns the joints above a frame with the velocity of the frame for a unit velocity of each,
+    /// as in [`jacobian`](Self::jacobian).
     pub(crate) fn jacobian_columns(
         &self,
         frame: FrameId,
@@ -230,9 +234,10 @@ impl Workspace {
         })
     }
 
-    /// Returns the links below `frame` as one rigid body, expressed in that frame, at the present posture. It depends
-    /// on the joints below the frame. Links that [`Manipulator::without_subtree`](crate::Manipulator::without_subtree) has
-    /// removed are included, so that the robot with and without its end-effector give the same.
+    /// Returns the links below `frame` as one rigid body, expressed in that frame, at the present
+    /// posture. It depends on the joints below the frame. Links that
+    /// [`Manipulator::without_subtree`](crate::Manipulator::without_subtree) has removed are
+    /// included, so that the robot with and without its end-effector give the same.
     #[must_use]
     pub fn subtree_parameters(&self, frame: FrameId) -> InertialParameters {
         let fixed = &self.frames[self.robot.position(frame)];

@@ -6,7 +6,8 @@ use nalgebra::{Isometry3, Matrix3, Matrix4, SVector, SymmetricEigen, Vector3};
 
 use crate::cross;
 
-/// Names of the ten entries of [`InertialParameters`], in their order, for labels of regressor columns and covariances.
+/// Names of the ten entries of [`InertialParameters`], in their order, for labels of regressor
+/// columns and covariances.
 pub const PARAMETER_NAMES: [&str; 10] = [
     "m", "m*ax", "m*ay", "m*az", "Ixx", "Ixy", "Ixz", "Iyy", "Iyz", "Izz",
 ];
@@ -34,8 +35,8 @@ pub fn symmetric_matrix([xx, xy, xz, yy, yz, zz]: [f64; 6]) -> Matrix3<f64> {
     Matrix3::new(xx, xy, xz, xy, yy, yz, xz, yz, zz)
 }
 
-/// Mass, centre of mass and inertia about the centre of mass of a rigid body, expressed in one frame. The context names
-/// the frame: the value does not carry it.
+/// Mass, centre of mass and inertia about the centre of mass of a rigid body, expressed in one
+/// frame. The context names the frame: the value does not carry it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct MassProperties {
     /// Mass, kg.
@@ -88,8 +89,8 @@ impl InertialParameters {
         &self.0
     }
 
-    /// Builds the parameters from a mass (kg), the first moment `m·a` (kg m) and the inertia about the frame's origin
-    /// (kg m²), of which the upper triangle is read.
+    /// Builds the parameters from a mass (kg), the first moment `m·a` (kg m) and the inertia about
+    /// the frame's origin (kg m²), of which the upper triangle is read.
     #[must_use]
     pub fn from_moments(
         mass_kg: f64,
@@ -138,7 +139,8 @@ impl InertialParameters {
         })
     }
 
-    /// Returns the parameters of the same body expressed in frame `a` and about its origin, where `self` is in frame `b`.
+    /// Returns the parameters of the same body expressed in frame `a` and about its origin, where
+    /// `self` is in frame `b`.
     #[must_use]
     pub fn expressed_in(&self, a_from_b: &Isometry3<f64>) -> Self {
         let t = a_from_b.to_homogeneous();
@@ -164,8 +166,8 @@ impl InertialParameters {
         pseudo
     }
 
-    /// Returns the parameters with a given pseudo-inertia, the inverse of [`Self::pseudo_inertia`]. Only the symmetric
-    /// part is read.
+    /// Returns the parameters with a given pseudo-inertia, the inverse of [`Self::pseudo_inertia`].
+    /// Only the symmetric part is read.
     #[must_use]
     pub fn from_pseudo_inertia(pseudo: &Matrix4<f64>) -> Self {
         let symmetric = (pseudo + pseudo.transpose()) * 0.5;
@@ -175,22 +177,22 @@ impl InertialParameters {
         Self::from_moments(symmetric[(3, 3)], &h, &inertia)
     }
 
-    /// Returns whether some distribution of positive mass has these parameters: the mass is positive and the
-    /// pseudo-inertia has no negative eigenvalue, up to rounding.
+    /// Returns whether some distribution of positive mass has these parameters: the mass is
+    /// positive and the pseudo-inertia has no negative eigenvalue, up to rounding.
     ///
-    /// Point masses, rods and plates without thickness lie on the boundary and count as physical. The paper's payload,
-    /// diag(10, 20, 10) kg m², is such a plate: half of all unbiased estimates of it lie outside. Use
-    /// [`Self::is_physical_within`] for estimates.
+    /// Point masses, rods and plates without thickness lie on the boundary and count as physical.
+    /// The paper's payload, diag(10, 20, 10) kg m², is such a plate: half of all unbiased estimates
+    /// of it lie outside. Use [`Self::is_physical_within`] for estimates.
     #[must_use]
     pub fn is_physical(&self) -> bool {
         self.is_physical_within(1e-9)
     }
 
-    /// Returns whether the mass is positive and the largest principal moment about the centre of mass exceeds the sum of
-    /// the two others by at most `tolerance` times itself.
+    /// Returns whether the mass is positive and the largest principal moment about the centre of
+    /// mass exceeds the sum of the two others by at most `tolerance` times itself.
     ///
-    /// For a positive mass this triangle inequality is equivalent to a pseudo-inertia without negative eigenvalues, by
-    /// the Schur complement about the centre of mass.
+    /// For a positive mass this triangle inequality is equivalent to a pseudo-inertia without
+    /// negative eigenvalues, by the Schur complement about the centre of mass.
     #[must_use]
     pub fn is_physical_within(&self, tolerance: f64) -> bool {
         // The inertia about the centre of mass has the rounding error of the parallel-axis term.
@@ -202,8 +204,8 @@ impl InertialParameters {
             })
     }
 
-    /// Returns the principal moments of inertia about the centre of mass in ascending order, kg m², or `None` if the mass
-    /// is zero or a parameter is not finite.
+    /// Returns the principal moments of inertia about the centre of mass in ascending order, kg m²,
+    /// or `None` if the mass is zero or a parameter is not finite.
     #[must_use]
     pub fn principal_moments(&self) -> Option<Vector3<f64>> {
         let finite = self.0.iter().all(|entry| entry.is_finite());
@@ -214,8 +216,9 @@ impl InertialParameters {
     }
 }
 
-/// Violation of the triangle inequality of principal moments that is tolerated, as a fraction of the largest moment.
-/// Descriptions of robots round to three or four digits, and a thin rod or plate lies on the boundary.
+/// Violation of the triangle inequality of principal moments that is tolerated, as a fraction of
+/// the largest moment. Descriptions of robots round to three or four digits, and a thin rod or
+/// plate lies on the boundary.
 const INERTIA_TOLERANCE: f64 = 1e-3;
 
 /// Square of the radius of gyration, m², below which a moment is a rounding error: a radius of 0.1
@@ -239,8 +242,8 @@ pub(crate) fn impossible_moments(parameters: &InertialParameters) -> Option<[f64
     is_impossible.then_some(moments)
 }
 
-/// Returns the term `-m [a]×²` (kg m²) that the parallel-axis theorem adds to an inertia about the centre of mass, for a
-/// point `a` (m) away from it.
+/// Returns the term `-m [a]×²` (kg m²) that the parallel-axis theorem adds to an inertia about the
+/// centre of mass, for a point `a` (m) away from it.
 fn parallel_axis(mass_kg: f64, a: &Vector3<f64>) -> Matrix3<f64> {
     -cross(a) * cross(a) * mass_kg
 }

@@ -90,7 +90,8 @@ impl Lanes for FourLanes {
     }
 }
 
-/// A register of a vector unit that was found at run time. The proof of it is part of the value and takes no memory.
+/// A register of a vector unit that was found at run time. The proof of it is part of the value and
+/// takes no memory.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Register<S: pulp::Simd> {
     simd: S,

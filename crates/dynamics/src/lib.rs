@@ -1,4 +1,5 @@
-//! Dynamics of a robot that holds an unknown body, and the linear equations for that body's inertial parameters.
+//! Dynamics of a robot that holds an unknown body, and the linear equations for that body's
+//! inertial parameters.
 //!
 //! ```
 //! use nalgebra::{Matrix3, Vector3};
@@ -21,21 +22,25 @@
 //! ```
 //!
 //! The crate computes equations (1)-(48), sections 1 and 2, of Hou et al. 2016 (doi
-//! 10.3873/j.issn.1000-1328.2016.10.009). Where a printed equation needs a correction, a comment at the code states it.
+//! 10.3873/j.issn.1000-1328.2016.10.009). Where a printed equation needs a correction, a comment at
+//! the code states it.
 //!
-//! [`Manipulator`] is an immutable model, built from a [`Urdf`] or a Denavit-Hartenberg table ([`DhRobot`]). Links without
-//! `<inertial>` are massless; [`Manipulator::findings`] names bodies of unknown mass, which matter for forces only, and
-//! what else is wrong in a description.
-//! [`Workspace`] is the state of one manipulator, allocated once: [`motion()`] computes the motion of every body and
-//! [`forces()`] the forces between them; [`inverse_dynamics`] computes both in less time. [`BatchDynamics`] computes many states at once. [`tactile_mass_rows`], [`inertia_rows`] and [`wrench_regressor`] form equations
-//! that are linear in the payload's ten [`InertialParameters`].
+//! [`Manipulator`] is an immutable model, built from a [`Urdf`] or a Denavit-Hartenberg table
+//! ([`DhRobot`]). Links without `<inertial>` are massless; [`Manipulator::findings`] names bodies
+//! of unknown mass, which matter for forces only, and what else is wrong in a description.
+//! [`Workspace`] is the state of one manipulator, allocated once: [`motion()`] computes the motion
+//! of every body and [`forces()`] the forces between them; [`inverse_dynamics`] computes both in
+//! less time. [`BatchDynamics`] computes many states at once. [`tactile_mass_rows`],
+//! [`inertia_rows`] and [`wrench_regressor`] form equations that are linear in the payload's ten
+//! [`InertialParameters`].
 //!
 //! # Conventions
 //!
 //! - Units are SI.
-//! - `world` is the inertial frame, `tool` the end-effector frame `Σ_U`. A transform `a_from_b` maps coordinates in
-//!   frame `b` to coordinates in frame `a`.
-//! - The unknown parameters are constant only in `Σ_U`, so every vector in an equation for them is expressed there.
+//! - `world` is the inertial frame, `tool` the end-effector frame `Σ_U`. A transform `a_from_b`
+//!   maps coordinates in frame `b` to coordinates in frame `a`.
+//! - The unknown parameters are constant only in `Σ_U`, so every vector in an equation for them is
+//!   expressed there.
 //! - Accelerations of points are classical: the derivative of the point's inertial velocity.
 //! - Gravity is an acceleration that points down, and zero in orbit. It enters as `p̈ - g`.
 //! - Products of inertia are matrix entries without a sign flip.

@@ -15,8 +15,8 @@ pub enum BaseKind {
 }
 
 impl BaseKind {
-    /// Returns the gravitational acceleration that is assumed where none is given, in the inertial frame, m/s²: zero for
-    /// a floating base, 9.81 along -z for a fixed one.
+    /// Returns the gravitational acceleration that is assumed where none is given, in the inertial
+    /// frame, m/s²: zero for a floating base, 9.81 along -z for a fixed one.
     #[must_use]
     pub fn default_gravity(self) -> Vector3<f64> {
         match self {
@@ -46,7 +46,8 @@ pub(crate) struct Joint {
     pub(crate) parent_from_zero: Isometry3<f64>,
     /// Index in `q` of the coordinate that moves the joint, for a mimic joint of the followed one.
     pub(crate) coordinate: usize,
-    /// Joint position divided by coordinate: `position = ratio · q + offset`. It is 1 unless the joint mimics another.
+    /// Joint position divided by coordinate: `position = ratio · q + offset`. It is 1 unless the
+    /// joint mimics another.
     pub(crate) ratio: f64,
     /// Joint position at coordinate zero, rad or m. It is 0 unless the joint mimics another.
     pub(crate) offset: f64,
@@ -98,17 +99,18 @@ pub(crate) struct Link {
 
 /// Handle of a link's frame in a [`Manipulator`].
 ///
-/// [`Manipulator::frame`] finds it by the link's name. It holds for that robot and for every robot derived from it by
-/// [`with_frame`](Manipulator::with_frame), [`with_payload`](Manipulator::with_payload),
-/// [`without_subtree`](Manipulator::without_subtree) or [`locked_beyond`](Manipulator::locked_beyond). A method
-/// panics, or answers for another link, where it is given the handle of an unrelated robot.
+/// [`Manipulator::frame`] finds it by the link's name. It holds for that robot and for every robot
+/// derived from it by [`with_frame`](Manipulator::with_frame),
+/// [`with_payload`](Manipulator::with_payload), [`without_subtree`](Manipulator::without_subtree)
+/// or [`locked_beyond`](Manipulator::locked_beyond). A method panics, or answers for another link,
+/// where it is given the handle of an unrelated robot.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct FrameId(usize);
 
 /// Immutable model of a robot: a base and a tree of links with their masses, joints and frames.
 ///
-/// Computations keep their state in a [`Workspace`](crate::Workspace). Links and joints are ordered depth first, with
-/// children in the order of the URDF; match them by name.
+/// Computations keep their state in a [`Workspace`](crate::Workspace). Links and joints are ordered
+/// depth first, with children in the order of the URDF; match them by name.
 ///
 /// ```
 /// use tactid_dynamics::{BaseKind, Manipulator};
@@ -173,8 +175,8 @@ impl Manipulator {
         position
     }
 
-    /// Inserts a link at a position after its parent, where `(parent, body)` are the parent link's position and the
-    /// body's index, and adds its parameters to the body.
+    /// Inserts a link at a position after its parent, where `(parent, body)` are the parent link's
+    /// position and the body's index, and adds its parameters to the body.
     pub(crate) fn insert_link(
         &mut self,
         position: usize,
@@ -241,22 +243,22 @@ impl Manipulator {
         self.joint(index).map(|joint| joint.kind)
     }
 
-    /// Returns the lower and upper limit of the position of the joint with an index in `q`, rad or m, or `None` where the
-    /// description has no valid limits, as for a continuous joint.
+    /// Returns the lower and upper limit of the position of the joint with an index in `q`, rad or
+    /// m, or `None` where the description has no valid limits, as for a continuous joint.
     #[must_use]
     pub fn joint_limits(&self, index: usize) -> Option<(f64, f64)> {
         self.joint(index)?.limits
     }
 
-    /// Returns the largest speed of the joint with an index in `q`, rad/s or m/s, or `None` where the
-    /// description has no positive one.
+    /// Returns the largest speed of the joint with an index in `q`, rad/s or m/s, or `None` where
+    /// the description has no positive one.
     #[must_use]
     pub fn velocity_limit(&self, index: usize) -> Option<f64> {
         self.joint(index)?.velocity_limit
     }
 
-    /// Returns the largest effort of the joint with an index in `q`, N m or N, or `None` where the description has no
-    /// positive one.
+    /// Returns the largest effort of the joint with an index in `q`, N m or N, or `None` where the
+    /// description has no positive one.
     #[must_use]
     pub fn effort_limit(&self, index: usize) -> Option<f64> {
         self.joint(index)?.effort_limit
@@ -304,7 +306,8 @@ impl Manipulator {
         (a.body == b.body).then(|| a.body_from_link.inverse() * b.body_from_link)
     }
 
-    /// Returns whether one frame carries another: a joint lies between them, and moving the first moves the second.
+    /// Returns whether one frame carries another: a joint lies between them, and moving the first
+    /// moves the second.
     #[must_use]
     pub fn carries(&self, carrier: FrameId, carried: FrameId) -> bool {
         let (body, mut index) = (self.link(carrier).body, self.link(carried).body);

@@ -48,11 +48,13 @@ impl Manipulator {
         findings
     }
 
-    /// Checks that something between the base and `tip`, or anywhere in the robot for `None`, has mass: a body that a joint
-    /// moves, or a floating base. Some of the bodies may be without mass; [`Self::findings`] names them.
+    /// Checks that something between the base and `tip`, or anywhere in the robot for `None`, has
+    /// mass: a body that a joint moves, or a floating base. Some of the bodies may be without mass;
+    /// [`Self::findings`] names them.
     ///
-    /// Poses, velocities and Jacobians need no masses. Forces, momentum and the motion of a free base do, and mean nothing
-    /// where no mass is known. Masses that [`Self::without_subtree`] has removed are known.
+    /// Poses, velocities and Jacobians need no masses. Forces, momentum and the motion of a free
+    /// base do, and mean nothing where no mass is known. Masses that [`Self::without_subtree`] has
+    /// removed are known.
     ///
     /// # Errors
     /// Returns [`ModelError::MasslessChain`] or [`ModelError::MasslessBase`] with the first body.
@@ -86,8 +88,8 @@ impl Manipulator {
     /// the mass is positive and a rigid body can have the inertia.
     ///
     /// # Errors
-    /// Returns [`ModelError::NoInertial`], [`ModelError::MasslessBase`], [`ModelError::Mass`] or [`ModelError::Inertia`]
-    /// for the first body that is not.
+    /// Returns [`ModelError::NoInertial`], [`ModelError::MasslessBase`], [`ModelError::Mass`] or
+    /// [`ModelError::Inertia`] for the first body that is not.
     pub fn check_bodies(&self) -> Result<(), ModelError> {
         for moving in self.moving_bodies() {
             if moving.is_massless {
@@ -106,7 +108,8 @@ impl Manipulator {
             .map(|body| body.parameters.mass())
             .collect();
         let mut names = vec![""; self.bodies.len()];
-        // In depth-first order the first link of a body is the one that its joint moves: it is assigned last.
+        // In depth-first order the first link of a body is the one that its joint moves: it is
+        // assigned last.
         for link in self.links.iter().rev() {
             masses_kg[link.body] += link.removed.mass();
             names[link.body] = &link.name;

@@ -32,8 +32,8 @@ pub fn momentum(workspace: &Workspace) -> Momentum {
     }
 }
 
-/// Returns the linear and the angular momentum of the robot, in the places of force and moment, in the frame of the base and
-/// about its origin.
+/// Returns the linear and the angular momentum of the robot, in the places of force and moment, in
+/// the frame of the base and about its origin.
 fn momentum_about_base(workspace: &Workspace) -> Wrench {
     let base = &workspace.states[0];
     let base_velocity = base.rotation.tr_mul((&workspace.base_velocity).into());
@@ -59,9 +59,10 @@ fn momentum_of(
     })
 }
 
-/// Computes the motion of a free-floating base for a motion of its joints if the robot started at rest and nothing acts from
-/// outside: the velocity for which the momentum vanishes, and the acceleration for which the wrench on the base does.
-/// `pose` is the pose of the base in the inertial frame.
+/// Computes the motion of a free-floating base for a motion of its joints if the robot started at
+/// rest and nothing acts from outside: the velocity for which the momentum vanishes, and the
+/// acceleration for which the wrench on the base does. `pose` is the pose of the base in the
+/// inertial frame.
 ///
 /// The workspace then holds the motion and its forces. The cost is three passes for the motion, one
 /// for the momentum, two for the forces and the solution of two 3x3 systems. Nothing is allocated.
@@ -88,11 +89,12 @@ pub struct FreeRobot {
 }
 
 impl FreeRobot {
-    /// Computes momentum and inertia for a motion of the joints. The workspace then holds the motion with the base at rest at the
-    /// origin of the inertial frame.
+    /// Computes momentum and inertia for a motion of the joints. The workspace then holds the
+    /// motion with the base at rest at the origin of the inertial frame.
     ///
     /// # Errors
-    /// Returns [`StateError::Length`] if a slice does not have one entry for each independent joint.
+    /// Returns [`StateError::Length`] if a slice does not have one entry for each independent
+    /// joint.
     pub fn new(workspace: &mut Workspace, joints: JointMotion<'_>) -> Result<Self, StateError> {
         motion(
             workspace,
@@ -110,8 +112,9 @@ impl FreeRobot {
         Ok(robot)
     }
 
-    /// Returns momentum and inertia of the robot with an additional body, which may be the difference of two payloads. `frame` is the motion of the
-    /// body's frame in the workspace of [`new`](Self::new), and `body` is expressed in that frame.
+    /// Returns momentum and inertia of the robot with an additional body, which may be the
+    /// difference of two payloads. `frame` is the motion of the body's frame in the workspace of
+    /// [`new`](Self::new), and `body` is expressed in that frame.
     #[must_use]
     pub fn with_body(&self, frame: &FrameMotion, body: &InertialParameters) -> Self {
         let in_frame = |vector: &Vector3<f64>| frame.pose.rotation.inverse() * vector;
@@ -133,13 +136,15 @@ impl FreeRobot {
         }
     }
 
-    /// Computes the motion of the base as [`free_base_motion`] does, in the workspace of the robot with this payload.
+    /// Computes the motion of the base as [`free_base_motion`] does, in the workspace of the robot
+    /// with this payload.
     ///
-    /// The workspace then holds the resulting motion and its forces. The cost is two passes for the motion, two for the forces and the
-    /// solution of two 3x3 systems. Nothing is allocated.
+    /// The workspace then holds the resulting motion and its forces. The cost is two passes for the
+    /// motion, two for the forces and the solution of two 3x3 systems. Nothing is allocated.
     ///
     /// # Errors
-    /// Returns [`StateError::Length`] if a slice does not have one entry for each independent joint.
+    /// Returns [`StateError::Length`] if a slice does not have one entry for each independent
+    /// joint.
     pub fn base_motion(
         &self,
         workspace: &mut Workspace,
@@ -168,11 +173,12 @@ pub struct BaseAcceleration {
     pub angular: Vector3<f64>,
 }
 
-/// Computes the acceleration of a free-floating base for a motion of its joints if nothing acts from outside: the
-/// acceleration for which the sum of forces (28) and the total moment vanish. The accelerations in `base` are ignored.
+/// Computes the acceleration of a free-floating base for a motion of its joints if nothing acts
+/// from outside: the acceleration for which the sum of forces (28) and the total moment vanish. The
+/// accelerations in `base` are ignored.
 ///
-/// The workspace then holds the resulting motion and its forces. The cost is two passes for the motion, two for the
-/// forces and the solution of one 3x3 system. Nothing is allocated.
+/// The workspace then holds the resulting motion and its forces. The cost is two passes for the
+/// motion, two for the forces and the solution of one 3x3 system. Nothing is allocated.
 ///
 /// # Errors
 /// Returns [`StateError::Length`] if a slice does not have one entry for each independent joint.
@@ -207,7 +213,8 @@ fn wrench_without_acceleration(
     })
 }
 
-/// Accelerates the base, by a linear and an angular acceleration in its own frame, and returns both in the inertial frame.
+/// Accelerates the base, by a linear and an angular acceleration in its own frame, and returns both
+/// in the inertial frame.
 fn accelerate(
     workspace: &mut Workspace,
     base: &FrameMotion,
@@ -224,15 +231,16 @@ fn accelerate(
     Ok(BaseAcceleration { linear, angular })
 }
 
-/// Ratio of two pivots of an inertia below which its mass is on a line: the square root of the rounding of its entries.
+/// Ratio of two pivots of an inertia below which its mass is on a line: the square root of the
+/// rounding of its entries.
 const LEAST_PIVOT: f64 = 1e-7;
 
 /// A robot with locked joints: one rigid body, in the frame of the base.
 struct LockedRobot {
     mass: f64,
     center_of_mass: Vector3<f64>,
-    /// Factor of the inertia about the centre of mass. It does not exist where all mass is on a line, about which no moment turns it: such a
-    /// robot is taken not to turn at all.
+    /// Factor of the inertia about the centre of mass. It does not exist where all mass is on a
+    /// line, about which no moment turns it: such a robot is taken not to turn at all.
     inertia: Option<Cholesky<f64, Const<3>>>,
 }
 
@@ -252,8 +260,9 @@ impl LockedRobot {
         }
     }
 
-    /// Returns the linear and angular velocity of the base, in its own frame, that reduce a momentum to zero. `on_base` is the momentum in
-    /// this frame and about its origin. For a wrench in its place, the result is an acceleration.
+    /// Returns the linear and angular velocity of the base, in its own frame, that reduce a
+    /// momentum to zero. `on_base` is the momentum in this frame and about its origin. For a wrench
+    /// in its place, the result is an acceleration.
     fn twist_that_cancels(&self, on_base: &Wrench) -> (Vector3<f64>, Vector3<f64>) {
         let (force, moment) = (on_base.force, on_base.moment);
         let c = self.center_of_mass;

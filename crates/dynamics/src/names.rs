@@ -9,8 +9,8 @@ const MOST_SIMILAR: usize = 8;
 /// Most characters of a name that are compared and shown. The cost is its square for each name.
 const MAX_NAME_CHARS: usize = 64;
 
-/// Lists the names among which one was not found, for an error message: all of up to 16, and of more the eight that are
-/// most similar to the given one, with the number of the others.
+/// Lists the names among which one was not found, for an error message: all of up to 16, and of
+/// more the eight that are most similar to the given one, with the number of the others.
 ///
 /// ```
 /// use tactid_dynamics::list_similar;
@@ -36,7 +36,8 @@ pub fn list_similar<'a>(name: &str, known: impl IntoIterator<Item = &'a str>) ->
     format!("{} and {more} more", known.join(", "))
 }
 
-/// Returns a text for an error message: the first characters of one that is longer than `most_chars`, and three dots.
+/// Returns a text for an error message: the first characters of one that is longer than
+/// `most_chars`, and three dots.
 ///
 /// ```
 /// assert_eq!(tactid_dynamics::shortened("forearm_link", 20), "forearm_link");

@@ -121,7 +121,8 @@ impl Placement {
         }
     }
 
-    /// Returns a wrench in the frame in which this one is placed, about its origin, where `wrench` is in the placed frame.
+    /// Returns a wrench in the frame in which this one is placed, about its origin, where `wrench`
+    /// is in the placed frame.
     #[inline(always)]
     pub(crate) fn transform_wrench(&self, wrench: &Wrench) -> Wrench {
         let force = &self.rotation * Vec3::from(&wrench.force);
@@ -132,7 +133,8 @@ impl Placement {
         }
     }
 
-    /// Returns a wrench in the placed frame, about its origin, where `wrench` is in the frame in which it is placed.
+    /// Returns a wrench in the placed frame, about its origin, where `wrench` is in the frame in
+    /// which it is placed.
     #[inline(always)]
     pub(crate) fn inverse_transform_wrench(&self, wrench: &Wrench) -> Wrench {
         let force = Vec3::from(&wrench.force);
@@ -177,8 +179,8 @@ impl MovingPlacement {
         }
     }
 
-    /// Returns the placement of a body in the frame of its parent; `parent_velocity` is the parent's angular velocity in
-    /// its own frame.
+    /// Returns the placement of a body in the frame of its parent; `parent_velocity` is the
+    /// parent's angular velocity in its own frame.
     #[inline(always)]
     pub(crate) fn in_parent(body: &BodyState<f64>, parent_velocity: Vec3<f64>) -> Self {
         let sliding = body.rotation.column(2) * body.sliding_velocity;

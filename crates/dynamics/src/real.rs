@@ -15,8 +15,8 @@ pub(crate) trait Real:
     + Neg<Output = Self>
     + Mul<f64, Output = Self>
 {
-    /// Returns `self · factor + term`. A register may round once, where its processor has such an instruction; `f64` and lanes that
-    /// every processor has round the product and the sum.
+    /// Returns `self · factor + term`. A register may round once, where its processor has such an
+    /// instruction; `f64` and lanes that every processor has round the product and the sum.
     fn mul_add(self, factor: Self, term: Self) -> Self;
 
     /// Returns a number in all lanes like `self`, which proves that its processor is there.
@@ -88,8 +88,8 @@ const COSINE: [f64; 6] = [
     -1.135_964_755_778_819_5e-11,
 ];
 
-/// Returns sine and cosine of a [`bounded_angle`], each within 2.3e-16. There is no branch, so that all lanes of a register go
-/// the same way.
+/// Returns sine and cosine of a [`bounded_angle`], each within 2.3e-16. There is no branch, so that
+/// all lanes of a register go the same way.
 #[inline(always)]
 pub(crate) fn sin_cos<T: Real>(angle: T) -> (T, T) {
     let rounding = angle.splat(ROUNDING);

@@ -1,5 +1,5 @@
-//! The recursion over the bodies that all computations share: motion outwards, (1)-(20), and forces inwards, (21)-(41), of
-//! Hou et al. 2016.
+//! The recursion over the bodies that all computations share: motion outwards, (1)-(20), and forces
+//! inwards, (21)-(41), of Hou et al. 2016.
 //!
 //! The vectors of a body are expressed in its joint frame: its origin is the origin of the body's
 //! frame, and its z axis is the joint's axis. A joint then moves its body about or along z,
@@ -139,8 +139,8 @@ impl BodyModel {
         bodies.iter().zip(&frames).zip(ends).map(model).collect()
     }
 
-    /// Returns the linear momentum of the body and the angular momentum about its origin, for the velocity of that origin
-    /// and the angular velocity.
+    /// Returns the linear momentum of the body and the angular momentum about its origin, for the
+    /// velocity of that origin and the angular velocity.
     pub(crate) fn momentum(&self, velocity: Vec3<f64>, w: Vec3<f64>) -> (Vec3<f64>, Vec3<f64>) {
         let (h, second) = (self.first_moment, &self.second_moments);
         let trace = second.0[0][0] + second.0[1][1] + second.0[2][2];
@@ -163,7 +163,8 @@ impl BodyModel {
     }
 }
 
-/// Returns the rotation of the joint frame in the body's frame: the smallest one that turns z into the joint's axis.
+/// Returns the rotation of the joint frame in the body's frame: the smallest one that turns z into
+/// the joint's axis.
 fn joint_frame(body: &Body) -> UnitQuaternion<f64> {
     let Some(joint) = &body.joint else {
         return UnitQuaternion::identity();
@@ -273,7 +274,8 @@ impl<T: Real> BodyState<T> {
                 self.acceleration = acceleration;
             }
             JointKind::Prismatic => {
-                // The paper has revolute joints only. A prismatic joint moves the origin, with the Coriolis term 2 ω × v.
+                // The paper has revolute joints only. A prismatic joint moves the origin, with the
+                // Coriolis term 2 ω × v.
                 self.angular_velocity = Vec3([x, y, z]);
                 self.angular_acceleration = Vec3([dx, dy, dz]);
                 let twice = rate + rate;

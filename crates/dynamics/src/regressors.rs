@@ -8,16 +8,18 @@ use crate::virtual_work::power_regressor;
 use crate::{FrameId, JointKind, StateError, ToolMotion, Workspace};
 
 impl Workspace {
-    /// Computes the regressor of the joint torques (forces of prismatic joints) for a body that is fixed to a frame: the
-    /// torque that joint `j` must add to move the body is `rows[j] · π`, N m or N, with `π` the
-    /// [`InertialParameters`](crate::InertialParameters) of the body in the frame. `gravity` is the gravitational acceleration in the inertial
-    /// frame, m/s², pointing down. The row of a joint that does not move the frame is zero.
+    /// Computes the regressor of the joint torques (forces of prismatic joints) for a body that is
+    /// fixed to a frame: the torque that joint `j` must add to move the body is `rows[j] · π`, N m
+    /// or N, with `π` the [`InertialParameters`](crate::InertialParameters) of the body in the
+    /// frame. `gravity` is the gravitational acceleration in the inertial frame, m/s², pointing
+    /// down. The row of a joint that does not move the frame is zero.
     ///
     /// Over all bodies of a robot, each in the frame of its first link, the products sum to
-    /// [`joint_torques`](Self::joint_torques). The base moves no joint, so its parameters do not count; it may float.
+    /// [`joint_torques`](Self::joint_torques). The base moves no joint, so its parameters do not
+    /// count; it may float.
     ///
-    /// The cost is one pass over the bodies above the frame. Nothing is allocated, and [`forces`](crate::forces()) is not
-    /// needed.
+    /// The cost is one pass over the bodies above the frame. Nothing is allocated, and
+    /// [`forces`](crate::forces()) is not needed.
     ///
     /// # Errors
     /// Returns [`StateError::Length`] if `rows` does not have one entry for each independent joint.
@@ -49,7 +51,8 @@ impl Workspace {
     /// [`forces`](crate::forces()) is not needed.
     ///
     /// # Errors
-    /// Returns [`StateError::Rows`] if `rows` does not have one entry for each independent joint and moving body.
+    /// Returns [`StateError::Rows`] if `rows` does not have one entry for each independent joint
+    /// and moving body.
     pub fn joint_torque_regressor(
         &mut self,
         gravity: &Vector3<f64>,

@@ -30,15 +30,16 @@ pub fn omega_matrix(motion: &ToolMotion) -> Matrix3<f64> {
     cross(&motion.angular_acceleration) + w * w // (31)
 }
 
-/// Returns `Q̇_U = L(ω̇_U) + [ω_U]× L(ω_U)` of (43) and (45) in Hou et al. 2016, 1/s²: the matrix for which
-/// `Q̇_U I = I ω̇_U + ω_U × (I ω_U)`, with `I = [Ixx, Ixy, Ixz, Iyy, Iyz, Izz]`.
+/// Returns `Q̇_U = L(ω̇_U) + [ω_U]× L(ω_U)` of (43) and (45) in Hou et al. 2016, 1/s²: the matrix
+/// for which `Q̇_U I = I ω̇_U + ω_U × (I ω_U)`, with `I = [Ixx, Ixy, Ixz, Iyy, Iyz, Izz]`.
 #[must_use]
 pub fn inertia_regressor(motion: &ToolMotion) -> Matrix3x6<f64> {
     let w = &motion.angular_velocity;
     inertia_product(&motion.angular_acceleration) + cross(w) * inertia_product(w) // (45)
 }
 
-/// Returns the equation for mass and centre of mass from the motion of all other bodies, (30)-(32) of Hou et al. 2016.
+/// Returns the equation for mass and centre of mass from the motion of all other bodies, (30)-(32)
+/// of Hou et al. 2016.
 ///
 /// `f_k` is `Σ m r̈` over the base and all links except the end-effector, N. The unknowns are
 /// `[1/m_U, a_Ux, a_Uy, a_Uz]` in 1/kg and m; the targets are in m/s².
@@ -55,10 +56,11 @@ pub fn mass_rows(motion: &ToolMotion, f_k: &Vector3<f64>) -> Rows<4> {
     }
 }
 
-/// Returns the equation for mass and centre of mass from the contact forces of the fingers, (48) of Hou et al. 2016.
+/// Returns the equation for mass and centre of mass from the contact forces of the fingers, (48) of
+/// Hou et al. 2016.
 ///
-/// `f_u` is the sum of the contact forces **on** the payload, N. The unknowns are `[1/m_U, a_Ux, a_Uy, a_Uz]` of the
-/// payload alone, in 1/kg and m; the targets are in m/s².
+/// `f_u` is the sum of the contact forces **on** the payload, N. The unknowns are
+/// `[1/m_U, a_Ux, a_Uy, a_Uz]` of the payload alone, in 1/kg and m; the targets are in m/s².
 #[must_use]
 pub fn tactile_mass_rows(motion: &ToolMotion, f_u: &Vector3<f64>) -> Rows<4> {
     mass_rows(motion, &-f_u) // (47): f_K = -f_U
@@ -66,8 +68,8 @@ pub fn tactile_mass_rows(motion: &ToolMotion, f_u: &Vector3<f64>) -> Rows<4> {
 
 /// Returns the equation for the inertia about the centre of mass, (45)-(46) of Hou et al. 2016.
 ///
-/// `wrench` acts **on** the body, about the origin of `Σ_U`; `center_of_mass` is `a_U` of the first stage, m. The unknowns
-/// are `[Ixx, Ixy, Ixz, Iyy, Iyz, Izz]` in kg m²; the targets are in N m.
+/// `wrench` acts **on** the body, about the origin of `Σ_U`; `center_of_mass` is `a_U` of the first
+/// stage, m. The unknowns are `[Ixx, Ixy, Ixz, Iyy, Iyz, Izz]` in kg m²; the targets are in N m.
 #[must_use]
 pub fn inertia_rows(
     motion: &ToolMotion,
@@ -83,9 +85,9 @@ pub fn inertia_rows(
 /// Returns the 6x10 regressor `Y` of a rigid body, for which `[f_U; n_U] = Y π` with `π` the
 /// [`InertialParameters`](crate::InertialParameters) in `Σ_U`.
 ///
-/// The wrench acts **on** the body, is expressed in `Σ_U` and is taken about its origin. The upper three rows are the
-/// force, (29) with (47) of Hou et al. 2016; the lower three are the moment, (37) with (41) and the inertia about the
-/// origin of `Σ_U`.
+/// The wrench acts **on** the body, is expressed in `Σ_U` and is taken about its origin. The upper
+/// three rows are the force, (29) with (47) of Hou et al. 2016; the lower three are the moment,
+/// (37) with (41) and the inertia about the origin of `Σ_U`.
 #[must_use]
 pub fn wrench_regressor(motion: &ToolMotion) -> SMatrix<f64, 6, 10> {
     let products = Vec3::from(&motion.angular_velocity).products();
@@ -96,8 +98,9 @@ pub fn wrench_regressor(motion: &ToolMotion) -> SMatrix<f64, 6, 10> {
     )
 }
 
-/// Returns the mean of the [`wrench_regressor`] over several motions, which is linear in the means of these quantities of the
-/// motion in `Σ_U`: `p̈_U - g`, `ω̇_U`, and the products `ωxωx, ωxωy, ωxωz, ωyωy, ωyωz, ωzωz` of the angular velocity.
+/// Returns the mean of the [`wrench_regressor`] over several motions, which is linear in the means
+/// of these quantities of the motion in `Σ_U`: `p̈_U - g`, `ω̇_U`, and the products
+/// `ωxωx, ωxωy, ωxωz, ωyωy, ωyωz, ωzωz` of the angular velocity.
 #[must_use]
 pub fn mean_wrench_regressor(
     acceleration: &Vector3<f64>,
@@ -108,8 +111,9 @@ pub fn mean_wrench_regressor(
     SMatrix::from_data(nalgebra::ArrayStorage(regressor_entries(a, dw, *products)))
 }
 
-/// Returns the columns of [`wrench_regressor`]: `p̈_U - g`, `Ω̇_U` of (31) above, and `-[p̈_U - g]×` and `Q̇_U` of (45) below.
-/// Tests hold the products of `Q̇_U` against [`inertia_regressor`].
+/// Returns the columns of [`wrench_regressor`]: `p̈_U - g`, `Ω̇_U` of (31) above, and
+/// `-[p̈_U - g]×` and `Q̇_U` of (45) below. Tests hold the products of `Q̇_U` against
+/// [`inertia_regressor`].
 #[inline(always)]
 pub(crate) fn regressor_entries<T: Real>(
     a: Vec3<T>,

@@ -127,8 +127,8 @@ impl BatchDynamics {
     }
 
     /// Computes the regressor of the wrench on a body that is fixed to a frame for each state: the
-    /// [`wrench_regressor`](crate::wrench_regressor) of the frame's motion. Only the bodies above the frame are moved. There
-    /// are as many states as regressors.
+    /// [`wrench_regressor`](crate::wrench_regressor) of the frame's motion. Only the bodies above
+    /// the frame are moved. There are as many states as regressors.
     ///
     /// # Errors
     /// Returns [`StateError::Series`] if a part of `states` has another length.

@@ -10,7 +10,8 @@ pub fn cross(v: &Vector3<f64>) -> Matrix3<f64> {
     v.cross_matrix()
 }
 
-/// Returns the 3x6 matrix `L(v)` for which `L(v) I_vec = I v`, with `I_vec = [Ixx, Ixy, Ixz, Iyy, Iyz, Izz]`.
+/// Returns the 3x6 matrix `L(v)` for which `L(v) I_vec = I v`, with
+/// `I_vec = [Ixx, Ixy, Ixz, Iyy, Iyz, Izz]`.
 #[must_use]
 #[rustfmt::skip]
 pub fn inertia_product(v: &Vector3<f64>) -> nalgebra::Matrix3x6<f64> {
@@ -21,8 +22,8 @@ pub fn inertia_product(v: &Vector3<f64>) -> nalgebra::Matrix3x6<f64> {
     )
 }
 
-/// A force and a moment on a body, expressed in one frame and about that frame's origin. The name of the value states
-/// the frame and the body: the value does not carry them.
+/// A force and a moment on a body, expressed in one frame and about that frame's origin. The name
+/// of the value states the frame and the body: the value does not carry them.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Wrench {
     /// Force, N.
@@ -100,8 +101,8 @@ pub struct FrameMotion {
     pub velocity: Vector3<f64>,
     /// Angular velocity `ω`, rad/s.
     pub angular_velocity: Vector3<f64>,
-    /// Classical acceleration `p̈` of the frame's origin, m/s²: the derivative of `velocity`, not the linear part of a
-    /// spatial acceleration.
+    /// Classical acceleration `p̈` of the frame's origin, m/s²: the derivative of `velocity`, not
+    /// the linear part of a spatial acceleration.
     pub acceleration: Vector3<f64>,
     /// Angular acceleration `ω̇`, rad/s².
     pub angular_acceleration: Vector3<f64>,
@@ -134,8 +135,9 @@ impl FrameMotion {
         }
     }
 
-    /// Returns the accelerations and the angular velocity that the regressors need, expressed in the frame itself.
-    /// `gravity` is the gravitational acceleration in the inertial frame, m/s², pointing down; it is zero in orbit.
+    /// Returns the accelerations and the angular velocity that the regressors need, expressed in
+    /// the frame itself. `gravity` is the gravitational acceleration in the inertial frame, m/s²,
+    /// pointing down; it is zero in orbit.
     #[must_use]
     pub fn in_frame(&self, gravity: &Vector3<f64>) -> ToolMotion {
         let frame_from_world = self.pose.rotation.inverse();

@@ -34,8 +34,8 @@ pub struct JointView<'a> {
     pub limits: Option<(f64, f64)>,
 }
 
-/// A rigid body of a [`Manipulator`]: a link that a joint moves, or the base, with all links fixed to it. Its frame is
-/// the frame of that link.
+/// A rigid body of a [`Manipulator`]: a link that a joint moves, or the base, with all links fixed
+/// to it. Its frame is the frame of that link.
 #[derive(Clone, Copy, Debug)]
 pub struct BodyView<'a> {
     /// Joint that moves the body; `None` for the base.
@@ -45,7 +45,8 @@ pub struct BodyView<'a> {
 }
 
 impl Manipulator {
-    /// Returns the links in depth-first order, the root first: parents precede children and each subtree is contiguous.
+    /// Returns the links in depth-first order, the root first: parents precede children and each
+    /// subtree is contiguous.
     pub fn links(&self) -> impl ExactSizeIterator<Item = LinkView<'_>> {
         self.links
             .iter()

@@ -25,14 +25,14 @@ pub fn read_text(path: &Path) -> io::Result<String> {
     read_text_within(path, MAX_BYTES)
 }
 
-/// Reads a text file of at most `most_bytes` bytes. A larger one is not read further, so that no file exhausts the memory. A pipe
-/// is read until its writer closes it.
+/// Reads a text file of at most `most_bytes` bytes. A larger one is not read further, so that no
+/// file exhausts the memory. A pipe is read until its writer closes it.
 ///
 /// # Errors
-/// Returns the error of the operating system if the file cannot be read, [`io::ErrorKind::InvalidData`] if it is not UTF-8,
-/// [`io::ErrorKind::FileTooLarge`] if it is larger, and, so that no call waits for ever,
-/// [`io::ErrorKind::UnexpectedEof`] for a pipe without a writer and [`io::ErrorKind::TimedOut`] for one that has nothing to
-/// read for 30 s.
+/// Returns the error of the operating system if the file cannot be read,
+/// [`io::ErrorKind::InvalidData`] if it is not UTF-8, [`io::ErrorKind::FileTooLarge`] if it is
+/// larger, and, so that no call waits for ever, [`io::ErrorKind::UnexpectedEof`] for a pipe without
+/// a writer and [`io::ErrorKind::TimedOut`] for one that has nothing to read for 30 s.
 pub fn read_text_within(path: &Path, most_bytes: u64) -> io::Result<String> {
     let file = open(path).map_err(in_plain_words)?;
     let kind = file.metadata()?.file_type();
@@ -112,7 +112,8 @@ mod tests {
         std::fs::remove_file(&path).unwrap();
     }
 
-    /// The text of a program that pauses while it writes into a pipe is whole; a pipe without a writer is an error at once.
+    /// The text of a program that pauses while it writes into a pipe is whole; a pipe without a
+    /// writer is an error at once.
     #[cfg(unix)]
     #[test]
     fn a_pipe_is_read_until_its_writer_closes_it() {

@@ -1,8 +1,8 @@
-//! Vectors and matrices of three dimensions for every [`Real`]. nalgebra's need numbers that exist without a proof of the
-//! processor, which lanes of a register are not.
+//! Vectors and matrices of three dimensions for every [`Real`]. nalgebra's need numbers that exist
+//! without a proof of the processor, which lanes of a register are not.
 //!
-//! No closure handles a number here or in the recursion: a closure is compiled for the baseline of the processor, so that
-//! one which is not inlined is many times slower.
+//! No closure handles a number here or in the recursion: a closure is compiled for the baseline of
+//! the processor, so that one which is not inlined is many times slower.
 
 use std::ops::{Add, Mul, Sub};
 
@@ -80,8 +80,9 @@ impl<T: Real> Mat3<T> {
         ])
     }
 
-    /// Returns `[dω]× + [ω]×²` for an angular acceleration and the [products](Vec3::products) of an angular velocity: the
-    /// matrix that maps a vector fixed to a body to the acceleration of its tip relative to its foot, (31).
+    /// Returns `[dω]× + [ω]×²` for an angular acceleration and the [products](Vec3::products) of an
+    /// angular velocity: the matrix that maps a vector fixed to a body to the acceleration of its
+    /// tip relative to its foot, (31).
     #[inline(always)]
     pub(crate) fn omega_matrix([xx, xy, xz, yy, yz, zz]: [T; 6], dw: Vec3<T>) -> Self {
         let [a, b, c] = dw.0;

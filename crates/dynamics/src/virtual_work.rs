@@ -5,7 +5,8 @@ use nalgebra::{SVector, Vector3};
 use crate::ToolMotion;
 use crate::vector::Vec3;
 
-/// Motion of a body in its own frame, and the velocity of its origin for a unit velocity of one joint above it.
+/// Motion of a body in its own frame, and the velocity of its origin for a unit velocity of one
+/// joint above it.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct RegressorState {
     pub(crate) motion: ToolMotion,
@@ -26,9 +27,9 @@ impl Default for RegressorState {
     }
 }
 
-/// Returns the power of the wrench that moves a body, as coefficients of its parameters, for a velocity `v` of its origin
-/// and an angular velocity `u`: `[v; u]ᵀ Y` with `Y` the [`wrench_regressor`](crate::wrench_regressor), of which half is
-/// zero.
+/// Returns the power of the wrench that moves a body, as coefficients of its parameters, for a
+/// velocity `v` of its origin and an angular velocity `u`: `[v; u]ᵀ Y` with `Y` the
+/// [`wrench_regressor`](crate::wrench_regressor), of which half is zero.
 pub(crate) fn power_regressor(
     motion: &ToolMotion,
     v: &Vector3<f64>,

@@ -64,7 +64,8 @@ pub struct Workspace {
     pub(crate) states: Vec<BodyState<f64>>,
     /// Velocity of the base frame's origin in the inertial frame, m/s. No force depends on it.
     pub(crate) base_velocity: Vector3<f64>,
-    /// Gravitational acceleration in the inertial frame, m/s², which has been subtracted from the accelerations of the states.
+    /// Gravitational acceleration in the inertial frame, m/s², which has been subtracted from the
+    /// accelerations of the states.
     pub(crate) gravity: Vector3<f64>,
     joint_torques: Vec<f64>,
     /// Whether the forces belong to the motion.
@@ -74,7 +75,8 @@ pub struct Workspace {
 }
 
 impl Workspace {
-    /// Allocates the state of a robot: at rest at joint positions zero, its base frame at the inertial frame.
+    /// Allocates the state of a robot: at rest at joint positions zero, its base frame at the
+    /// inertial frame.
     #[must_use]
     pub fn new(robot: &Manipulator) -> Self {
         let bodies = BodyModel::of_bodies(&robot.bodies);
@@ -109,9 +111,10 @@ impl Workspace {
         &self.robot
     }
 
-    /// Returns the joint torques (forces of prismatic joints) that [`forces`](crate::forces()) computed, N m or N, in the
-    /// order of [`Manipulator::joint_names`]. Each acts along the joint's axis on the link that the joint moves. The
-    /// torque of a mimic joint counts towards the joint it follows, times its multiplier.
+    /// Returns the joint torques (forces of prismatic joints) that [`forces`](crate::forces())
+    /// computed, N m or N, in the order of [`Manipulator::joint_names`]. Each acts along the
+    /// joint's axis on the link that the joint moves. The torque of a mimic joint counts towards
+    /// the joint it follows, times its multiplier.
     ///
     /// # Errors
     /// Returns [`StateError::NoForces`] if the forces of the present motion have not been computed.
@@ -120,8 +123,9 @@ impl Workspace {
         Ok(&self.joint_torques)
     }
 
-    /// Returns the wrench that the environment must exert on the base for the motion, in the inertial frame, about the
-    /// base frame's origin. It is zero for a free-floating robot that moves under its own joint torques only.
+    /// Returns the wrench that the environment must exert on the base for the motion, in the
+    /// inertial frame, about the base frame's origin. It is zero for a free-floating robot that
+    /// moves under its own joint torques only.
     ///
     /// # Errors
     /// Returns [`StateError::NoForces`] if the forces of the present motion have not been computed.
@@ -138,8 +142,8 @@ impl Workspace {
         self.has_forces.then_some(()).ok_or(StateError::NoForces)
     }
 
-    /// Moves the bodies and subtracts `gravity` from their accelerations. Each slice of `joints` has one entry for each independent
-    /// joint.
+    /// Moves the bodies and subtracts `gravity` from their accelerations. Each slice of `joints`
+    /// has one entry for each independent joint.
     fn move_bodies(&mut self, base: &FrameMotion, joints: JointMotion<'_>, gravity: &Vector3<f64>) {
         let base_state = BaseMotion::new(base, gravity);
         outward(&self.bodies, &mut self.states, &base_state, &joints);
@@ -155,7 +159,8 @@ impl Workspace {
         self.has_forces = true;
     }
 
-    /// Subtracts `gravity` from the accelerations of the bodies, in place of the gravity that was subtracted before.
+    /// Subtracts `gravity` from the accelerations of the bodies, in place of the gravity that was
+    /// subtracted before.
     pub(crate) fn set_gravity(&mut self, gravity: &Vector3<f64>) {
         if *gravity == self.gravity {
             return;
@@ -200,14 +205,14 @@ impl BaseMotion<f64> {
     }
 }
 
-/// Computes the motion of every body, (1)-(20) of Hou et al. 2016, from the motion of the base frame and the joints,
-/// and stores it in the workspace. Forces computed before become unavailable.
+/// Computes the motion of every body, (1)-(20) of Hou et al. 2016, from the motion of the base
+/// frame and the joints, and stores it in the workspace. Forces computed before become unavailable.
 ///
 /// The cost is one pass over the bodies. Nothing is allocated.
 ///
 /// # Errors
-/// Returns [`StateError::Length`] if a slice does not have one entry for each independent joint. The workspace is then
-/// unchanged.
+/// Returns [`StateError::Length`] if a slice does not have one entry for each independent joint.
+/// The workspace is then unchanged.
 pub fn motion(
     workspace: &mut Workspace,
     base: &FrameMotion,
@@ -222,8 +227,8 @@ pub fn motion(
 /// return is the same.
 ///
 /// # Errors
-/// Returns [`StateError::Length`] if a slice does not have one entry for each independent joint. The workspace is then
-/// unchanged.
+/// Returns [`StateError::Length`] if a slice does not have one entry for each independent joint.
+/// The workspace is then unchanged.
 pub fn motion_under_gravity(
     workspace: &mut Workspace,
     base: &FrameMotion,
@@ -238,12 +243,13 @@ pub fn motion_under_gravity(
     Ok(())
 }
 
-/// Computes the force and the moment on every body from its parent, (21)-(41) of Hou et al. 2016, for the motion that
-/// the workspace holds, and stores them there. `gravity` is the gravitational acceleration in the inertial frame, m/s²,
-/// pointing down; it is zero in orbit.
+/// Computes the force and the moment on every body from its parent, (21)-(41) of Hou et al. 2016,
+/// for the motion that the workspace holds, and stores them there. `gravity` is the gravitational
+/// acceleration in the inertial frame, m/s², pointing down; it is zero in orbit.
 ///
-/// A body without mass counts as massless: [`Manipulator::check_masses`](crate::Manipulator::check_masses) reports whether the
-/// description of the robot lacks a mass.
+/// A body without mass counts as massless:
+/// [`Manipulator::check_masses`](crate::Manipulator::check_masses) reports whether the description
+/// of the robot lacks a mass.
 ///
 /// Read the result with [`Workspace::joint_torques`] and [`Workspace::base_wrench`]. The cost is
 /// one pass inwards; where `gravity` differs from the motion's, each body also costs a pass over
@@ -257,8 +263,8 @@ pub fn forces(workspace: &mut Workspace, gravity: &Vector3<f64>) {
 /// Computes motion and forces of every body: [`motion_under_gravity`] and then [`forces`].
 ///
 /// # Errors
-/// Returns [`StateError::Length`] if a slice does not have one entry for each independent joint. The workspace is then
-/// unchanged.
+/// Returns [`StateError::Length`] if a slice does not have one entry for each independent joint.
+/// The workspace is then unchanged.
 pub fn inverse_dynamics(
     workspace: &mut Workspace,
     base: &FrameMotion,

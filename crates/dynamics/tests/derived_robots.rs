@@ -1,5 +1,5 @@
-//! Robots that are derived from another: with a frame, with a payload or without a subtree, against the same robots
-//! built directly from their URDF; with locked joints, against the whole robot.
+//! Robots that are derived from another: with a frame, with a payload or without a subtree, against
+//! the same robots built directly from their URDF; with locked joints, against the whole robot.
 
 #![allow(clippy::unwrap_used)]
 
@@ -44,7 +44,8 @@ fn inertial_element(payload: &InertialParameters) -> String {
     )
 }
 
-/// Asserts that parents precede children, that each subtree is contiguous, and that bodies are ordered likewise.
+/// Asserts that parents precede children, that each subtree is contiguous, and that bodies are
+/// ordered likewise.
 #[track_caller]
 fn assert_depth_first(robot: &Manipulator) {
     // The path of open links from the root: in depth-first order each link's parent is on it.
@@ -71,8 +72,8 @@ fn assert_depth_first(robot: &Manipulator) {
     }
 }
 
-/// Asserts that two robots have the same links in the same order, the same loads in a random state, and the same
-/// parameters below each link.
+/// Asserts that two robots have the same links in the same order, the same loads in a random state,
+/// and the same parameters below each link.
 #[track_caller]
 fn assert_same_dynamics(given: &Manipulator, expected: &Manipulator, seed: u64) {
     assert_depth_first(given);
@@ -152,8 +153,8 @@ fn with_payload_is_the_robot_with_that_mass() {
     }
 }
 
-/// A robot without a subtree lacks the masses of the links below, also of a payload at a frame that was added there, and
-/// its workspace still returns the parameters that were removed.
+/// A robot without a subtree lacks the masses of the links below, also of a payload at a frame that
+/// was added there, and its workspace still returns the parameters that were removed.
 #[test]
 fn without_subtree_removes_all_masses_below() {
     let rng = &mut rng(3);
@@ -183,8 +184,8 @@ fn without_subtree_removes_all_masses_below() {
     }
 }
 
-/// A robot without a subtree has the dynamics of the URDF in which the links there have no mass. Moving links below are
-/// skipped, because a URDF cannot have a moving link without mass.
+/// A robot without a subtree has the dynamics of the URDF in which the links there have no mass.
+/// Moving links below are skipped, because a URDF cannot have a moving link without mass.
 #[test]
 fn without_subtree_is_the_robot_without_these_masses() {
     let rng = &mut rng(4);
@@ -212,7 +213,8 @@ fn without_subtree_is_the_robot_without_these_masses() {
     assert!(compared > 40, "only {compared} robots were compared");
 }
 
-/// A new workspace holds the robot at rest at joint positions zero, so that poses are defined before the first motion.
+/// A new workspace holds the robot at rest at joint positions zero, so that poses are defined
+/// before the first motion.
 #[test]
 fn a_new_workspace_is_at_rest_at_zero() {
     for tree in (0..20).map(RandomTree::new) {

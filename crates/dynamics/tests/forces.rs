@@ -32,7 +32,8 @@ fn kinetic_energy(tree: &RandomTree, robot: &Manipulator, workspace: &Workspace)
     (0..tree.0.len()).map(of_link).sum()
 }
 
-/// Returns the momentum about the inertial frame's origin, summed over the links as in [`kinetic_energy`].
+/// Returns the momentum about the inertial frame's origin, summed over the links as in
+/// [`kinetic_energy`].
 fn momentum_of_links(
     tree: &RandomTree,
     robot: &Manipulator,
@@ -64,8 +65,8 @@ fn stacked(momentum: Momentum) -> Vector6<f64> {
     })
 }
 
-/// The rate of the kinetic energy is the power of joints, base wrench and gravity, for revolute, prismatic and mimic
-/// joints. A wrong sign, axis or multiplier would violate the balance.
+/// The rate of the kinetic energy is the power of joints, base wrench and gravity, for revolute,
+/// prismatic and mimic joints. A wrong sign, axis or multiplier would violate the balance.
 #[test]
 fn power_balance() {
     let rng = &mut rng(1);
@@ -102,8 +103,8 @@ fn momentum_is_the_sum_over_links() {
     }
 }
 
-/// The rate of momentum is the base wrench about the inertial frame's origin for any motion of the base, because
-/// (21)-(41) sum `f̂` and `n̂ + r × f̂` over all bodies.
+/// The rate of momentum is the base wrench about the inertial frame's origin for any motion of the
+/// base, because (21)-(41) sum `f̂` and `n̂ + r × f̂` over all bodies.
 #[test]
 fn momentum_rate_is_the_base_wrench() {
     let rng = &mut rng(3);
@@ -165,8 +166,8 @@ fn at_rest_the_base_carries_the_weight() {
     }
 }
 
-/// With the computed acceleration of its base, a free-floating robot needs no external wrench and keeps its momentum while
-/// its joints move.
+/// With the computed acceleration of its base, a free-floating robot needs no external wrench and
+/// keeps its momentum while its joints move.
 #[test]
 fn base_acceleration_conserves_momentum() {
     let rng = &mut rng(6);
@@ -199,8 +200,8 @@ fn base_acceleration_conserves_momentum() {
     }
 }
 
-/// The motion of a base that started at rest makes the momentum vanish now and at all times: neither the momentum nor its
-/// rate remains, wherever the base is.
+/// The motion of a base that started at rest makes the momentum vanish now and at all times:
+/// neither the momentum nor its rate remains, wherever the base is.
 #[test]
 fn free_base_motion_has_no_momentum() {
     let rng = &mut rng(9);
@@ -219,7 +220,8 @@ fn free_base_motion_has_no_momentum() {
     }
 }
 
-/// A payload that is added to a motion of the joints gives the motion of the robot with it, wherever the base is.
+/// A payload that is added to a motion of the joints gives the motion of the robot with it,
+/// wherever the base is.
 #[test]
 fn a_free_robot_takes_a_payload() {
     let rng = &mut rng(10);
@@ -269,7 +271,8 @@ fn mimic_torques_count_towards_the_leader() {
         spread.position = vec![0.0; free.dof()];
         spread.velocity = spread.position.clone();
         spread.acceleration = spread.position.clone();
-        // For each independent joint of `free`: the coordinate that moves it in `robot`, and the multiplier.
+        // For each independent joint of `free`: the coordinate that moves it in `robot`, and the
+        // multiplier.
         let mut sources = Vec::new();
         for (joint, name) in free.joint_names().iter().enumerate() {
             let link: usize = name.trim_start_matches("joint_").parse().unwrap();

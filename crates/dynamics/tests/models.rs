@@ -95,8 +95,8 @@ fn dh_frames_are_products_of_matrices() {
     }
 }
 
-/// A frame carries those that joints move relative to it, and neither itself, nor frames of its own body, nor what
-/// stands beside it.
+/// A frame carries those that joints move relative to it, and neither itself, nor frames of its own
+/// body, nor what stands beside it.
 #[test]
 fn a_frame_carries_what_moves_with_it() {
     let robot = tactid();
@@ -137,7 +137,8 @@ fn tool0_is_frame_6_of_table_1() {
     }
 }
 
-/// Returns a row of a table as two links of a URDF: one that the joint moves, and one at the table's frame.
+/// Returns a row of a table as two links of a URDF: one that the joint moves, and one at the
+/// table's frame.
 fn row_as_urdf(link: &DhLink, parent: &str) -> String {
     let kind = if link.kind == JointKind::Prismatic {
         "prismatic"
@@ -163,8 +164,8 @@ fn row_as_urdf(link: &DhLink, parent: &str) -> String {
     )
 }
 
-/// An arm has the same joint torques from a table and from a URDF with the joints' frames and the table's frames as links
-/// of their own, also with prismatic joints.
+/// An arm has the same joint torques from a table and from a URDF with the joints' frames and the
+/// table's frames as links of their own, also with prismatic joints.
 #[test]
 fn dh_and_urdf_of_one_arm_agree() {
     let rng = &mut rng(3);
@@ -237,7 +238,8 @@ fn dh_faults_are_named() {
     );
 }
 
-/// Joints are in depth-first order, with children in the order of the file, independently of the order of the links.
+/// Joints are in depth-first order, with children in the order of the file, independently of the
+/// order of the links.
 #[test]
 fn joints_are_in_depth_first_order() {
     let link = |name: &str| format!("<link name='{name}'>{BALL}</link>");
@@ -265,7 +267,8 @@ fn joints_are_in_depth_first_order() {
     assert_eq!(robot.base_kind(), BaseKind::Floating);
 }
 
-/// A robot has the mass of all its links. Removing the end-effector subtracts its mass, and a payload adds its own.
+/// A robot has the mass of all its links. Removing the end-effector subtracts its mass, and a
+/// payload adds its own.
 #[test]
 fn masses_add_up() {
     for tree in (0..20).map(RandomTree::new) {
@@ -332,8 +335,8 @@ fn below_a_link_is_that_part_of_the_tree() {
     }
 }
 
-/// A massless root `world` with the robot on a fixed joint is accepted as a fixed base. Mesh files need not exist, and a
-/// massless link on a fixed joint is accepted.
+/// A massless root `world` with the robot on a fixed joint is accepted as a fixed base. Mesh files
+/// need not exist, and a massless link on a fixed joint is accepted.
 #[test]
 fn world_root_meshes_and_massless_frames() {
     let mesh = "<visual><geometry><mesh filename='package://nowhere/arm.stl'/></geometry></visual>";

@@ -20,9 +20,10 @@ fn vee(m: &Matrix3<f64>) -> Vector3<f64> {
 
 /// Velocity and acceleration of every link are the first and second derivatives of its pose.
 ///
-/// The poses are independent of (2)-(20), so that the test detects a missing transport term `ω × θ̇ z` of (15), which the
-/// print omits, a missing Coriolis term `2 ω × v` of a prismatic joint, a missing centripetal term `ω × (ω × a)`, a
-/// missing multiplier of a mimic joint's velocity, and a spatial acceleration in place of the classical one.
+/// The poses are independent of (2)-(20), so that the test detects a missing transport term
+/// `ω × θ̇ z` of (15), which the print omits, a missing Coriolis term `2 ω × v` of a prismatic
+/// joint, a missing centripetal term `ω × (ω × a)`, a missing multiplier of a mimic joint's
+/// velocity, and a spatial acceleration in place of the classical one.
 #[test]
 fn velocities_and_accelerations_are_differences_of_poses() {
     let rng = &mut rng(1);
@@ -56,8 +57,9 @@ fn velocities_and_accelerations_are_differences_of_poses() {
     }
 }
 
-/// The pose of one frame in another, a wrench in it and a vector of the inertial frame in it are those by way of the poses in
-/// the inertial frame, for frames of one chain and of different branches.
+/// The pose of one frame in another, a wrench in it and a vector of the inertial frame in it are
+/// those by way of the poses in the inertial frame, for frames of one chain and of different
+/// branches.
 #[test]
 fn frames_relative_to_each_other() {
     let rng = &mut rng(5);
@@ -150,8 +152,8 @@ fn prismatic_joint_has_its_coriolis_term() {
     );
 }
 
-/// A frame fixed to a body moves like the robot's frames on fixed joints, and its tool motion is expressed in the frame
-/// with gravity subtracted.
+/// A frame fixed to a body moves like the robot's frames on fixed joints, and its tool motion is
+/// expressed in the frame with gravity subtracted.
 #[test]
 fn fixed_frames_and_tool_motion() {
     let rng = &mut rng(2);

@@ -14,8 +14,8 @@ use tactid_dynamics::{
     wrench_regressor,
 };
 
-/// With an existing workspace, motion, forces, acceleration of the base, momentum, wrench on the end-effector and all
-/// regressors allocate nothing.
+/// With an existing workspace, motion, forces, acceleration of the base, momentum, wrench on the
+/// end-effector and all regressors allocate nothing.
 #[test]
 fn the_loop_allocates_nothing() {
     let rng = &mut rng(1);

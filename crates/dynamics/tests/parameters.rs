@@ -32,8 +32,8 @@ fn mass_properties_round_trip() {
     assert_eq!(InertialParameters::zero().mass_properties(), None);
 }
 
-/// The ten parameters of a cloud are sums over its points about the frame's origin: the parallel-axis term has the right
-/// sign, and products of inertia are matrix entries.
+/// The ten parameters of a cloud are sums over its points about the frame's origin: the
+/// parallel-axis term has the right sign, and products of inertia are matrix entries.
 #[test]
 fn parameters_are_sums_over_points() {
     let rng = &mut rng(2);
@@ -149,8 +149,8 @@ fn clouds_of_positive_mass_are_physical() {
     }
 }
 
-/// A negative mass, a principal moment above the sum of the two others, a negative moment and a number that is not finite
-/// are not physical.
+/// A negative mass, a principal moment above the sum of the two others, a negative moment and a
+/// number that is not finite are not physical.
 #[test]
 fn impossible_bodies_are_not_physical() {
     assert!(box_of(2.0, [1.0, 2.0, 2.9]).is_physical());
@@ -182,8 +182,8 @@ fn impossible_bodies_are_not_physical() {
     assert!(!InertialParameters::zero().is_physical(), "nothing");
 }
 
-/// Bodies on the boundary are physical in any frame: points, rods and plates such as the paper's payload. A test for a
-/// positive definite pseudo-inertia would depend on rounding.
+/// Bodies on the boundary are physical in any frame: points, rods and plates such as the paper's
+/// payload. A test for a positive definite pseudo-inertia would depend on rounding.
 #[test]
 fn plates_rods_and_points_are_physical() {
     let rng = &mut rng(8);

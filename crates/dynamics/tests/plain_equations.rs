@@ -1,5 +1,6 @@
-//! Motion and forces against the equations of the paper in their plain form: vectors in the inertial frame, from centre of
-//! mass to centre of mass. The library computes them in the frames of the joints.
+//! Motion and forces against the equations of the paper in their plain form: vectors in the
+//! inertial frame, from centre of mass to centre of mass. The library computes them in the frames
+//! of the joints.
 
 #![allow(clippy::unwrap_used)]
 
@@ -64,7 +65,8 @@ fn driven(
     (origin, axis)
 }
 
-/// Moves the bodies by (1)-(20) and loads them by (21)-(41), as printed but for the corrections that the library states.
+/// Moves the bodies by (1)-(20) and loads them by (21)-(41), as printed but for the corrections
+/// that the library states.
 fn plain(robot: &Manipulator, state: &State, gravity: &Vector3<f64>) -> (Vec<Plain>, Vec<f64>) {
     let mut bodies: Vec<Plain> = Vec::new();
     for body in robot.bodies() {
@@ -166,8 +168,9 @@ fn recursion_computes_the_plain_equations() {
     }
 }
 
-/// The regressor of the whole arm has the row of each body that `body_torque_regressor` gives, and with the parameters of all
-/// bodies it gives the joint torques. It does not matter which gravity the workspace was used with before.
+/// The regressor of the whole arm has the row of each body that `body_torque_regressor` gives, and
+/// with the parameters of all bodies it gives the joint torques. It does not matter which gravity
+/// the workspace was used with before.
 #[test]
 fn joint_torque_regressor_gives_the_torques() {
     let rng = &mut rng(2);

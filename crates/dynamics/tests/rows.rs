@@ -345,8 +345,9 @@ fn wrenches_change_frames() {
     assert!(!broken.is_finite());
 }
 
-/// The regressor of each body, in the frame of its first link, times its parameters sums to the torques of all joints:
-/// of trees with branches, prismatic and mimic joints, links that are fixed to others, and a base that moves.
+/// The regressor of each body, in the frame of its first link, times its parameters sums to the
+/// torques of all joints: of trees with branches, prismatic and mimic joints, links that are fixed
+/// to others, and a base that moves.
 #[test]
 fn torque_regressors_sum_to_the_joint_torques() {
     let rng = &mut rng(21);

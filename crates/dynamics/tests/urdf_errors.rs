@@ -272,7 +272,8 @@ fn elements_without_names() {
     }
 }
 
-/// Text that is no XML document is refused with its line; elements that are nested without end exhaust no stack.
+/// Text that is no XML document is refused with its line; elements that are nested without end
+/// exhaust no stack.
 #[test]
 fn what_is_no_xml_document() {
     for (xml, line, reason) in [

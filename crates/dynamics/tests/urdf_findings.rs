@@ -63,8 +63,8 @@ fn nothing_is_found_in_a_sound_robot() {
     }
 }
 
-/// An inertia that no body has is used as it is written. Its moments are those about the centre of mass, in which
-/// rounding errors count as zero.
+/// An inertia that no body has is used as it is written. Its moments are those about the centre of
+/// mass, in which rounding errors count as zero.
 #[test]
 fn impossible_inertias() {
     for (entries, expected) in [
@@ -115,7 +115,8 @@ fn impossible_masses() {
     }
 }
 
-/// Numbers of an `<inertial>` that are missing or are not finite count as zero, and nothing is concluded from that zero.
+/// Numbers of an `<inertial>` that are missing or are not finite count as zero, and nothing is
+/// concluded from that zero.
 #[test]
 fn unknown_numbers() {
     let entries = ["ixx", "ixy", "ixz", "iyy", "iyz", "izz"];
@@ -241,7 +242,8 @@ fn bodies_that_can_exist() {
     assert!(matches!(light, ModelError::Mass { mass_kg: -1.0, .. }));
 }
 
-/// A joint with several degrees of freedom is fixed at its zero position. The case of a type's letters does not matter.
+/// A joint with several degrees of freedom is fixed at its zero position. The case of a type's
+/// letters does not matter.
 #[test]
 fn joints_with_several_degrees_of_freedom() {
     for kind in ["floating", "planar", "Floating"] {
@@ -338,7 +340,8 @@ fn mimic_joints_that_cannot_follow() {
     assert_eq!(below.findings().len(), 1);
 }
 
-/// Elements and attributes that the format does not have are ignored and reported, unless they belong to other programs.
+/// Elements and attributes that the format does not have are ignored and reported, unless they
+/// belong to other programs.
 #[test]
 fn unknown_and_repeated_parts() {
     let of_other_programs = "<visual><x/></visual><visual/><collision><geometry><mesh/></geometry></collision>\

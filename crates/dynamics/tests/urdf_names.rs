@@ -1,4 +1,5 @@
-//! Names with an XML prefix, which are not part of the URDF format, and what a program reads besides the model.
+//! Names with an XML prefix, which are not part of the URDF format, and what a program reads
+//! besides the model.
 
 #![allow(clippy::unwrap_used)]
 
@@ -11,7 +12,8 @@ use rand::rngs::StdRng;
 use tactid_dynamics::urdf_rs::{Geometry, Vec3};
 use tactid_dynamics::{BaseKind, Manipulator, MassProperties, ModelError, Urdf};
 
-/// Additions that no reader of URDFs may notice. Tools write them; `link` and `mass` are names that the format has.
+/// Additions that no reader of URDFs may notice. Tools write them; `link` and `mass` are names that
+/// the format has.
 const ELEMENTS: [&str; 6] = [
     "<drake:joint name='ball' type='ball'><parent link='x'/><drake:child link='y'/></drake:joint>",
     "<xacro:property name=\"a\" value='>'/>",
@@ -136,7 +138,8 @@ fn boxes_and_limits_are_read() {
     assert!(matches!(error, ModelError::UnknownFrame { .. }), "{error}");
 }
 
-/// Collision shapes are returned in the order of the file, with their sizes; what the format does not have keeps its name.
+/// Collision shapes are returned in the order of the file, with their sizes; what the format does
+/// not have keeps its name.
 #[test]
 fn collision_shapes_are_read() {
     let all = collision("0 0 1", "<cylinder radius='1' length='3'/>")
@@ -228,7 +231,8 @@ fn mass_properties_can_be_replaced() {
     assert!(matches!(error, ModelError::UnknownFrame { .. }), "{error}");
 }
 
-/// Replacing mass properties changes nothing else in the text, and replaces every former `<inertial>`.
+/// Replacing mass properties changes nothing else in the text, and replaces every former
+/// `<inertial>`.
 #[test]
 fn the_rest_of_the_text_stays() {
     let body = MassProperties {

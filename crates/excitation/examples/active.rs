@@ -1,12 +1,15 @@
-//! Identifies payloads that the built-in spacecraft holds, with motions that are planned from second to second.
+//! Identifies payloads that the built-in spacecraft holds, with motions that are planned from
+//! second to second.
 //!
-//! `cargo run --release -p tactid-excitation --example active -- BUILT_IN.urdf [PAYLOADS] [acceleration=3] [cutoff=3] [attitude=0.1]`
+//! `cargo run --release -p tactid-excitation --example active -- BUILT_IN.urdf [PAYLOADS]
+//! [acceleration=3] [cutoff=3] [attitude=0.1]`
 //!
-//! The arguments with names are the largest acceleration of the joints, rad/s², the cutoff of the filter, Hz, and the bound on the
-//! attitude of the base, degrees, of which `none` lets it turn.
+//! The arguments with names are the largest acceleration of the joints, rad/s², the cutoff of the
+//! filter, Hz, and the bound on the attitude of the base, degrees, of which `none` lets it turn.
 //!
-//! The payload is known to have between 5 and 150 kg and its centre of mass within 0.5 m of the tool. Each channel has white
-//! noise of 1 % of its peak in the motion that identifies the nominal payload.
+//! The payload is known to have between 5 and 150 kg and its centre of mass within 0.5 m of the
+//! tool. Each channel has white noise of 1 % of its peak in the motion that identifies the nominal
+//! payload.
 
 use std::error::Error;
 use std::f64::consts::FRAC_PI_2;

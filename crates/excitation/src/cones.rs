@@ -6,8 +6,9 @@ use crate::plant::{Layout, Plant};
 use crate::problem::Problem;
 use crate::samples::{Sampler, Samples};
 
-/// Fraction of the largest change within the trust region that a limit is kept for. The whole change needs all variables to
-/// move by the radius, each in the worst direction, and what a step exceeds nevertheless shows when it is evaluated.
+/// Fraction of the largest change within the trust region that a limit is kept for. The whole
+/// change needs all variables to move by the radius, each in the worst direction, and what a step
+/// exceeds nevertheless shows when it is evaluated.
 pub(crate) const REACH: f64 = 0.4;
 
 /// Names of the entries of a wrench.
@@ -44,7 +45,8 @@ impl AffineForm {
     }
 }
 
-/// A limit that holds where the norm of the tail is at most the head. Both are dimensionless: the head is one without load.
+/// A limit that holds where the norm of the tail is at most the head. Both are dimensionless: the
+/// head is one without load.
 #[derive(Clone, Debug)]
 pub(crate) struct Cone {
     pub(crate) limit: Limit,
@@ -53,7 +55,8 @@ pub(crate) struct Cone {
     head: AffineForm,
     tail: Vec<AffineForm>,
     pub(crate) kind: Kind,
-    /// The tail at the beginning, if it is integrated: the excursion of the base before the motion, relative to its bound.
+    /// The tail at the beginning, if it is integrated: the excursion of the base before the motion,
+    /// relative to its bound.
     pub(crate) start: [f64; 3],
     /// What is subtracted from the head, so that the limit holds between the samples, too.
     pub(crate) tightening: f64,
@@ -66,7 +69,8 @@ pub(crate) enum Kind {
     Instant,
     /// The tail is integrated over the time since the beginning: velocities then become excursions.
     Integral,
-    /// The head is the distance of a pair beyond the least one, in units of [`UNIT_M`], at the same time; the tail is empty.
+    /// The head is the distance of a pair beyond the least one, in units of [`UNIT_M`], at the same
+    /// time; the tail is empty.
     Distance {
         /// Index of the pair.
         pair: usize,
@@ -75,8 +79,8 @@ pub(crate) enum Kind {
     },
 }
 
-/// Distance that counts as much as the whole of another limit, m: a motion that exceeds its limits by one percent comes closer
-/// than allowed by one percent of it.
+/// Distance that counts as much as the whole of another limit, m: a motion that exceeds its limits
+/// by one percent comes closer than allowed by one percent of it.
 pub(crate) const UNIT_M: f64 = 0.1;
 
 /// Values of a cone at one sample.
@@ -115,7 +119,8 @@ pub(crate) struct LinearCone {
     pub(crate) tail: Vec<Vec<f64>>,
 }
 
-/// Returns the cones of a problem. The torques of joints that rest change with the motion of the others, so all joints have one.
+/// Returns the cones of a problem. The torques of joints that rest change with the motion of the
+/// others, so all joints have one.
 pub(crate) fn cones(problem: &Problem, plant: &Plant) -> Vec<Cone> {
     let mut cones = of_payloads(problem, &plant.layout());
     cones.extend(of_places(plant));
@@ -278,14 +283,16 @@ impl Cone {
         (0..samples.count()).map(value).collect()
     }
 
-    /// Returns whether the limit is the distance of a pair that is too far apart at a sample for its distance to be known.
+    /// Returns whether the limit is the distance of a pair that is too far apart at a sample for
+    /// its distance to be known.
     fn is_far(&self, samples: &Samples, sample: usize) -> bool {
         let is_far = |(place, _): &(usize, f64)| samples.at(sample)[*place] >= REACH_M;
         matches!(self.kind, Kind::Distance { .. }) && self.head.terms.iter().all(is_far)
     }
 
-    /// Returns the values with their gradients at the samples where the limit could be exceeded within the trust region:
-    /// where the variables, in units of `scales`, change by at most `radius`.
+    /// Returns the values with their gradients at the samples where the limit could be exceeded
+    /// within the trust region: where the variables, in units of `scales`, change by at most
+    /// `radius`.
     pub(crate) fn linearised(
         &self,
         sampler: &Sampler,

@@ -20,7 +20,8 @@ const FEWEST: f64 = 500.0;
 /// Fraction of a limit from which on it binds.
 const BINDING: f64 = 0.98;
 
-/// Largest motion of a free-floating base from where it starts, with the first payload of a problem. A fixed base has none.
+/// Largest motion of a free-floating base from where it starts, with the first payload of a
+/// problem. A fixed base has none.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Excursion {
     /// Largest angle by which the base is turned, rad.
@@ -87,8 +88,9 @@ impl DenseMotion {
                 self.samples.at(k)[layout.distance(pair)]
             };
             let is_close = |&pair: &usize| {
-                // A pair is looked at more closely where a fall as large as the largest change from sample to sample nearby would
-                // bring it below its least distance. This is a heuristic for smooth motions, without proof.
+                // A pair is looked at more closely where a fall as large as the largest change from
+                // sample to sample nearby would bring it below its least distance. This is a
+                // heuristic for smooth motions, without proof.
                 let around = [sample.saturating_sub(2), sample - 1, sample, sample + 1];
                 let distances = around.map(|k| at(k, pair));
                 let steps = distances.windows(2).map(|pair| (pair[1] - pair[0]).abs());
@@ -174,8 +176,8 @@ impl DenseMotion {
         self.largest(values.map(|value| (value.used(), value.slack())))
     }
 
-    /// Returns the largest use, given use and slack at each time. Between samples both follow the parabola through three of
-    /// them.
+    /// Returns the largest use, given use and slack at each time. Between samples both follow the
+    /// parabola through three of them.
     fn largest(&self, uses: impl Iterator<Item = (f64, f64)>) -> Usage {
         let (used, slack): (Vec<f64>, Vec<f64>) = uses.map(|(used, slack)| (used, -slack)).unzip();
         let (place, used) = peak(&used);
@@ -312,7 +314,8 @@ fn paths(layout: &Layout, samples: &Samples, step_s: f64) -> Vec<Vec<[f64; 2]>> 
 ///
 /// Times are at most 10 ms apart, and parabolas give the peaks between them.
 ///
-/// Cost: for each of these times (at least 501), one inverse dynamics with each payload and one row set of the method.
+/// Cost: for each of these times (at least 501), one inverse dynamics with each payload and one row
+/// set of the method.
 ///
 /// # Errors
 /// Returns the errors of a design for a problem that is not valid.

@@ -22,11 +22,13 @@ use crate::shapes::CollisionFinding;
 use crate::spline::SplineBasis;
 use crate::variables::{End, Variables};
 
-/// Samples of the outputs in each span of the splines. Products of five polynomials are integrated to a few thousandths.
+/// Samples of the outputs in each span of the splines. Products of five polynomials are integrated
+/// to a few thousandths.
 const STEPS_PER_SPAN: usize = 8;
 
-/// Most control points of the motions from each start. Of 40 arms, postures and speeds, a search with all control points from
-/// the start ends in local optima that are up to a third worse, and takes longer.
+/// Most control points of the motions from each start. Of 40 arms, postures and speeds, a search
+/// with all control points from the start ends in local optima that are up to a third worse, and
+/// takes longer.
 const FIRST_CONTROL_POINTS: usize = 11;
 
 /// Steps from each start, before the best of them is improved further with all control points.
@@ -39,12 +41,13 @@ const REFINED_RADIUS: f64 = 0.1;
 const ROUNDS: usize = 10;
 const ROUND_ITERATIONS: usize = 3;
 
-/// Radius of the trust region at the beginning of the first of these rounds. Each round halves it, so that the motion ends to
-/// move from one limit to another.
+/// Radius of the trust region at the beginning of the first of these rounds. Each round halves it,
+/// so that the motion ends to move from one limit to another.
 const ROUND_RADIUS: f64 = 0.15;
 
-/// Fraction of a limit that a motion is moved away from it in the first round where it exceeded it. Each round doubles it: the
-/// excess that is left shrinks from round to round, but a motion along a distance of two bodies keeps a little of it.
+/// Fraction of a limit that a motion is moved away from it in the first round where it exceeded it.
+/// Each round doubles it: the excess that is left shrinks from round to round, but a motion along a
+/// distance of two bodies keeps a little of it.
 const CLEARANCE: f64 = 1e-5;
 
 /// Least factor by which a motion is shrunk to be within all limits.
@@ -67,7 +70,8 @@ pub struct Design {
     pub margins: Vec<Margin>,
     /// Largest motion of the base with the expected payload.
     pub excursion: Excursion,
-    /// What the test for collisions leaves out or relaxes; empty for a problem without [`Problem::collisions`] and keep-out boxes.
+    /// What the test for collisions leaves out or relaxes; empty for a problem without
+    /// [`Problem::collisions`] and keep-out boxes.
     pub findings: Vec<CollisionFinding>,
 }
 
@@ -89,27 +93,32 @@ pub fn design(problem: &Problem, settings: &DesignSettings) -> Result<Design, Ex
 
 /// Designs the motion of a problem. Each step of the search calls the observer, which can stop it.
 ///
-/// For all payloads of the problem, limits on position, velocity and acceleration hold at all times; those on torques, wrench,
-/// grip and base at samples 10 ms apart (at least 500) and at the peaks of the parabolas through them.
+/// For all payloads of the problem, limits on position, velocity and acceleration hold at all
+/// times; those on torques, wrench, grip and base at samples 10 ms apart (at least 500) and at the
+/// peaks of the parabolas through them.
 ///
-/// A motion of 15 s or more that need not end at a given posture has several passes along the same splines, in turn forth
-/// and back, each of about 10 s (at least ten averaging windows). All limits hold in each, and the variance falls with their number.
+/// A motion of 15 s or more that need not end at a given posture has several passes along the same
+/// splines, in turn forth and back, each of about 10 s (at least ten averaging windows). All limits
+/// hold in each, and the variance falls with their number.
 ///
-/// With [`End::At`], the search starts from one smooth step from the start to the end. It does not look for another way: where
-/// this step exceeds a limit on position, velocity or acceleration, the design is [`ExcitationError::Impossible`] although a
-/// detour may exist; and where it exceeds torques, grip or base, the search may not find the motions that hold them.
+/// With [`End::At`], the search starts from one smooth step from the start to the end. It does not
+/// look for another way: where this step exceeds a limit on position, velocity or acceleration, the
+/// design is [`ExcitationError::Impossible`] although a detour may exist; and where it exceeds
+/// torques, grip or base, the search may not find the motions that hold them.
 ///
 /// Cost: each step of the search evaluates the dynamics of each payload some 19 times at each
 /// sample, for six joints, and solves one to a few conic programs; there are up to
 /// `10 * starts + iterations + 20` steps; the starts have at most 11 control points of each joint.
 ///
 /// # Errors
-/// Returns [`ExcitationError::Impossible`], which names the limit, where the robot cannot rest at the start or at the end, cannot get
-/// there, or exceeds a limit in every motion that was tried; [`ExcitationError::Solver`] if the conic solver fails,
-/// [`ExcitationError::NotObservable`] where no motion determines all values, [`ExcitationError::TooShort`] for a motion
-/// shorter than an averaging window, [`ExcitationError::TooFewSamples`] where a window has too few samples,
+/// Returns [`ExcitationError::Impossible`], which names the limit, where the robot cannot rest at
+/// the start or at the end, cannot get there, or exceeds a limit in every motion that was tried;
+/// [`ExcitationError::Solver`] if the conic solver fails, [`ExcitationError::NotObservable`] where
+/// no motion determines all values, [`ExcitationError::TooShort`] for a motion shorter than an
+/// averaging window, [`ExcitationError::TooFewSamples`] where a window has too few samples,
 /// [`ExcitationError::Option`] where the noise of a channel is unknown,
-/// [`ExcitationError::Interrupted`] if the observer stops the design, and the errors of a problem that is not valid.
+/// [`ExcitationError::Interrupted`] if the observer stops the design, and the errors of a problem
+/// that is not valid.
 pub fn design_observed(
     problem: &Problem,
     settings: &DesignSettings,
@@ -322,8 +331,8 @@ impl<'a> Designer<'a> {
         Trajectory::new(self.problem.duration_s, &self.problem.start, splines)
     }
 
-    /// Tightens the cones that a motion exceeds at closely spaced times, by the excess and a clearance, and returns whether there
-    /// are any.
+    /// Tightens the cones that a motion exceeds at closely spaced times, by the excess and a
+    /// clearance, and returns whether there are any.
     fn tighten(&mut self, point: &Point, clearance: f64) -> Result<bool, ExcitationError> {
         let trajectory = self.trajectory(&point.values);
         let dense = DenseMotion::new(&mut self.plant, &trajectory)?;
@@ -369,8 +378,9 @@ impl<'a> Designer<'a> {
     }
 }
 
-/// Returns the search for the motion of some joints along splines with these variables, sampled so often in each of their
-/// spans. `direct` are the variables of a motion that other motions are shrunk towards.
+/// Returns the search for the motion of some joints along splines with these variables, sampled so
+/// often in each of their spans. `direct` are the variables of a motion that other motions are
+/// shrunk towards.
 pub(crate) fn search(
     problem: &Problem,
     plant: &Plant,

@@ -9,7 +9,8 @@ use crate::untested::UntestedLinks;
 /// Why a motion cannot be designed.
 #[derive(Debug, thiserror::Error)]
 pub enum ExcitationError {
-    /// The robot lacks a link or a mass, a slice does not fit it, or the equations cannot be formed.
+    /// The robot lacks a link or a mass, a slice does not fit it, or the equations cannot be
+    /// formed.
     #[error(transparent)]
     Identify(#[from] IdentifyError),
     /// A number is out of range.
@@ -36,7 +37,8 @@ pub enum ExcitationError {
         /// Name of the joint.
         joint: String,
     },
-    /// A limit is exceeded where the robot does not even move, or where it moves by hardly anything.
+    /// A limit is exceeded where the robot does not even move, or where it moves by hardly
+    /// anything.
     #[error("no motion is possible: {} {at}", exceeded(.limit, *.used))]
     Impossible {
         /// The limit.
@@ -112,7 +114,8 @@ impl ExcitationError {
         }
     }
 
-    /// Returns the name of the option that causes or resolves the error; `None` where there is none.
+    /// Returns the name of the option that causes or resolves the error; `None` where there is
+    /// none.
     #[must_use]
     pub fn option(&self) -> Option<&'static str> {
         match self {
@@ -125,7 +128,8 @@ impl ExcitationError {
         }
     }
 
-    /// Returns the option that lets a motion be possible, and what it does, for a reader who gives options.
+    /// Returns the option that lets a motion be possible, and what it does, for a reader who gives
+    /// options.
     #[must_use]
     pub fn remedy(&self) -> Option<(&'static str, &'static str)> {
         match self {
@@ -175,8 +179,8 @@ fn option_of(field: &str) -> Option<&'static str> {
     })
 }
 
-/// Returns the option of a field with the place within it, such as `[2] (joint_3)` or `.friction`; the field where no option
-/// gives it.
+/// Returns the option of a field with the place within it, such as `[2] (joint_3)` or `.friction`;
+/// the field where no option gives it.
 fn place(field: &str) -> String {
     match (option_of(field), field.find(['.', '['])) {
         (None, _) => field.to_owned(),

@@ -16,7 +16,8 @@ use crate::problem::Problem;
 /// Most factors that are tried for a motion to be within all limits.
 const MOST_TRIALS: usize = 40;
 
-/// Steps of a motion at which it is compared with the limits of the joints: a hundred for each period of the fastest harmonic.
+/// Steps of a motion at which it is compared with the limits of the joints: a hundred for each
+/// period of the fastest harmonic.
 const STEPS: u32 = 500;
 
 /// A sum of sines and cosines for each joint that moves, one period long, from a given posture.
@@ -44,8 +45,8 @@ impl FourierMotion {
     /// joint moves as far as its own limits allow; the other limits are not regarded.
     ///
     /// # Errors
-    /// Returns [`ExcitationError::Value`] for a number of amplitudes that is not a multiple of twice the number of joints, and the
-    /// errors of a problem that is not valid.
+    /// Returns [`ExcitationError::Value`] for a number of amplitudes that is not a multiple of
+    /// twice the number of joints, and the errors of a problem that is not valid.
     pub fn with_amplitudes(problem: &Problem, amplitudes: &[f64]) -> Result<Self, ExcitationError> {
         problem.check()?;
         let joints = problem.moving_joints()?;
@@ -66,7 +67,8 @@ impl FourierMotion {
         Ok(motion)
     }
 
-    /// Creates a motion of some joints, of which each has the same number of amplitudes of accelerations, rad/s² or m/s².
+    /// Creates a motion of some joints, of which each has the same number of amplitudes of
+    /// accelerations, rad/s² or m/s².
     fn new(duration_s: f64, posture: &[f64], joints: &[usize], amplitudes: &[f64]) -> Self {
         let of_joint = amplitudes.chunks_exact(amplitudes.len() / joints.len());
         let harmonics = |(&joint, amplitudes): (&usize, &[f64])| Harmonics {
@@ -102,8 +104,9 @@ impl FourierMotion {
         }
     }
 
-    /// Draws a motion with five harmonics of the problem's duration, scaled into the limits of the problem: each joint as
-    /// far as its own limits allow, and then all joints together as far as the other limits do.
+    /// Draws a motion with five harmonics of the problem's duration, scaled into the limits of the
+    /// problem: each joint as far as its own limits allow, and then all joints together as far as
+    /// the other limits do.
     ///
     /// # Errors
     /// Returns the errors of [`with_amplitudes`](Self::with_amplitudes) and
@@ -117,13 +120,15 @@ impl FourierMotion {
         Self::with_amplitudes(problem, &amplitudes)?.scaled_into_limits(problem)
     }
 
-    /// Returns the motion itself where it is within all limits of a problem, and a smaller one of the same shape otherwise.
+    /// Returns the motion itself where it is within all limits of a problem, and a smaller one of
+    /// the same shape otherwise.
     ///
     /// # Errors
-    /// Returns [`ExcitationError::Impossible`] where no multiple that was tried is within the limits, and the errors of
-    /// [`margins`].
+    /// Returns [`ExcitationError::Impossible`] where no multiple that was tried is within the
+    /// limits, and the errors of [`margins`].
     pub fn scaled_into_limits(&self, problem: &Problem) -> Result<Self, ExcitationError> {
-        // The other limits are not homogeneous: gravity uses some of a torque. So the largest factor is bracketed.
+        // The other limits are not homogeneous: gravity uses some of a torque. So the largest
+        // factor is bracketed.
         let mut possible: Option<f64> = None;
         let mut impossible: Option<(f64, Margin)> = None;
         let mut factor = 1.0;
@@ -221,7 +226,8 @@ mod tests {
         }
     }
 
-    /// The factor moves a joint exactly to the end of its range that it reaches first, wherever in the range it starts.
+    /// The factor moves a joint exactly to the end of its range that it reaches first, wherever in
+    /// the range it starts.
     #[test]
     fn the_factor_reaches_the_first_limit() {
         let mut random = SmallRng::seed_from_u64(2);

@@ -15,9 +15,9 @@ use crate::checks::{positive, value};
 /// changes the normal force of that pad by `-f/2`, and the force of the other by `+f/2`: both pads
 /// are equally stiff. A pad of a finger that controls its force does not share the load like this.
 ///
-/// A pad holds while `|[t, m_n / r]| <= used_fraction * friction * N`, with the force `t` along the surface, the moment `m_n`
-/// about the normal, the torsion radius `r` and the normal force `N` (limit surface of a soft finger as an ellipsoid; Howe and
-/// Cutkosky 1996).
+/// A pad holds while `|[t, m_n / r]| <= used_fraction * friction * N`, with the force `t` along the
+/// surface, the moment `m_n` about the normal, the torsion radius `r` and the normal force `N`
+/// (limit surface of a soft finger as an ellipsoid; Howe and Cutkosky 1996).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Grip {
     /// Point in the middle between the pads, m.
@@ -72,7 +72,8 @@ impl Value for Grip {
 /// Entries of the load of a pad that friction bounds: two forces along the surface, and torsion.
 const TAIL: usize = 3;
 
-/// Load of one pad as a function of the wrench on the payload in the tool frame, relative to the friction of the grip.
+/// Load of one pad as a function of the wrench on the payload in the tool frame, relative to the
+/// friction of the grip.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct PadLoad {
     /// What the friction allows: `1 + head · w`.
@@ -167,8 +168,8 @@ mod tests {
         tail.iter().map(|x| x * x).sum::<f64>().sqrt() / head
     }
 
-    /// The built-in gripper holds 48 N m across the pads and 2400 N along them at most, whatever the direction along the
-    /// surface; a moment about the normal is held by torsion alone.
+    /// The built-in gripper holds 48 N m across the pads and 2400 N along them at most, whatever
+    /// the direction along the surface; a moment about the normal is held by torsion alone.
     #[test]
     fn pads_carry_what_friction_allows() {
         for pad in 0..2 {
@@ -181,11 +182,12 @@ mod tests {
         }
     }
 
-    /// A net force and a moment that load one pad in the same direction unload the other, and a force along the normal
-    /// presses on one pad and relieves the other.
+    /// A net force and a moment that load one pad in the same direction unload the other, and a
+    /// force along the normal presses on one pad and relieves the other.
     #[test]
     fn moment_and_normal_force_load_the_pads_differently() {
-        // The moment 24 N m about x is the force 600 N along z on pad 0 and -600 N on pad 1, each 0.04 m from the other.
+        // The moment 24 N m about x is the force 600 N along z on pad 0 and -600 N on pad 1, each
+        // 0.04 m from the other.
         let (force, moment) = ([0.0, 0.0, 1200.0], [24.0, 0.0, 0.0]);
         assert!((used(&grip(), 0, force, moment) - 1.0).abs() < 1e-12);
         assert!(used(&grip(), 1, force, moment) < 1e-12);

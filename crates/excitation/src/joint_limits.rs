@@ -13,13 +13,15 @@ pub struct JointLimits {
     pub velocity: f64,
     /// Largest magnitude of the acceleration, rad/s² or m/s².
     pub acceleration: f64,
-    /// Largest magnitude of the torque, N m, or of the force of a prismatic joint, N; infinite where there is none.
+    /// Largest magnitude of the torque, N m, or of the force of a prismatic joint, N; infinite
+    /// where there is none.
     pub effort: f64,
 }
 
 impl JointLimits {
-    /// Returns the limits of all joints of a robot, with one limit of the acceleration, rad/s² or m/s², for
-    /// all joints: the format has none. Velocities and accelerations are multiplied by `speed`, such as 0.3.
+    /// Returns the limits of all joints of a robot, with one limit of the acceleration, rad/s² or
+    /// m/s², for all joints: the format has none. Velocities and accelerations are multiplied by
+    /// `speed`, such as 0.3.
     ///
     /// A joint without a positive `effort` has no limit of its torque; neither has one where
     /// `effort` is no number.

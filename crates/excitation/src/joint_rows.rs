@@ -8,12 +8,12 @@ use crate::variables::{ControlPoint, Variables};
 /// Fraction of a limit that counts as rounding.
 pub(crate) const ROUNDING: f64 = 1e-9;
 
-/// Fraction of a limit on velocity or acceleration that control points may use, so that rounding exceeds none. A position may
-/// use all of its range, because a motion may start at its end.
+/// Fraction of a limit on velocity or acceleration that control points may use, so that rounding
+/// exceeds none. A position may use all of its range, because a motion may start at its end.
 const USABLE: f64 = 1.0 - ROUNDING;
 
-/// An affine function of the variables that must stay between -1 and 1: a point of the hull of a derivative, relative to
-/// its limit.
+/// An affine function of the variables that must stay between -1 and 1: a point of the hull of a
+/// derivative, relative to its limit.
 #[derive(Clone, Debug)]
 pub(crate) struct JointRow {
     pub(crate) limit: Limit,

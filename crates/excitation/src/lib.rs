@@ -42,16 +42,18 @@
 //! # }
 //! ```
 //!
-//! A [`Planner`] does the same online: from what is known of the payload so far, it plans the next second of motion, until all
-//! intervals are within their targets.
+//! A [`Planner`] does the same online: from what is known of the payload so far, it plans the next
+//! second of motion, until all intervals are within their targets.
 //!
 //! # How the crate works
 //!
-//! A motion is a [`Spline`] for each joint. Limits on position, velocity and acceleration are linear in its control points
-//! and hold at all times. Everything else (regressor rows, torques, wrenches, the twist of the base) is an output of one
-//! model of the robot at a state of the joints, sampled along the motion and differentiated by finite differences. Each
-//! step of the design solves a conic program in which functions and limits are linear in the control points, within a trust
-//! region. [`margins`] and [`predict`] then evaluate the result without these approximations.
+//! A motion is a [`Spline`] for each joint. Limits on position, velocity and acceleration are
+//! linear in its control points and hold at all times. Everything else (regressor rows, torques,
+//! wrenches, the twist of the base) is an output of one model of the robot at a state of the
+//! joints, sampled along the motion and differentiated by finite differences. Each step of the
+//! design solves a conic program in which functions and limits are linear in the control points,
+//! within a trust region. [`margins`] and [`predict`] then evaluate the result without these
+//! approximations.
 
 #![cfg_attr(test, allow(clippy::unwrap_used, clippy::expect_used, clippy::panic))]
 

@@ -5,8 +5,9 @@ use std::fmt;
 use schemars::JsonSchema;
 use serde::{Serialize, Serializer};
 
-/// Largest distance that is computed, m. Pairs that are further apart count as so far apart, and most of them cost a
-/// comparison of boxes or the first steps of a search only. A least distance is shorter, so that these pairs are far from it.
+/// Largest distance that is computed, m. Pairs that are further apart count as so far apart, and
+/// most of them cost a comparison of boxes or the first steps of a search only. A least distance is
+/// shorter, so that these pairs are far from it.
 pub(crate) const REACH_M: f64 = 0.08;
 
 /// One of the limits of a motion.
@@ -28,8 +29,8 @@ pub enum Limit {
     BaseAttitude,
     /// Distance by which the origin of a free-floating base moves.
     BasePosition,
-    /// Position of the tool or the payload, which the first entry names, in the box that it must stay in, along one of the
-    /// box's axes: `x`, `y` or `z`.
+    /// Position of the tool or the payload, which the first entry names, in the box that it must
+    /// stay in, along one of the box's axes: `x`, `y` or `z`.
     Workspace(&'static str, &'static str),
     /// Distance of two bodies, such as two links, which the entries name.
     Distance(String, String),
@@ -60,7 +61,8 @@ impl fmt::Display for Limit {
 }
 
 impl Limit {
-    /// Returns the option that relaxes the limit, or the load on it where the URDF alone sets it, with what to do.
+    /// Returns the option that relaxes the limit, or the load on it where the URDF alone sets it,
+    /// with what to do.
     pub(crate) fn remedy(&self) -> (&'static str, &'static str) {
         match self {
             Self::Position(_) => ("start", "the URDF sets it: begin elsewhere (`start`)"),
@@ -103,15 +105,18 @@ pub struct Margin {
     #[serde(serialize_with = "in_words")]
     #[schemars(with = "String")]
     pub limit: Limit,
-    /// Largest fraction of the limit that is used at any time, without a unit: 1 at the limit. Of a position, the fraction of the way
-    /// from the middle of the range to its end. Of a grip, infinite where the payload pulls off the pad. Of a distance, the least
-    /// one that is allowed over the distance, and infinite for bodies that touch; a distance counts as 0.08 m at most.
+    /// Largest fraction of the limit that is used at any time, without a unit: 1 at the limit. Of a
+    /// position, the fraction of the way from the middle of the range to its end. Of a grip,
+    /// infinite where the payload pulls off the pad. Of a distance, the least one that is allowed
+    /// over the distance, and infinite for bodies that touch; a distance counts as 0.08 m at most.
     pub used: f64,
     /// Time at which it is used, s.
     pub time_s: f64,
-    /// Of a [`Limit::Distance`], the least distance of the two bodies, m: negative by the depth of penetration, 0.08 at most.
+    /// Of a [`Limit::Distance`], the least distance of the two bodies, m: negative by the depth of
+    /// penetration, 0.08 at most.
     pub distance_m: Option<f64>,
-    /// Whether the limit is active: relaxing it allows smaller intervals. A limit on velocity or acceleration binds where a
-    /// control point of the derivative reaches it, which the motion itself then nearly does.
+    /// Whether the limit is active: relaxing it allows smaller intervals. A limit on velocity or
+    /// acceleration binds where a control point of the derivative reaches it, which the motion
+    /// itself then nearly does.
     pub binds: bool,
 }

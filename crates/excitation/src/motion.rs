@@ -62,7 +62,8 @@ pub struct Trajectory {
 }
 
 impl Trajectory {
-    /// Creates the motion from the posture of all joints, and the index and the spline of each joint that moves.
+    /// Creates the motion from the posture of all joints, and the index and the spline of each
+    /// joint that moves.
     pub(crate) fn new(duration_s: f64, posture: &[f64], splines: Vec<(usize, Spline)>) -> Self {
         Self {
             pass_s: duration_s,
@@ -83,7 +84,8 @@ impl Trajectory {
         self.passes
     }
 
-    /// Returns the spline of each joint that moves in the first pass, with the index of the joint in the robot's order.
+    /// Returns the spline of each joint that moves in the first pass, with the index of the joint
+    /// in the robot's order.
     pub fn splines(&self) -> impl ExactSizeIterator<Item = (usize, &Spline)> {
         self.splines.iter().map(|(joint, spline)| (*joint, spline))
     }

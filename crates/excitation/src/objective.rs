@@ -21,8 +21,8 @@ struct Window {
 
 /// The functions that a design minimises the largest of.
 ///
-/// Each function is the logarithm of the half width of one predicted interval over its target, or, for
-/// [`Criterion::Volume`], the mean logarithm of the semi-axes of the confidence ellipsoid.
+/// Each function is the logarithm of the half width of one predicted interval over its target, or,
+/// for [`Criterion::Volume`], the mean logarithm of the semi-axes of the confidence ellipsoid.
 ///
 /// The averaging windows give the information: the regressors of the samples in a window are
 /// averaged with the weight of the filter, and their noise is the noise of one second of samples
@@ -134,7 +134,8 @@ impl Objective {
         let mut slopes = vec![0.0; count];
         for (sample, adjoint) in adjoints.iter().enumerate() {
             for (input, outputs) in sampler.slopes(samples, sample) {
-                // dY Z, channels by directions, against the adjoint; each row of dY has ten contiguous entries.
+                // dY Z, channels by directions, against the adjoint; each row of dY has ten
+                // contiguous entries.
                 slopes.fill(0.0);
                 for channel in 0..self.channels {
                     let row = &outputs[channel * 10..channel * 10 + 10];

@@ -13,7 +13,8 @@ use crate::shortest::ShortestSettings;
 use crate::start::posture;
 use crate::workspace_bounds::{KeepOutBox, OrientedBox};
 
-/// Accuracy of the inertia of an expected payload, relative to its size: a plate that is given in four digits is a body.
+/// Accuracy of the inertia of an expected payload, relative to its size: a plate that is given in
+/// four digits is a body.
 const ROUNDING_OF_INERTIA: f64 = 1e-3;
 
 /// Default target for half of each 95 % interval, as a fraction of the largest value of its kind.
@@ -34,7 +35,8 @@ const EFFORT_NOISE: f64 = 0.5;
 /// A request with all that it leaves open.
 #[derive(Clone, Debug)]
 pub struct MotionPlan {
-    /// The motion to be designed; of the shortest motion, the first that is tried. Collision shapes are still missing.
+    /// The motion to be designed; of the shortest motion, the first that is tried. Collision shapes
+    /// are still missing.
     pub problem: Problem,
     /// Settings of the design.
     pub settings: DesignSettings,
@@ -48,19 +50,20 @@ pub struct MotionPlan {
     pub within: f64,
     /// Rate of the states of the motion, Hz.
     pub rate_hz: f64,
-    /// Options whose noise is not given, so that a default stands for it.
+    /// Options of noise that is not given, so that a default stands for it.
     pub assumed_noise: Vec<&'static str>,
     /// The boxes around the robot, such as `the workspace` and `the keep-out box table`.
     pub surroundings: Vec<String>,
 }
 
 impl MotionRequest {
-    /// Resolves a request for a robot, the link in whose frame the payload is described, and the equations that it is to be
-    /// identified by.
+    /// Resolves a request for a robot, the link with the frame of the payload, and the equations
+    /// that it is to be identified by.
     ///
     /// # Errors
-    /// Returns [`ExcitationError::Identify`] with the name of an option that is out of range, [`ExcitationError::Option`] for
-    /// options that do not fit each other or the robot, and [`ExcitationError::NoVelocityLimit`] for a joint without one.
+    /// Returns [`ExcitationError::Identify`] with the name of an option that is out of range,
+    /// [`ExcitationError::Option`] for options that do not fit each other or the robot, and
+    /// [`ExcitationError::NoVelocityLimit`] for a joint without one.
     pub fn plan(
         &self,
         robot: &Manipulator,
@@ -89,7 +92,8 @@ impl MotionRequest {
         self.bound(&mut problem);
         if !others.is_empty() {
             problem.payloads.extend(others);
-            // With the hand that holds nothing, efforts and wrenches on a fixed base hold for all bodies between the payloads.
+            // With the hand that holds nothing, efforts and wrenches on a fixed base hold for all
+            // bodies between the payloads.
             problem.payloads.push(InertialParameters::zero());
         }
         let settings = DesignSettings {
@@ -190,8 +194,9 @@ impl MotionRequest {
             center_of_mass: 0.5 * (given.min + given.max),
             inertia: half_kg * nalgebra::Matrix3::from_diagonal(&Vector3::new(y + z, x + z, x + y)),
         };
-        // On a fixed base, the force on a body in the box is between those on these bodies and none. Its moment has second
-        // moments, too, which are smaller inside the box by up to m d² / 4.
+        // On a fixed base, the force on a body in the box is between those on these bodies and
+        // none. Its moment has second moments, too, which are smaller inside the box by up to m d²
+        // / 4.
         let corner =
             |k: usize| {
                 let is_high = Vector3::new(k & 4, k & 2, k & 1);
@@ -241,7 +246,8 @@ fn surroundings(problem: &Problem) -> Vec<String> {
     workspace.into_iter().chain(keep_out).collect()
 }
 
-/// Gives noise that the method needs and that is not known a default, and returns the names of these options.
+/// Gives noise that the method needs and that is not known a default, and returns the names of
+/// these options.
 fn assume_noise(equations: &mut EquationSettings) -> Vec<&'static str> {
     let mut assumed = Vec::new();
     if equations.method.uses_wrench() && equations.wrench_noise.is_empty() {

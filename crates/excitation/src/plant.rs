@@ -1,5 +1,5 @@
-//! Outputs of the robot model at one state of the joints: regressor rows, torques, wrench on the payload, twist of the base, and
-//! distances of bodies.
+//! Outputs of the robot model at one state of the joints: regressor rows, torques, wrench on the
+//! payload, twist of the base, and distances of bodies.
 
 use nalgebra::{DMatrix, DVector, Isometry3, Vector3, Vector6};
 use tactid_dynamics::{
@@ -52,8 +52,8 @@ impl Layout {
         self.of_payload(payload) + self.dof + entry
     }
 
-    /// Place of an entry of the base's twist in its own frame with a payload: angular velocity, then velocity, rad/s and m/s.
-    /// A fixed base has none.
+    /// Place of an entry of the base's twist in its own frame with a payload: angular velocity,
+    /// then velocity, rad/s and m/s. A fixed base has none.
     pub(crate) fn twist(&self, payload: usize, entry: usize) -> usize {
         self.of_payload(payload) + self.dof + WRENCH_ENTRIES + entry
     }
@@ -189,8 +189,8 @@ impl Plant {
         white
     }
 
-    /// Returns the motion of the base with one of the payloads. The workspace of this payload then holds the motion of the
-    /// whole robot and its forces.
+    /// Returns the motion of the base with one of the payloads. The workspace of this payload then
+    /// holds the motion of the whole robot and its forces.
     pub(crate) fn base_motion(
         &mut self,
         payload: usize,
@@ -206,7 +206,8 @@ impl Plant {
         Ok(base)
     }
 
-    /// Computes all outputs at one state of the joints. A floating base has the velocity for which the momentum vanishes.
+    /// Computes all outputs at one state of the joints. A floating base has the velocity for which
+    /// the momentum vanishes.
     pub(crate) fn evaluate(
         &mut self,
         states: &JointStates,
@@ -219,8 +220,8 @@ impl Plant {
         Ok(())
     }
 
-    /// Computes all outputs at a state close to the one that was evaluated last, where distances are those along the direction
-    /// between the points that were the closest there.
+    /// Computes all outputs at a state close to the one that was evaluated last, where distances
+    /// are those along the direction between the points that were the closest there.
     pub(crate) fn evaluate_near(
         &mut self,
         states: &JointStates,
@@ -275,8 +276,8 @@ impl Plant {
         Ok(())
     }
 
-    /// Computes the efforts, the wrench and the twist of a floating base with each payload, and returns the motion of the base with the
-    /// first.
+    /// Computes the efforts, the wrench and the twist of a floating base with each payload, and
+    /// returns the motion of the base with the first.
     fn evaluate_floating(
         &mut self,
         states: &JointStates,
@@ -301,7 +302,8 @@ impl Plant {
         Ok(of_first)
     }
 
-    /// Writes the efforts, the wrench and the twist of the base with one payload, of which the workspace holds the motion.
+    /// Writes the efforts, the wrench and the twist of the base with one payload, of which the
+    /// workspace holds the motion.
     fn write_loads(
         &self,
         payload: usize,
@@ -326,8 +328,9 @@ impl Plant {
         Ok(())
     }
 
-    /// Writes the efforts and the wrench of all payloads but the first, on a fixed base. All move alike there, so that the efforts differ
-    /// by what the difference of their wrenches needs: `τ - τ₀ = Jᵀ (w - w₀)`.
+    /// Writes the efforts and the wrench of all payloads but the first, on a fixed base. All move
+    /// alike there, so that the efforts differ by what the difference of their wrenches needs:
+    /// `τ - τ₀ = Jᵀ (w - w₀)`.
     fn write_others_on_ground(&mut self, outputs: &mut [f64]) -> Result<(), ExcitationError> {
         let layout = self.layout;
         let (workspace, _) = &self.loaded[0];

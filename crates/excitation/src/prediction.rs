@@ -15,7 +15,8 @@ use crate::problem::Problem;
 #[derive(Clone, Debug, PartialEq)]
 pub struct Prediction {
     /// Covariance of the ten linear parameters, in the order of
-    /// [`InertialParameters`](tactid_dynamics::InertialParameters), in the tool frame and in SI units.
+    /// [`InertialParameters`](tactid_dynamics::InertialParameters), in the tool frame and in SI
+    /// units.
     pub covariance: SMatrix<f64, 10, 10>,
     /// Standard deviations of the ten values, in the order and the units of
     /// [`VALUE_NAMES`](tactid_identify::VALUE_NAMES).
@@ -42,9 +43,10 @@ impl Prediction {
 /// Cost: one inverse dynamics and one sample of the equation stream per `1 / rate_hz`.
 ///
 /// # Errors
-/// Returns [`ExcitationError::TooShort`] for a motion without a whole window, [`ExcitationError::TooFewSamples`] for windows without
-/// enough samples, [`ExcitationError::NotObservable`] for one
-/// that does not determine all values, and the errors of a design for a problem that is not valid.
+/// Returns [`ExcitationError::TooShort`] for a motion without a whole window,
+/// [`ExcitationError::TooFewSamples`] for windows without enough samples,
+/// [`ExcitationError::NotObservable`] for one that does not determine all values, and the errors of
+/// a design for a problem that is not valid.
 pub fn predict(problem: &Problem, motion: &dyn Motion) -> Result<Prediction, ExcitationError> {
     problem.check()?;
     let mut plant = Plant::new(problem)?;

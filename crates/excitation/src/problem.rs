@@ -1,4 +1,5 @@
-//! What is to be designed: the robot, what it measures, what it holds, what is to be known, and what limits the motion.
+//! What is to be designed: the robot, what it measures, what it holds, what is to be known, and
+//! what limits the motion.
 
 use std::f64::consts::PI;
 
@@ -27,8 +28,9 @@ pub struct Sensing {
     pub equations: EquationSettings,
     /// Samples per second, Hz.
     pub rate_hz: f64,
-    /// Standard deviations of the white noise of one sample of the wrench that follows from the motion of a floating base:
-    /// three forces, N, and three moments, N m, in the frame of the base. The combined method on a floating base and joint sensing use it.
+    /// Standard deviations of the white noise of one sample of the wrench that follows from the
+    /// motion of a floating base: three forces, N, and three moments, N m, in the frame of the
+    /// base. The combined method on a floating base and joint sensing use it.
     pub base_noise: Option<[f64; 6]>,
 }
 
@@ -69,8 +71,8 @@ const LONGEST_S: f64 = 3600.0;
 /// Default least distance of bodies, m.
 const LEAST_DISTANCE_M: f64 = 0.01;
 
-/// Range of the least distance of bodies, m: pairs that are beyond [`REACH_M`](crate::limits::REACH_M), and count as at its
-/// end, keep it with a margin.
+/// Range of the least distance of bodies, m: pairs that are beyond
+/// [`REACH_M`](crate::limits::REACH_M), and count as at its end, keep it with a margin.
 pub(crate) const LEAST_DISTANCE: Range = Range {
     contains: |distance_m| distance_m > 0.0 && distance_m <= 0.06,
     expected: "more than 0, and at most 0.06 m, because distances beyond 0.08 m are not computed",
@@ -88,7 +90,8 @@ pub struct Problem {
     pub start: Vec<f64>,
     /// Where the motion ends. Default: where it starts.
     pub end: End,
-    /// Indices of the joints that may move, each once; empty for those that move the tool. Torques are limited for all joints.
+    /// Indices of the joints that may move, each once; empty for those that move the tool. Torques
+    /// are limited for all joints.
     pub joints: Vec<usize>,
     /// Duration, s.
     pub duration_s: f64,
@@ -96,8 +99,9 @@ pub struct Problem {
     pub limits: Vec<JointLimits>,
     /// What is measured.
     pub sensing: Sensing,
-    /// Payloads in the tool frame for which all limits must hold. The first is the one that the information is predicted
-    /// for. Another one may be [`InertialParameters::zero`], the hand without a payload.
+    /// Payloads in the tool frame for which all limits must hold. The first is the one that the
+    /// information is predicted for. Another one may be [`InertialParameters::zero`], the hand
+    /// without a payload.
     pub payloads: Vec<InertialParameters>,
     /// Targets for the half widths of the 95 % intervals, in the order and the units of
     /// [`VALUE_NAMES`](tactid_identify::VALUE_NAMES).
@@ -106,29 +110,34 @@ pub struct Problem {
     pub criterion: Criterion,
     /// Bounds on the motion of a floating base.
     pub base: BaseBounds,
-    /// Largest magnitudes of the wrench on the payload in the tool frame: three forces, N, and three moments, N m.
+    /// Largest magnitudes of the wrench on the payload in the tool frame: three forces, N, and
+    /// three moments, N m.
     pub wrench: Option<[f64; 6]>,
     /// The grip that must hold the payload by friction.
     pub grip: Option<Grip>,
-    /// Bounding box of the payload in the tool frame. Default: none, so that only the origin of the tool's frame is kept in and
-    /// out of the boxes of [`workspace`](Self::workspace), and collisions of the payload are not tested.
+    /// Bounding box of the payload in the tool frame. Default: none, so that only the origin of the
+    /// tool's frame is kept in and out of the boxes of [`workspace`](Self::workspace), and
+    /// collisions of the payload are not tested.
     pub payload_box: Option<OrientedBox>,
     /// Boxes that tool and payload must stay in or out of.
     pub workspace: WorkspaceBounds,
-    /// Shapes of the links, which must not touch one another, the payload's bounding box or a keep-out box. Default: none, so
-    /// that collisions of the robot are not tested.
+    /// Shapes of the links, which must not touch one another, the payload's bounding box or a
+    /// keep-out box. Default: none, so that collisions of the robot are not tested.
     pub collisions: Option<CollisionModel>,
-    /// Least distance of links, payload and keep-out boxes, m: at most 0.06. Default: 0.01. A pair without a keep-out box that is
-    /// closer than twice that and than 0.08 m at the start must keep half of its distance at the start, which
+    /// Least distance of links, payload and keep-out boxes, m: at most 0.06. Default: 0.01. A pair
+    /// without a keep-out box that is closer than twice that and than 0.08 m at the start must keep
+    /// half of its distance at the start, which
     /// [`CollisionFinding::LeastDistanceReduced`](crate::CollisionFinding) reports.
     pub least_distance_m: f64,
 }
 
-/// Returns targets for the half widths of the 95 % intervals of the ten values: a fraction, such as 0.01, of the largest
-/// value of its kind (mass, centre of mass, inertia). `None` for a payload without mass.
+/// Returns targets for the half widths of the 95 % intervals of the ten values: a fraction, such as
+/// 0.01, of the largest value of its kind (mass, centre of mass, inertia). `None` for a payload
+/// without mass.
 ///
-/// A centre of mass that is closer to the origin of the tool frame than a tenth of the radius of gyration, the root mean square distance of
-/// the mass from its centre, counts as that far away: a fraction of nothing could not be reached.
+/// A centre of mass that is closer to the origin of the tool frame than a tenth of the radius of
+/// gyration, the root mean square distance of the mass from its centre, counts as that far away: a
+/// fraction of nothing could not be reached.
 #[must_use]
 pub fn targets_within(payload: &InertialParameters, fraction: f64) -> Option<[f64; 10]> {
     targets_from(payload, fraction, NEAREST_CENTER)
@@ -149,7 +158,8 @@ pub(crate) fn targets_from(
     Some(largest.map(|largest| fraction * largest))
 }
 
-/// Least distance of the centre of mass from the origin of which a precision is a fraction, in radii of gyration.
+/// Least distance of the centre of mass from the origin of which a precision is a fraction, in
+/// radii of gyration.
 const NEAREST_CENTER: f64 = 0.1;
 
 impl Sensing {
@@ -172,8 +182,9 @@ impl Sensing {
 }
 
 impl Problem {
-    /// Returns the problem of a motion of 10 s that ends where it starts, of all joints that move the tool, for the smallest
-    /// largest interval relative to its target. Only the limits of the joints bound it.
+    /// Returns the problem of a motion of 10 s that ends where it starts, of all joints that move
+    /// the tool, for the smallest largest interval relative to its target. Only the limits of the
+    /// joints bound it.
     ///
     /// `tool` is the link with the frame in which `payload` is described, `start` has the positions
     /// of all joints in rad or m, `limits` has one entry for each joint, and `targets` are half
@@ -226,9 +237,9 @@ impl Problem {
     /// Checks that all numbers are in their ranges and that slices fit the robot.
     ///
     /// # Errors
-    /// Returns [`ExcitationError::Identify`] for a wrong number of joints, [`ExcitationError::Value`] for a number that is out
-    /// of range, [`ExcitationError::Option`] for a tool that is fixed to the base, and the errors of
-    /// [`Problem::moving_joints`].
+    /// Returns [`ExcitationError::Identify`] for a wrong number of joints,
+    /// [`ExcitationError::Value`] for a number that is out of range, [`ExcitationError::Option`]
+    /// for a tool that is fixed to the base, and the errors of [`Problem::moving_joints`].
     pub(crate) fn check(&self) -> Result<(), ExcitationError> {
         let (limits, dof) = (self.limits.len(), self.robot.dof());
         value("limits", limits as f64, limits == dof, "one for each joint")?;
@@ -357,7 +368,8 @@ impl Problem {
         format!(" ({})", self.robot.joint_names()[joint])
     }
 
-    /// Checks the bounds of the base, that a base that floats does so without gravity, and that only such a base has bounds.
+    /// Checks the bounds of the base, that a base that floats does so without gravity, and that
+    /// only such a base has bounds.
     fn check_base(&self) -> Result<(), ExcitationError> {
         if let Some(attitude) = self.base.attitude_rad {
             positive("base.attitude_rad", attitude)?;

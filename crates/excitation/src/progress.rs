@@ -7,8 +7,8 @@ use crate::ExcitationError;
 /// Progress of a design.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Progress {
-    /// Index of the start: from 0, and after the last one their number, for the steps that improve the best and those that
-    /// tighten limits.
+    /// Index of the start: from 0, and after the last one their number, for the steps that improve
+    /// the best and those that tighten limits.
     pub start: usize,
     /// Steps tried from this start, or in this phase: each round of tightening begins at 0.
     pub iteration: usize,

@@ -1,4 +1,4 @@
-//! Requests: which motion to design. Every option is declared here, once, beside those of an identification.
+//! Requests: which motion to design. All options but an identification's are declared here, once.
 
 use std::collections::BTreeMap;
 
@@ -42,7 +42,7 @@ const SENSORS: &str = "Sensors";
 
 options! {
     /// Which motion to design, and within which limits. Every field is optional. The equations and
-    /// the noise of the sensors are those of an identification, with its options.
+    /// the noise of the sensors have the options of an identification.
     pub struct MotionRequest {
         /// Positions at the beginning and the end: one for each joint, or one for each joint that
         /// moves the tip.
@@ -53,14 +53,14 @@ options! {
             python = "A mapping from names of joints gives some of them."
         )]
         pub start: Option<Start>,
-        /// Duration of the motion, unless ``within`` is given. A motion of 15 s or more passes several times
-        /// along the same path, in turn forth and back.
+        /// Duration of the motion, unless ``within`` is given. A motion of 15 s or more passes
+        /// several times along the same path, in turn forth and back.
         #[option(MOTION, DESIGN, unit = "s", default = "10")]
         pub duration: Option<f64>,
-        /// Target for half of each 95 % interval, relative to the largest value of its kind: a fraction
-        /// in Python, 0.01, and a percentage on the command line, 1%. The motion is the shortest
-        /// that reaches it. Not with ``duration``. A centre of mass that is nearer to the tip than
-        /// a tenth of the radius of gyration counts as at that distance.
+        /// Target for half of each 95 % interval, relative to the largest value of its kind: a
+        /// fraction in Python, 0.01, and a percentage on the command line, 1%. The motion is the
+        /// shortest that reaches it. Not with ``duration``. A centre of mass that is nearer to the
+        /// tip than a tenth of the radius of gyration counts as at that distance.
         #[option(MOTION, DESIGN, kind = Kind::Percentage, range = FRACTION)]
         pub within: Option<f64>,
         /// Longest duration that is tried for ``within``.
@@ -102,22 +102,22 @@ options! {
         /// each, friction, and the torsion radius; of the friction, 70 % is used.
         #[option(LIMITS, DESIGN, unit = "m, N")]
         pub grip: Option<Grip>,
-        /// Largest angle by which the base, which floats, may turn: in rad in Python, and in degrees
-        /// on the command line.
+        /// Largest angle by which the base, which floats, may turn: in rad in Python, and in
+        /// degrees on the command line.
         #[option(LIMITS, DESIGN, kind = Kind::Degrees)]
         pub base_attitude: Option<f64>,
         /// Largest distance by which the origin of the base, which floats, may move.
         #[option(LIMITS, DESIGN, unit = "m")]
         pub base_position: Option<f64>,
-        /// Whether the links of the robot must not touch one another, the payload's box or a keep-out
-        /// box. It is an error if a link that could be hit has a collision shape that cannot be
-        /// tested, such as a mesh that is not found or is neither STL nor OBJ: without the test, a
-        /// motion may run the robot through itself. Links to which the URDF gives no collision shape
-        /// are not tested; the result lists them.
+        /// Whether the links of the robot must not touch one another, the payload's box or a
+        /// keep-out box. It is an error if a link that could be hit has a collision shape that
+        /// cannot be tested, such as a mesh that is not found or is neither STL nor OBJ: without
+        /// the test, a motion may run the robot through itself. Links to which the URDF gives no
+        /// collision shape are not tested; the result lists them.
         #[option(LIMITS, DESIGN, default = "true", kind = Kind::Switch)]
         pub collisions: Option<bool>,
-        /// Least and largest corner of a box that the tip and the payload's box must stay in, in the
-        /// frame of the base, (2, 3).
+        /// Least and largest corner of a box that the tip and the payload's box must stay in, in
+        /// the frame of the base, (2, 3).
         #[option(LIMITS, DESIGN, unit = "m")]
         pub workspace: Option<BoundingBox>,
         /// Boxes that must not be entered, by their names: least and largest corner in the frame of
@@ -135,8 +135,8 @@ options! {
         /// Samples of the sensors per second.
         #[option(SENSORS, DESIGN, unit = "Hz", default = "that of ``rate``")]
         pub sample_rate: Option<f64>,
-        /// Standard deviations of the wrench that follows from the motion of a floating base, (6,): for
-        /// the methods joint-sensing and combined.
+        /// Standard deviations of the wrench that follows from the motion of a floating base, (6,):
+        /// for the methods joint-sensing and combined.
         #[option(SENSORS, DESIGN, unit = "N and N m")]
         pub base_noise: Option<[f64; 6]>,
     }

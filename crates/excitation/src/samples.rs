@@ -46,8 +46,8 @@ pub(crate) struct Samples {
     pub(crate) outputs: usize,
     /// The outputs of all samples, one sample after another.
     pub(crate) values: Vec<f64>,
-    /// Derivatives of the outputs with respect to the states of the joints, sample after sample: for each joint position,
-    /// velocity and acceleration. Empty unless they were asked for.
+    /// Derivatives of the outputs with respect to the states of the joints, sample after sample:
+    /// for each joint position, velocity and acceleration. Empty unless they were asked for.
     slopes: Vec<f64>,
 }
 
@@ -80,7 +80,8 @@ impl Samples {
     }
 }
 
-/// Computes samples of a motion of some joints, and their derivatives with respect to the variables of its splines.
+/// Computes samples of a motion of some joints, and their derivatives with respect to the variables
+/// of its splines.
 #[derive(Clone, Debug)]
 pub(crate) struct Sampler {
     pub(crate) plant: Plant,
@@ -109,8 +110,8 @@ impl Sampler {
         }
     }
 
-    /// Computes the outputs at all times for values of the variables, and their derivatives by finite differences if
-    /// `with_slopes`: three evaluations for each joint and sample.
+    /// Computes the outputs at all times for values of the variables, and their derivatives by
+    /// finite differences if `with_slopes`: three evaluations for each joint and sample.
     pub(crate) fn sample(
         &mut self,
         values: &[f64],
@@ -180,8 +181,8 @@ impl Sampler {
         }
     }
 
-    /// Adds the gradient of a linear function of one sample's outputs to `gradient`, with respect to the variables. The
-    /// function is `terms`: places of outputs with their factors.
+    /// Adds the gradient of a linear function of one sample's outputs to `gradient`, with respect
+    /// to the variables. The function is `terms`: places of outputs with their factors.
     pub(crate) fn add_gradient(
         &self,
         samples: &Samples,

@@ -12,8 +12,8 @@ use crate::progress::{Observer, Progress, report};
 use crate::samples::{Sampler, Samples};
 use crate::subproblem::{Inequality, PENALTY, Subproblem, along};
 
-/// First, largest and least radius of the trust region, in units of the variables' scales: a step of one changes a
-/// velocity or an acceleration by about its limit.
+/// First, largest and least radius of the trust region, in units of the variables' scales: a step
+/// of one changes a velocity or an acceleration by about its limit.
 pub(crate) const FIRST_RADIUS: f64 = 0.3;
 const LARGEST_RADIUS: f64 = 2.0;
 const LEAST_RADIUS: f64 = 1e-4;
@@ -26,8 +26,8 @@ const GOOD: f64 = 0.7;
 /// Factor by which the radius grows.
 const GROWTH: f64 = 1.6;
 
-/// Slack below which a limit is in the conic program from the start. The others are added where a solution exceeds them by
-/// more than what is negligible.
+/// Slack below which a limit is in the conic program from the start. The others are added where a
+/// solution exceeds them by more than what is negligible.
 const NEAR: f64 = 0.25;
 const NEGLIGIBLE: f64 = 1e-4;
 
@@ -172,8 +172,9 @@ impl Search {
         self.start_at(&values)
     }
 
-    /// Returns a motion like another one, which may exceed limits by [`START_EXCESS`] if any does; `None` if it does not determine all
-    /// values. Where a joint exceeds its limits, the excursion of each joint becomes the largest within them.
+    /// Returns a motion like another one, which may exceed limits by [`START_EXCESS`] if any does;
+    /// `None` if it does not determine all values. Where a joint exceeds its limits, the excursion
+    /// of each joint becomes the largest within them.
     pub(crate) fn start_like(
         &mut self,
         mut values: Vec<f64>,
@@ -197,8 +198,9 @@ impl Search {
         self.point(values)
     }
 
-    /// Returns the largest multiple of a motion, by a power of one half, that exceeds no limit by more than [`START_EXCESS`], or
-    /// the one that exceeds them least. A motion that ends where it starts is within all limits if it is small enough.
+    /// Returns the largest multiple of a motion, by a power of one half, that exceeds no limit by
+    /// more than [`START_EXCESS`], or the one that exceeds them least. A motion that ends where it
+    /// starts is within all limits if it is small enough.
     fn start_at(&mut self, values: &[f64]) -> Result<Option<Point>, ExcitationError> {
         let mut best: Option<Point> = None;
         for halvings in 0..MOST_HALVINGS {
@@ -285,8 +287,8 @@ impl Search {
         Ok(point)
     }
 
-    /// Evaluates the best step within the trust region. Where it exceeds limits that are curved, a second step starts from
-    /// the limits where the first one ends.
+    /// Evaluates the best step within the trust region. Where it exceeds limits that are curved, a
+    /// second step starts from the limits where the first one ends.
     fn try_step(
         &mut self,
         point: &Point,

@@ -7,14 +7,16 @@ use crate::problem::Problem;
 use crate::spline::FEWEST_CONTROL_POINTS;
 use crate::variables::End;
 
-/// Time between two knots where the number of control points is not given, s, and the range of their number. On a floating
-/// base a step costs several times as much, and more control points hardly improve the motion.
+/// Time between two knots where the number of control points is not given, s, and the range of
+/// their number. On a floating base a step costs several times as much, and more control points
+/// hardly improve the motion.
 const SPAN_S: f64 = 0.43;
 const FLOATING_SPAN_S: f64 = 0.6;
 const CONTROL_POINTS: (usize, usize) = (11, 28);
 
-/// Usual length of a pass of a motion along its splines, s: those of a long motion are three quarters to one and a half times as
-/// long. A longer pass would need more than [`CONTROL_POINTS`] to use the accelerations of the joints.
+/// Usual length of a pass of a motion along its splines, s: those of a long motion are three
+/// quarters to one and a half times as long. A longer pass would need more than [`CONTROL_POINTS`]
+/// to use the accelerations of the joints.
 const PASS_S: f64 = 10.0;
 
 /// Least usual length of a pass, in averaging windows.
@@ -29,8 +31,8 @@ pub struct DesignSettings {
     pub starts: usize,
     /// Most steps of the search from the best start. Default: 50.
     pub iterations: usize,
-    /// Number of control points of each joint in one pass, at least [`FEWEST_CONTROL_POINTS`]. Default (`None`): one for each 0.43 s
-    /// (0.6 s on a floating base), from 11 to 28.
+    /// Number of control points of each joint in one pass, at least [`FEWEST_CONTROL_POINTS`].
+    /// Default (`None`): one for each 0.43 s (0.6 s on a floating base), from 11 to 28.
     pub control_points: Option<usize>,
 }
 
@@ -45,8 +47,8 @@ impl Default for DesignSettings {
     }
 }
 
-/// Returns the number of passes, in turn forth and back, of the motion of a problem: one, unless the motion is long and ends
-/// where it starts, or anywhere.
+/// Returns the number of passes, in turn forth and back, of the motion of a problem: one, unless
+/// the motion is long and ends where it starts, or anywhere.
 pub(crate) fn passes(problem: &Problem) -> usize {
     if matches!(problem.end, End::At(_)) {
         return 1;

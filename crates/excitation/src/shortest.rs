@@ -60,8 +60,9 @@ impl ShortestSettings {
 /// Cost: some eight designs.
 ///
 /// # Errors
-/// Returns [`ExcitationError::OutOfReach`] where the longest motion does not reach the targets, [`ExcitationError::Value`] for
-/// settings that are out of range, and the errors of [`design_observed`](crate::design_observed) for the longest motion.
+/// Returns [`ExcitationError::OutOfReach`] where the longest motion does not reach the targets,
+/// [`ExcitationError::Value`] for settings that are out of range, and the errors of
+/// [`design_observed`](crate::design_observed) for the longest motion.
 pub fn shortest(
     problem: &Problem,
     settings: &ShortestSettings,

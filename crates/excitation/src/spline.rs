@@ -8,8 +8,8 @@ const DEGREE: usize = 5;
 /// Control points at each end for position, velocity and acceleration; at rest they are equal.
 pub(crate) const AT_REST: usize = 3;
 
-/// Equal control points at an end where all derivatives vanish that are continuous between two knots, so that the spline and
-/// the rest after it are one spline.
+/// Equal control points at an end where all derivatives vanish that are continuous between two
+/// knots, so that the spline and the rest after it are one spline.
 pub(crate) const AT_STANDSTILL: usize = DEGREE;
 
 /// Fewest control points of a motion with a free control point beside those at rest.
@@ -108,7 +108,8 @@ impl SplineBasis {
         }
     }
 
-    /// Returns what each control point contributes to a derivative, given the functions of the lower degree in a span.
+    /// Returns what each control point contributes to a derivative, given the functions of the
+    /// lower degree in a span.
     fn weights_at(
         &self,
         functions: &[f64; LOCAL],
@@ -129,9 +130,9 @@ impl SplineBasis {
         })
     }
 
-    /// Returns the coefficients of three successive control points, the first of which has the index given, in the control
-    /// point with this index of the derivative of an order from 0 to 2. A spline with `n` control points has a derivative
-    /// of order `k` with `n - k` control points.
+    /// Returns the coefficients of three successive control points, the first of which has the
+    /// index given, in the control point with this index of the derivative of an order from 0 to 2.
+    /// A spline with `n` control points has a derivative of order `k` with `n - k` control points.
     fn derivative(&self, index: usize, order: usize) -> [f64; 3] {
         let first = |i: usize| DEGREE as f64 / (self.knots[i + DEGREE + 1] - self.knots[i + 1]);
         match order {
@@ -173,8 +174,8 @@ impl SplineBasis {
         })
     }
 
-    /// Returns the weights of the control points of a derivative in the blossom of its polynomial on a span, by the
-    /// algorithm of de Boor with one argument in each step.
+    /// Returns the weights of the control points of a derivative in the blossom of its polynomial
+    /// on a span, by the algorithm of de Boor with one argument in each step.
     fn blossom(&self, span: usize, order: usize, argument: impl Fn(usize) -> f64) -> [f64; LOCAL] {
         let degree = DEGREE - order;
         let mut rows = [[0.0; LOCAL]; LOCAL];
@@ -248,9 +249,9 @@ impl Spline {
         Self::new(basis.clone(), (0..basis.count()).map(point).collect())
     }
 
-    /// Returns the spline of another basis that has the positions of this one at as many fractions of the duration as it has
-    /// control points: the same function of this fraction where the other basis has the knots of this one. `None` where the
-    /// interpolation has no solution.
+    /// Returns the spline of another basis that has the positions of this one at as many fractions
+    /// of the duration as it has control points: the same function of this fraction where the other
+    /// basis has the knots of this one. `None` where the interpolation has no solution.
     pub(crate) fn in_basis(&self, basis: &SplineBasis) -> Option<Self> {
         let count = basis.count();
         let mut functions = DMatrix::zeros(count, count);

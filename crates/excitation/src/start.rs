@@ -9,8 +9,8 @@ use tactid_options::{Kind, Value, read_as};
 
 use crate::ExcitationError;
 
-/// By how much a position may be beyond its limit, rad or m: a start may be given with as many digits as the URDF has for its
-/// limits.
+/// By how much a position may be beyond its limit, rad or m: a start may be given with as many
+/// digits as the URDF has for its limits.
 const ROUNDING: f64 = 1e-9;
 
 /// Positions of joints at the beginning of a motion, rad or m.
@@ -19,7 +19,7 @@ const ROUNDING: f64 = 1e-9;
 pub enum Start {
     /// One for each joint, or one for each joint that moves the tip.
     Positions(Vec<f64>),
-    /// Those of some joints, by their names; the others have the default.
+    /// Positions of some joints, by their names; the others have the default.
     Named(BTreeMap<String, f64>),
 }
 
@@ -27,11 +27,13 @@ impl Value for Start {
     read_as!(Kind::Posture, Self);
 }
 
-/// Returns the positions of all joints at the beginning. Default: zero, or the middle of a range that excludes it.
+/// Returns the positions of all joints at the beginning. Default: zero, or the middle of a range
+/// that excludes it.
 ///
 /// # Errors
-/// Returns [`ExcitationError::Option`] for a joint that does not exist, another number of positions, or a position beyond its
-/// limits, [`ExcitationError::Model`] if the robot has no such tip, and [`ExcitationError::NoMovingJoint`] if no joint moves it.
+/// Returns [`ExcitationError::Option`] for a joint that does not exist, another number of
+/// positions, or a position beyond its limits, [`ExcitationError::Model`] if the robot has no such
+/// tip, and [`ExcitationError::NoMovingJoint`] if no joint moves it.
 pub(crate) fn posture(
     given: Option<&Start>,
     robot: &Manipulator,

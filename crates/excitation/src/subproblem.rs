@@ -6,9 +6,10 @@ use clarabel::solver::{DefaultSettings, DefaultSolver, IPSolver, SolverStatus, S
 use crate::ExcitationError;
 use crate::cones::LinearCone;
 
-/// What an exceeded limit costs, in units of the logarithm of an interval per fraction of the limit. Limits that all grow by
-/// one percent shorten the intervals by about two percent, so this is more than they are worth. With a larger penalty the
-/// search follows curved limits in small steps: 20 gave intervals almost three times as wide on the built-in spacecraft.
+/// What an exceeded limit costs, in units of the logarithm of an interval per fraction of the
+/// limit. Limits that all grow by one percent shorten the intervals by about two percent, so this
+/// is more than they are worth. With a larger penalty the search follows curved limits in small
+/// steps: 20 gave intervals almost three times as wide on the built-in spacecraft.
 pub(crate) const PENALTY: f64 = 3.0;
 
 /// Curvature along each variable, which makes the step unique where the program is degenerate.

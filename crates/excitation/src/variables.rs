@@ -10,7 +10,8 @@ pub enum End {
     Start,
     /// Anywhere within the limits.
     Free,
-    /// In a given posture: a position for each joint of the robot, rad or m. Joints that do not move end where they start.
+    /// In a given posture: a position for each joint of the robot, rad or m. Joints that do not
+    /// move end where they start.
     At(Vec<f64>),
 }
 
@@ -23,11 +24,13 @@ pub(crate) enum ControlPoint {
     Fixed(f64),
 }
 
-/// The control points of several joints as functions of the variables that the conditions at both ends leave free.
+/// The control points of several joints as functions of the variables that the conditions at both
+/// ends leave free.
 #[derive(Clone, Debug)]
 pub(crate) struct Variables {
     pub(crate) basis: SplineBasis,
-    /// The first control points of each joint, which position, velocity and acceleration at the beginning determine.
+    /// The first control points of each joint, which position, velocity and acceleration at the
+    /// beginning determine.
     start: Vec<[f64; AT_REST]>,
     /// Positions at the end, where they are given.
     end: Option<Vec<f64>>,
@@ -46,8 +49,8 @@ impl Variables {
         }
     }
 
-    /// Creates the variables of joints that start with position, velocity and acceleration of splines of the same basis, one for
-    /// each joint, and stand still at the end, anywhere.
+    /// Creates the variables of joints that start with position, velocity and acceleration of
+    /// splines of the same basis, one for each joint, and stand still at the end, anywhere.
     pub(crate) fn continuing(basis: &SplineBasis, splines: &[Spline]) -> Self {
         let first = |spline: &Spline| std::array::from_fn(|k| spline.control_points[k]);
         Self {
@@ -83,8 +86,8 @@ impl Variables {
         }
     }
 
-    /// Returns the values of all variables for the control points of a motion from start to end without excursion: the
-    /// joints rest, or move along one smooth step.
+    /// Returns the values of all variables for the control points of a motion from start to end
+    /// without excursion: the joints rest, or move along one smooth step.
     pub(crate) fn direct(&self) -> Vec<f64> {
         let mut values = vec![0.0; self.count()];
         let last = (self.basis.count() - AT_REST - self.at_end + 1) as f64;
@@ -102,8 +105,8 @@ impl Variables {
         values
     }
 
-    /// Returns the values of the variables of splines of all joints; splines of another basis are interpolated. `None` for
-    /// another number of joints.
+    /// Returns the values of the variables of splines of all joints; splines of another basis are
+    /// interpolated. `None` for another number of joints.
     pub(crate) fn values<'a>(&self, splines: impl Iterator<Item = &'a Spline>) -> Option<Vec<f64>> {
         let mut values = Vec::with_capacity(self.count());
         for spline in splines {

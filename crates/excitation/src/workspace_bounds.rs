@@ -64,10 +64,11 @@ pub struct KeepOutBox {
 /// Where the tool and the payload may be. On a floating base the boxes move with the base.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct WorkspaceBounds {
-    /// Box in which the origin of the tool's frame and the bounding box of the payload must stay, in the frame of the base.
+    /// Box in which the origin of the tool's frame and the bounding box of the payload must stay,
+    /// in the frame of the base.
     pub inside: Option<OrientedBox>,
-    /// Boxes that the origin of the tool's frame, the bounding box of the payload and the links with collision shapes must not
-    /// enter.
+    /// Boxes that the origin of the tool's frame, the bounding box of the payload and the links
+    /// with collision shapes must not enter.
     pub keep_out: Vec<KeepOutBox>,
 }
 
@@ -108,7 +109,8 @@ pub(crate) struct Confined {
 }
 
 impl Confined {
-    /// Returns the bodies that are confined to a box: the origin of the tool's frame, and the payload if its box is given.
+    /// Returns the bodies that are confined to a box: the origin of the tool's frame, and the
+    /// payload if its box is given.
     pub(crate) fn to_box(
         inside: OrientedBox,
         frame: FrameId,

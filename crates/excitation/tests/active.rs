@@ -88,8 +88,8 @@ fn used(problem: &Problem, payload: InertialParameters, motion: &dyn Motion) -> 
     (worst.limit, worst.used)
 }
 
-/// From the prior alone to intervals of 5 %, on the ground and in orbit: the true values are near, all limits hold for the true
-/// payload, and the robot comes to rest.
+/// From the prior alone to intervals of 5 %, on the ground and in orbit: the true values are near,
+/// all limits hold for the true payload, and the robot comes to rest.
 #[test]
 fn identifies_a_payload_and_stops() {
     let mut ground = on_ground();
@@ -181,8 +181,8 @@ fn first_plan(problem: &Problem, prior: Prior) -> impl Motion {
     }
 }
 
-/// Returns a payload of a prior with the largest mass: a rod, a plate or a box in any direction, its centre of mass in any direction at
-/// the largest distance.
+/// Returns a payload of a prior with the largest mass: a rod, a plate or a box in any direction,
+/// its centre of mass in any direction at the largest distance.
 fn heaviest_drawn(prior: &Prior, random: &mut StdRng, dimensions: usize) -> InertialParameters {
     let mut direction = |entries: usize| {
         let entry = |k| {
@@ -207,7 +207,8 @@ fn heaviest_drawn(prior: &Prior, random: &mut StdRng, dimensions: usize) -> Iner
     InertialParameters::from(body).expressed_in(&Isometry3::from_parts(center.into(), turn))
 }
 
-/// The first motion is safe for a thousand payloads of the prior for which it was not planned, and a wider prior makes it gentler.
+/// The first motion is safe for a thousand payloads of the prior for which it was not planned, and
+/// a wider prior makes it gentler.
 #[test]
 fn starts_gently() {
     let problem = bounded();
@@ -230,8 +231,9 @@ fn starts_gently() {
     assert!(used_by_faster > 1.5, "{used_by_faster}");
 }
 
-/// Where an estimate becomes uncertain, payloads are possible again with which even the way to a standstill exceeds a limit. The robot
-/// then goes this way, and no limit is relaxed for a next motion.
+/// Where an estimate becomes uncertain, payloads are possible again with which even the way to a
+/// standstill exceeds a limit. The robot then goes this way, and no limit is relaxed for a next
+/// motion.
 #[test]
 fn comes_to_a_standstill_where_an_estimate_is_lost() {
     let problem = bounded();
@@ -281,7 +283,8 @@ impl Motion for Later {
     }
 }
 
-/// Targets that noise does not allow end the identification, with the value that is the furthest from its target.
+/// Targets that noise does not allow end the identification, with the value that is the furthest
+/// from its target.
 #[test]
 fn stops_where_targets_are_out_of_reach() {
     let problem = bounded();

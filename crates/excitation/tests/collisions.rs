@@ -1,4 +1,5 @@
-//! Designs that keep bodies in their places and apart, checked by points on the bodies at closely spaced times.
+//! Designs that keep bodies in their places and apart, checked by points on the bodies at closely
+//! spaced times.
 
 #![allow(clippy::unwrap_used, clippy::panic)]
 
@@ -282,7 +283,8 @@ fn tetrahedron() -> [Vec<u8>; 3] {
     [ascii.into_bytes(), binary, obj.into_bytes()]
 }
 
-/// Meshes are read as their convex hull, whatever their format; what cannot be read is a finding that names the file.
+/// Meshes are read as their convex hull, whatever their format; what cannot be read is a finding
+/// that names the file.
 #[test]
 fn meshes_are_read_or_named() {
     let [ascii, mut binary, obj] = tetrahedron();
@@ -336,7 +338,8 @@ fn with_shapes(shapes: &str) -> Urdf {
     Urdf::from_xml(&urdf.xml().replace(mesh, shapes)).unwrap()
 }
 
-/// Findings are few, and shapes as many as can be tested at each step; what is too far away to measure a distance is left out.
+/// Findings are few, and shapes as many as can be tested at each step; what is too far away to
+/// measure a distance is left out.
 #[test]
 fn shapes_and_findings_are_bounded() {
     let findings = |shapes: &str| {

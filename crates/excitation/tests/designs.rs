@@ -25,7 +25,8 @@ fn joint_of(limit: &Limit) -> Option<&String> {
     }
 }
 
-/// Returns the least largest interval of so many random Fourier motions within the limits, relative to its target.
+/// Returns the least largest interval of so many random Fourier motions within the limits, relative
+/// to its target.
 fn best_of_random(problem: &Problem, count: usize) -> f64 {
     let mut random = StdRng::seed_from_u64(3);
     let mut best = f64::INFINITY;
@@ -50,8 +51,8 @@ fn best_of_random(problem: &Problem, count: usize) -> f64 {
     best
 }
 
-/// At equal limits a design is better than the best of random motions, by a factor of two on the ground and of three in
-/// orbit.
+/// At equal limits a design is better than the best of random motions, by a factor of two on the
+/// ground and of three in orbit.
 #[test]
 fn designs_beat_random_motions() {
     let mut ground = on_ground();
@@ -63,8 +64,8 @@ fn designs_beat_random_motions() {
     }
 }
 
-/// A motion of the double duration has intervals that are at most 0.75 times as wide (a repetition gives 0.71), within the same
-/// limits, on the ground and in orbit.
+/// A motion of the double duration has intervals that are at most 0.75 times as wide (a repetition
+/// gives 0.71), within the same limits, on the ground and in orbit.
 #[test]
 fn a_longer_motion_is_better() {
     let mut ground = on_ground();
@@ -91,7 +92,8 @@ fn a_longer_motion_is_better() {
     }
 }
 
-/// The positions of a motion with several passes are continuous, and velocities and accelerations are their derivatives.
+/// The positions of a motion with several passes are continuous, and velocities and accelerations
+/// are their derivatives.
 #[test]
 fn passes_join_smoothly() {
     let mut problem = on_ground();
@@ -189,7 +191,8 @@ fn other_methods_have_designs() {
     assert!((ratio - 3.0).abs() < 1e-9, "{ratio}");
 }
 
-/// The shortest motion reaches its targets without exceeding them much, and targets out of reach are an error.
+/// The shortest motion reaches its targets without exceeding them much, and targets out of reach
+/// are an error.
 #[test]
 fn the_shortest_motion_just_reaches_the_targets() {
     let mut problem = on_ground();

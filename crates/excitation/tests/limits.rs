@@ -122,8 +122,8 @@ fn steps(problem: &Problem) -> usize {
     (problem.duration_s * 1000.0) as usize
 }
 
-/// All limits hold at each millisecond for random limits, postures, durations, ends and criteria, also those that depend on
-/// the payload.
+/// All limits hold at each millisecond for random limits, postures, durations, ends and criteria,
+/// also those that depend on the payload.
 #[test]
 fn limits_hold_for_random_problems() {
     let mut random = StdRng::seed_from_u64(1);
@@ -175,8 +175,8 @@ fn limits_hold_for_random_problems() {
     );
 }
 
-/// A free-floating base keeps its attitude with the grip, for the payload and for one that is 10 % heavier, and all ten
-/// values are still determined.
+/// A free-floating base keeps its attitude with the grip, for the payload and for one that is 10 %
+/// heavier, and all ten values are still determined.
 #[test]
 fn a_free_base_keeps_its_attitude() {
     let mut problem = in_orbit();

@@ -66,8 +66,8 @@ fn exact(problem: &Problem, design: &Design, offset: &Wrench) -> Vec<Exact> {
     (0..=count).map(sample).collect()
 }
 
-/// Returns the root mean square error of each of the ten values over many identifications, in units of its predicted
-/// standard deviation.
+/// Returns the root mean square error of each of the ten values over many identifications, in units
+/// of its predicted standard deviation.
 fn achieved(problem: &Problem, design: &Design, offset: Wrench) -> [f64; 10] {
     let samples = exact(problem, design, &offset);
     let truth = values_of_body(&problem.payloads[0].mass_properties().unwrap());

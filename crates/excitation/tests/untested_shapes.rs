@@ -36,8 +36,8 @@ fn adding_mesh(xml: &str, link: &str, file: &str) -> String {
     xml.replace(&start, &format!("{start}{mesh}"))
 }
 
-/// A motion could run the robot through a shape that is left out, so none is designed unless that is accepted. The base counts,
-/// too: the arm can hit it.
+/// A motion could run the robot through a shape that is left out, so none is designed unless that
+/// is accepted. The base counts, too: the arm can hit it.
 #[test]
 fn no_motion_is_designed_while_shapes_are_left_out() {
     for link in ["forearm_link", "base_link"] {
@@ -60,7 +60,8 @@ fn no_motion_is_designed_while_shapes_are_left_out() {
     }
 }
 
-/// The links of each reason are listed together, and a robot without any shape is as untested as one that lost all.
+/// The links of each reason are listed together, and a robot without any shape is as untested as
+/// one that lost all.
 #[test]
 fn the_links_that_lost_their_shapes_are_named() {
     let (mut problem, model) = with_changed_shapes(|xml| {

@@ -1,5 +1,5 @@
-//! CDR, the encoding of ROS 2 messages: a header of four bytes with the byte order, then the fields, each number aligned
-//! to its size relative to the end of the header.
+//! CDR, the encoding of ROS 2 messages: a header of four bytes with the byte order, then the
+//! fields, each number aligned to its size relative to the end of the header.
 
 mod decoder;
 mod encoder;
@@ -57,8 +57,8 @@ pub fn encode<M: Field>(message: &M, buffer: &mut Vec<u8>) -> Result<(), CdrErro
     message.write(&mut Encoder::new(buffer))
 }
 
-/// Decodes a message of either byte order. Lengths are checked against the number of bytes, so that a damaged length
-/// costs no memory.
+/// Decodes a message of either byte order. Lengths are checked against the number of bytes, so that
+/// a damaged length costs no memory.
 ///
 /// # Errors
 /// Returns the fault if the bytes are not exactly one message with at most three bytes of padding.

@@ -1,5 +1,5 @@
-//! Reading and writing of ROS 2 logs, as rosbag2 records and plays them. Both storages of rosbag2, MCAP and SQLite, are
-//! read, compressed or not; MCAP is written.
+//! Reading and writing of ROS 2 logs, as rosbag2 records and plays them. Both storages of rosbag2,
+//! MCAP and SQLite, are read, compressed or not; MCAP is written.
 //!
 //! ```
 //! use tactid_logs::{Durability, LogError, LogReader, LogWriter};
@@ -33,8 +33,9 @@
 //! # Ok::<(), LogError>(())
 //! ```
 //!
-//! [`LogWriter`] writes a log that `ros2 bag play`, Foxglove, PlotJuggler and Rerun can open. [`LogReader`] reads an
-//! `.mcap` or `.db3` file or the folder of a bag of any length and returns the messages in the order of their log times.
+//! [`LogWriter`] writes a log that `ros2 bag play`, Foxglove, PlotJuggler and Rerun can open.
+//! [`LogReader`] reads an `.mcap` or `.db3` file or the folder of a bag of any length and returns
+//! the messages in the order of their log times.
 //!
 //! A damaged MCAP log, or the log of a killed writer, is readable up to the damage, which
 //! [`LogReader::damage`] and [`Messages::damage`] report. A damaged database is an error: its
@@ -42,8 +43,8 @@
 //!
 //! # Conventions
 //!
-//! Times are nanoseconds since the epoch of the log's clock. The log time of a message is the time at which it was
-//! recorded; the stamp in its header is the time of measurement.
+//! Times are nanoseconds since the epoch of the log's clock. The log time of a message is the time
+//! at which it was recorded; the stamp in its header is the time of measurement.
 
 #![cfg_attr(test, allow(clippy::unwrap_used, clippy::expect_used, clippy::panic))]
 

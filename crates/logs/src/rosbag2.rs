@@ -25,8 +25,8 @@ impl Durability {
         }
     }
 
-    /// Returns the `offered_qos_profiles` of a channel with one reliable publisher. Its history is unknown, as in every
-    /// recording, because publishers do not announce it.
+    /// Returns the `offered_qos_profiles` of a channel with one reliable publisher. Its history is
+    /// unknown, as in every recording, because publishers do not announce it.
     pub(crate) fn offered_qos_profiles(self) -> String {
         let (sec, nsec) = INFINITE;
         let duration = |name: &str| format!("  {name}:\n    sec: {sec}\n    nsec: {nsec}\n");
@@ -49,8 +49,8 @@ pub(crate) struct TopicDescription {
     pub(crate) count: u32,
 }
 
-/// File name in the description of a log. rosbag2 replaces it by the name of the file that it opens, so that the content
-/// of a log does not depend on its name.
+/// File name in the description of a log. rosbag2 replaces it by the name of the file that it
+/// opens, so that the content of a log does not depend on its name.
 const ANY_NAME: &str = "log.mcap";
 
 /// Description of a bag of one file.

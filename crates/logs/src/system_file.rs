@@ -1,5 +1,5 @@
-//! Opening of files as the operating system has them: without waiting for another process, and with a mark by which a
-//! file that was replaced is noticed.
+//! Opening of files as the operating system has them: without waiting for another process, and with
+//! a mark by which a file that was replaced is noticed.
 
 use std::{
     fs::{File, Metadata, OpenOptions},
@@ -8,8 +8,8 @@ use std::{
     time::SystemTime,
 };
 
-/// Returns options that open a pipe without waiting for the process at its other end, as `read_text` of `tactid-dynamics` does.
-/// Files are opened as ever.
+/// Returns options that open a pipe without waiting for the process at its other end, as
+/// `read_text` of `tactid-dynamics` does. Files are opened as ever.
 pub(crate) fn options() -> OpenOptions {
     #[allow(unused_mut, reason = "mutable on Unix alone")]
     let mut options = File::options();

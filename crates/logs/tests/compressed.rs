@@ -77,8 +77,8 @@ fn messages_that_are_compressed_one_by_one_are_read() {
     assert_eq!(read_file(folder.path()).unwrap().0, joints);
 }
 
-/// Parts in several files are one recording, with `metadata.yaml` and without it. A part that a killed recorder was
-/// compressing counts once.
+/// Parts in several files are one recording, with `metadata.yaml` and without it. A part that a
+/// killed recorder was compressing counts once.
 #[test]
 fn a_split_bag_is_one_recording() {
     let (expected, _) = read(&log(STEPS)).unwrap();

@@ -102,7 +102,8 @@ fn changed_bytes_never_panic() {
     }
 }
 
-/// A damaged chunk in the middle of a finished log ends the messages, and the damage is reported once with its position.
+/// A damaged chunk in the middle of a finished log ends the messages, and the damage is reported
+/// once with its position.
 #[test]
 fn a_bad_checksum_ends_the_log() {
     let bytes = log(50);
@@ -152,7 +153,8 @@ fn a_bad_index_loses_nothing() {
     assert!(damage[0].what.contains("index"), "{}", damage[0]);
 }
 
-/// A channel or schema that is defined again as another one would change the topic or type of messages: the log ends there.
+/// A channel or schema that is defined again as another one would change the topic or type of
+/// messages: the log ends there.
 #[test]
 fn a_channel_that_is_defined_again_ends_the_log() {
     let text = |text: &str| [&(text.len() as u32).to_le_bytes()[..], text.as_bytes()].concat();

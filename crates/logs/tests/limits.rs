@@ -12,7 +12,8 @@ use tactid_logs::{LogError, LogReader};
 
 const MEGABYTE: usize = 1 << 20;
 
-/// Returns what reading a log of messages of some size gives with a budget: their number, or an error. Each chunk has two.
+/// Returns what reading a log of messages of some size gives with a budget: their number, or an
+/// error. Each chunk has two.
 fn read(steps: &[u64], size: usize, budget: usize, compressed: bool) -> Result<usize, LogError> {
     let options = WriteOptions::new()
         .compression(Some(Compression::Zstd))

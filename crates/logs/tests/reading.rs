@@ -87,8 +87,8 @@ fn a_killed_recording_without_metadata_is_read() {
     assert!(error.contains("different names"), "{error}");
 }
 
-/// Messages of overlapping chunks and messages that are out of order are sorted by time, and keep the order of the log at
-/// equal times.
+/// Messages of overlapping chunks and messages that are out of order are sorted by time, and keep
+/// the order of the log at equal times.
 #[test]
 fn out_of_order_is_put_in_order() {
     let steps: Vec<u64> = (0..60).map(|i| (i * 37) % 53).collect();
@@ -291,7 +291,8 @@ fn the_logs_of_others_are_read() {
     }
 }
 
-/// A log that another one replaces between the reading of its index and of its messages is an error, and no mixture of both.
+/// A log that another one replaces between the reading of its index and of its messages is an
+/// error, and no mixture of both.
 #[test]
 fn a_replaced_file_is_an_error() {
     let folder = tempfile::tempdir().unwrap();

@@ -1,5 +1,5 @@
-//! SQLite bags have the same messages as MCAP logs: every version of their schema, in any order of rows, finished or
-//! not, and while another process writes them.
+//! SQLite bags have the same messages as MCAP logs: every version of their schema, in any order of
+//! rows, finished or not, and while another process writes them.
 
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
 
@@ -46,8 +46,8 @@ fn every_schema_has_the_messages_of_mcap() {
     }
 }
 
-/// Messages are in the order of their times, and of their rows at equal times, in any order of rows and across the parts
-/// that are read at once.
+/// Messages are in the order of their times, and of their rows at equal times, in any order of rows
+/// and across the parts that are read at once.
 #[test]
 fn rows_out_of_order_are_put_in_order() {
     let count = 10_007;
@@ -85,8 +85,8 @@ fn rows_out_of_order_are_put_in_order() {
     }
 }
 
-/// A bag that another process writes is read as far as it is committed, in every mode of the journal, and nothing is
-/// added later.
+/// A bag that another process writes is read as far as it is committed, in every mode of the
+/// journal, and nothing is added later.
 #[test]
 fn a_bag_is_read_while_it_is_written() {
     for mode in ["DELETE", "TRUNCATE", "PERSIST", "MEMORY", "WAL", "OFF"] {
@@ -181,7 +181,8 @@ fn a_locked_bag_is_refused() {
     );
 }
 
-/// Recordings of others, with both ages of the schema, are read completely. They are not part of the repository.
+/// Recordings of others, with both ages of the schema, are read completely. They are not part of
+/// the repository.
 #[test]
 fn the_bags_of_others_are_read() {
     let data = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../../shared/data/unisa");

@@ -116,8 +116,8 @@ fn databases_that_are_not_bags_are_refused() {
     }
 }
 
-/// SQLite compares names of tables and columns without case, and a name may have 4096 bytes. A description that is not by row numbers is
-/// not read.
+/// SQLite compares names of tables and columns without case, and a name may have 4096 bytes. A
+/// description that is not by row numbers is not read.
 #[test]
 fn names_in_another_case_and_of_full_length_are_read() {
     let folder = tempfile::tempdir().unwrap();
@@ -247,7 +247,8 @@ fn a_bag_cut_at_any_page_is_refused() {
     }
 }
 
-/// A page that was lost, or overwritten by another one or by anything, is an error or costs messages, but no number changes.
+/// A page that was lost, or overwritten by another one or by anything, is an error or costs
+/// messages, but no number changes.
 #[test]
 fn a_bad_page_changes_no_message() {
     let folder = tempfile::tempdir().unwrap();

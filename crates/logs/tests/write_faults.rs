@@ -1,4 +1,5 @@
-//! Writing of a log to a stream that fails at some byte, as a disk that becomes full, or that takes few bytes at once.
+//! Writing of a log to a stream that fails at some byte, as a disk that becomes full, or that takes
+//! few bytes at once.
 
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
 
@@ -88,7 +89,8 @@ fn read(path: &Path, bytes: &[u8]) -> Vec<JointState> {
         .collect()
 }
 
-/// Returns the bytes of a log on a disk of this size, whether it is whole, and how many messages were acknowledged.
+/// Returns the bytes of a log on a disk of this size, whether it is whole, and how many messages
+/// were acknowledged.
 fn written(states: &[JointState], size: u64) -> (Vec<u8>, Result<(), LogError>, usize) {
     let bytes = Rc::new(RefCell::new(Cursor::new(Vec::new())));
     let disk = Disk {
@@ -101,7 +103,8 @@ fn written(states: &[JointState], size: u64) -> (Vec<u8>, Result<(), LogError>, 
     (bytes.take().into_inner(), result, acknowledged)
 }
 
-/// Asserts that a log on a disk of this size, which is too small for it, keeps what was acknowledged.
+/// Asserts that a log on a disk of this size, which is too small for it, keeps what was
+/// acknowledged.
 fn assert_acknowledged_is_kept(states: &[JointState], size: u64, path: &Path) {
     let (bytes, result, acknowledged) = written(states, size);
     match result {
@@ -115,7 +118,8 @@ fn assert_acknowledged_is_kept(states: &[JointState], size: u64, path: &Path) {
     assert!(states.starts_with(&messages), "{size} bytes");
 }
 
-/// Asserts that a log on a disk of any size keeps what was acknowledged. Returns the size that is enough for it.
+/// Asserts that a log on a disk of any size keeps what was acknowledged. Returns the size that is
+/// enough for it.
 fn assert_acknowledged_is_kept_at_any_size(states: &[JointState]) -> u64 {
     let folder = tempfile::tempdir().unwrap();
     let (bytes, result, _) = written(states, u64::MAX);
@@ -143,7 +147,8 @@ fn a_disk_that_is_full_at_any_byte_keeps_what_was_acknowledged() {
     assert!(size > 1000, "{size} bytes");
 }
 
-/// The same for 200 kB: `cargo test --release -p tactid-logs long_log -- --ignored` takes some minutes.
+/// The same for 200 kB: `cargo test --release -p tactid-logs long_log -- --ignored` takes some
+/// minutes.
 #[test]
 #[ignore = "takes some minutes"]
 fn a_disk_that_is_full_at_any_byte_of_a_long_log_keeps_what_was_acknowledged() {

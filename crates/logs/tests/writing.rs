@@ -37,7 +37,8 @@ fn two_messages() -> Vec<u8> {
     log.finish().unwrap().into_inner()
 }
 
-/// A log contains what rosbag2 needs: profile, encodings, quality of service, and an index of messages for every chunk.
+/// A log contains what rosbag2 needs: profile, encodings, quality of service, and an index of
+/// messages for every chunk.
 #[test]
 fn a_log_is_as_rosbag2_writes_it() {
     let bytes = two_messages();
@@ -215,7 +216,8 @@ fn an_existing_file_is_replaced() {
     assert_eq!(LogReader::open(&path).unwrap().damage().len(), 0);
 }
 
-/// Two writers of one log would leave a file that is neither's. The second one is refused, and the first log is whole.
+/// Two writers of one log would leave a file that is neither's. The second one is refused, and the
+/// first log is whole.
 #[test]
 fn a_log_that_is_being_written_is_not_replaced() {
     let folder = tempfile::tempdir().unwrap();

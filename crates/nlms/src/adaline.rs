@@ -20,9 +20,9 @@ pub trait LearningRule {
 /// Linear neuron `y = A(k) w`, (51) without bias, with weights `w` that are trained to fulfil
 /// `A(k) w = b(k)`, (52).
 ///
-/// Each row trains the weights once: `w ← w + μ e u`, (53), where `u = A(k)ᵀ` is the row, `e` is the
-/// target less the output of the neuron, and the [`LearningRule`] chooses μ. [`Lms`] and [`Nlms`] are
-/// its two forms.
+/// Each row trains the weights once: `w ← w + μ e u`, (53), where `u = A(k)ᵀ` is the row, `e` is
+/// the target less the output of the neuron, and the [`LearningRule`] chooses μ. [`Lms`] and
+/// [`Nlms`] are its two forms.
 #[derive(Clone, Debug)]
 pub struct Adaline<R, const N: usize> {
     weights: SVector<f64, N>,
@@ -69,8 +69,8 @@ impl<R: LearningRule, const N: usize> Estimator<N> for Adaline<R, N> {
 /// Number of sums that a [`dot`] product adds up in turn.
 const SUMS: usize = 4;
 
-/// Returns the dot product in four sums. The weights of the next row wait for it, and it for the last one of as many
-/// additions as there are entries in a sum.
+/// Returns the dot product in four sums. The weights of the next row wait for it, and it for the
+/// last one of as many additions as there are entries in a sum.
 fn dot<const N: usize>(a: &SVector<f64, N>, b: &SVector<f64, N>) -> f64 {
     let mut sums = [-0.0; SUMS]; // The compiler leaves out the addition to -0.0, but not to 0.0, which would change -0.0.
     for (a, b) in a.as_slice().chunks(SUMS).zip(b.as_slice().chunks(SUMS)) {
@@ -106,10 +106,10 @@ impl LearningRule for NormalisedStep {
 
 /// Least mean squares with a fixed step size, section 3.1 of the paper.
 ///
-/// The rows and targets are assumed to be exact. The estimate may diverge where `step · |row|²` reaches
-/// 2, so that the step size must fit the largest row. White noise of variance `σ²` on the targets of
-/// rows with unit norm leaves a mean squared prediction error of `σ² step/(2 - step)`, however many rows
-/// follow. One row costs `2 N` multiplications.
+/// The rows and targets are assumed to be exact. The estimate may diverge where `step · |row|²`
+/// reaches 2, so that the step size must fit the largest row. White noise of variance `σ²` on the
+/// targets of rows with unit norm leaves a mean squared prediction error of `σ² step/(2 - step)`,
+/// however many rows follow. One row costs `2 N` multiplications.
 ///
 /// ```
 /// use nalgebra::Vector1;
@@ -126,10 +126,10 @@ pub type Lms<const N: usize> = Adaline<FixedStep, N>;
 
 /// Normalised least mean squares, equations (53)-(54): the paper's filter.
 ///
-/// The rows and targets are assumed to be exact. White noise of variance `σ²` on the targets of rows
-/// with unit norm leaves a mean squared prediction error of `σ² α/(2 - α)` (the misadjustment: 9 at the
-/// paper's α), however many rows follow. Columns of different scale slow the convergence down. One row
-/// costs `3 N` multiplications.
+/// The rows and targets are assumed to be exact. White noise of variance `σ²` on the targets of
+/// rows with unit norm leaves a mean squared prediction error of `σ² α/(2 - α)` (the misadjustment:
+/// 9 at the paper's α), however many rows follow. Columns of different scale slow the convergence
+/// down. One row costs `3 N` multiplications.
 ///
 /// ```
 /// use nalgebra::Vector2;
@@ -164,7 +164,8 @@ impl<const N: usize> Nlms<N> {
     /// `alpha` has no unit, and `beta` the unit of a row's squared norm.
     ///
     /// # Errors
-    /// Returns [`SettingError`] if `alpha` is outside (0, 2) or `beta` outside (0, 1): the conditions for convergence below (54).
+    /// Returns [`SettingError`] if `alpha` is outside (0, 2) or `beta` outside (0, 1): the
+    /// conditions for convergence below (54).
     pub fn new(alpha: f64, beta: f64) -> Result<Self, SettingError> {
         ensure(alpha > 0.0 && alpha < 2.0, "alpha", alpha, "(0, 2)")?;
         ensure(beta > 0.0 && beta < 1.0, "beta", beta, "(0, 1)")?;
@@ -225,8 +226,8 @@ mod tests {
         assert!(error < 1e-9, "{error}");
     }
 
-    /// With white noise on the targets the mean squared error settles at the misadjustment α/(2 - α)
-    /// times the variance of the noise, so a larger α is noisier.
+    /// With white noise on the targets the mean squared error settles at the misadjustment α/(2 -
+    /// α) times the variance of the noise, so a larger α is noisier.
     #[test]
     fn misadjustment_grows_with_alpha() {
         let squared_error = |alpha: f64| {

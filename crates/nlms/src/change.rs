@@ -10,8 +10,8 @@ const LEAST_THRESHOLD: f64 = std::f64::consts::LN_10;
 /// Says which changes a [`ChangeDetector`] looks for and how rare its false alarms are.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ChangeSettings {
-    /// Lower bound of the mean number of rows between two false alarms; default 1e9. The delay of an
-    /// alarm grows with its logarithm.
+    /// Lower bound of the mean number of rows between two false alarms; default 1e9. The delay of
+    /// an alarm grows with its logarithm.
     pub rows_between_false_alarms: f64,
     /// Number of rows over which the innovations are correlated, at least 1; default 1 (white). It
     /// is the peak of their spectral density, as a multiple of white innovations':
@@ -23,8 +23,8 @@ pub struct ChangeSettings {
     /// Smallest growth of the standard deviation that is detected, a factor above 1; default 2. The
     /// growth reveals changes with an effect that alternates in sign with the motion.
     pub growth: f64,
-    /// Limit of a single innovation, in standard deviations; default 4. Innovations beyond it count as
-    /// `clip`, so that a single outlier raises no alarm.
+    /// Limit of a single innovation, in standard deviations; default 4. Innovations beyond it count
+    /// as `clip`, so that a single outlier raises no alarm.
     pub clip: f64,
 }
 
@@ -57,10 +57,10 @@ impl ChangeSettings {
 
 /// Detects from the innovations of an estimator that its parameters have changed.
 ///
-/// The detector accumulates three log-likelihood ratios against innovations of mean 0 and variance 1
-/// (Page 1954, Biometrika 41: CUSUM): for a mean shifted up, for a mean shifted down, and for a larger
-/// standard deviation. It raises an alarm when one of them reaches the threshold `h`, and then starts
-/// anew. One row costs about a dozen multiplications.
+/// The detector accumulates three log-likelihood ratios against innovations of mean 0 and variance
+/// 1 (Page 1954, Biometrika 41: CUSUM): for a mean shifted up, for a mean shifted down, and for a
+/// larger standard deviation. It raises an alarm when one of them reaches the threshold `h`, and
+/// then starts anew. One row costs about a dozen multiplications.
 ///
 /// # False alarms
 /// For white innovations the mean time to a false alarm of one such sum is at least `eʰ` rows
@@ -81,9 +81,9 @@ impl ChangeSettings {
 /// `h · correlation_rows / (m · shift - shift² / 2)` rows: 15 for `m = 2` at the defaults.
 ///
 /// # Example
-/// The innovation is the target less its prediction, before the update. Its variance is `σ² (1 + l)`
-/// for noise of variance `σ²` on the target, where `l = |R⁻ᵀ a|²` is the variance that the uncertainty
-/// of the estimate adds for the row `a`.
+/// The innovation is the target less its prediction, before the update. Its variance is
+/// `σ² (1 + l)` for noise of variance `σ²` on the target, where `l = |R⁻ᵀ a|²` is the variance that
+/// the uncertainty of the estimate adds for the row `a`.
 ///
 /// ```
 /// use nalgebra::Vector1;
@@ -144,8 +144,8 @@ impl ChangeDetector {
         })
     }
 
-    /// Adds the evidence of an innovation over its standard deviation, and returns true if it shows a
-    /// change. The detector then starts anew.
+    /// Adds the evidence of an innovation over its standard deviation, and returns true if it shows
+    /// a change. The detector then starts anew.
     ///
     /// An innovation with a magnitude of 1e150 or more, or that is not finite, changes nothing.
     pub fn update(&mut self, normalised_innovation: f64) -> bool {
@@ -240,8 +240,8 @@ mod tests {
     const CORRELATIONS: [f64; 3] = [0.0, 0.6, 0.95];
 
     /// At the defaults there is no alarm in a million rows without change, white or coloured: the
-    /// documented rate makes one less likely than one in a thousand. Where coloured rows are declared
-    /// white, there are many.
+    /// documented rate makes one less likely than one in a thousand. Where coloured rows are
+    /// declared white, there are many.
     #[test]
     fn a_million_clean_rows_raise_no_alarm() {
         for correlation in CORRELATIONS {
@@ -290,8 +290,8 @@ mod tests {
         sum / 400.0
     }
 
-    /// The delay is the threshold over the mean evidence of a row, Wald's approximation, to which the
-    /// overshoot adds up to two rows.
+    /// The delay is the threshold over the mean evidence of a row, Wald's approximation, to which
+    /// the overshoot adds up to two rows.
     #[test]
     fn delays_are_as_documented() {
         let threshold = 3e9f64.ln();
@@ -327,8 +327,8 @@ mod tests {
         assert_eq!((alternating.rise, alternating.fall), (0.0, 1.5));
     }
 
-    /// Outliers in single rows, however large, and innovations that are not finite raise no alarm; the
-    /// latter leave the evidence as it was.
+    /// Outliers in single rows, however large, and innovations that are not finite raise no alarm;
+    /// the latter leave the evidence as it was.
     #[test]
     fn a_bump_is_no_change() {
         let mut noise = Noise::new(4, 0.0);
@@ -346,8 +346,8 @@ mod tests {
         }
     }
 
-    /// Beside least squares of three parameters: there is no alarm while they are estimated, one when
-    /// they change, and an estimator that starts anew finds the new ones.
+    /// Beside least squares of three parameters: there is no alarm while they are estimated, one
+    /// when they change, and an estimator that starts anew finds the new ones.
     #[test]
     fn finds_a_change_of_payload_and_the_new_one() {
         let mut noise = Noise::new(5, 0.0);

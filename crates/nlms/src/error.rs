@@ -14,7 +14,8 @@ pub struct SettingError {
     pub expected: &'static str,
 }
 
-/// Returns an error unless the setting is `valid`. Comparisons with NaN are false, so NaN is refused.
+/// Returns an error unless the setting is `valid`. Comparisons with NaN are false, so NaN is
+/// refused.
 pub(crate) fn ensure(
     valid: bool,
     name: &'static str,

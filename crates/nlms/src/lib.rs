@@ -62,8 +62,8 @@ const TOO_LARGE: f64 = 1e150;
 pub trait Estimator<const N: usize> {
     /// Updates the estimate with row `A(k)` and its target `b(k)`, (50).
     ///
-    /// A row or target with a magnitude of 1e150 or more, or that is not finite, changes nothing but
-    /// the [counts](Self::counts).
+    /// A row or target with a magnitude of 1e150 or more, or that is not finite, changes nothing
+    /// but the [counts](Self::counts).
     fn update(&mut self, row: &SVector<f64, N>, target: f64) -> Outcome;
 
     /// Returns the current estimate. Each parameter has the unit of the target over the unit of its

@@ -7,17 +7,19 @@ use nalgebra::{SMatrix, SVector};
 use crate::square_root::SquareRootInformation;
 use crate::{Counts, Estimator, Outcome};
 
-/// Number of rows of single updates that enter the factorisation together. Six rows of ten parameters by
-/// Householder reflections needed a quarter of the time of Givens rotations (51 against 217 ns a row).
+/// Number of rows of single updates that enter the factorisation together. Six rows of ten
+/// parameters by Householder reflections needed a quarter of the time of Givens rotations (51
+/// against 217 ns a row).
 const BLOCK: usize = 8;
 
 /// Recursive least squares over all rows with equal weight.
 ///
-/// The estimate is the least-squares solution of all rows so far. It is kept as the upper triangular
-/// factor `R` of the QR decomposition of the rows (Golub and Van Loan, *Matrix Computations*, section
-/// 6.5). `AᵀA` is never formed, so that the estimate is accurate to rounding where the recursion on
-/// the covariance loses half of the digits. A direction that no row excites keeps its initial value, and all parameters
-/// do where the solution is beyond the range of numbers. The units of rows, targets and parameters do not matter.
+/// The estimate is the least-squares solution of all rows so far. It is kept as the upper
+/// triangular factor `R` of the QR decomposition of the rows (Golub and Van Loan, *Matrix
+/// Computations*, section 6.5). `AᵀA` is never formed, so that the estimate is accurate to rounding
+/// where the recursion on the covariance loses half of the digits. A direction that no row excites
+/// keeps its initial value, and all parameters do where the solution is beyond the range of
+/// numbers. The units of rows, targets and parameters do not matter.
 ///
 /// The rows are assumed to be exact, and the noise on the targets white with one standard
 /// deviation. Where noise differs, each row and its target are divided by its standard deviation.
@@ -45,7 +47,8 @@ const BLOCK: usize = 8;
 pub struct Rls<const N: usize> {
     /// All rows but the pending ones.
     information: SquareRootInformation<N>,
-    /// Rows of single updates that have not entered the factorisation yet; the first `pending_count` are valid.
+    /// Rows of single updates that have not entered the factorisation yet; the first
+    /// `pending_count` are valid.
     pending: [(SVector<f64, N>, f64); BLOCK],
     pending_count: usize,
     counts: Counts,
@@ -68,8 +71,8 @@ impl<const N: usize> Rls<N> {
 
     /// Returns an estimator without rows that has these parameters.
     ///
-    /// The initial values weigh as little as rounding, 1.5e-8 of the largest entry of each column. They show only in directions
-    /// that no row excites.
+    /// The initial values weigh as little as rounding, 1.5e-8 of the largest entry of each column.
+    /// They show only in directions that no row excites.
     #[must_use]
     pub fn starting_at(parameters: SVector<f64, N>) -> Self {
         Self {
@@ -124,10 +127,11 @@ impl<const N: usize> Rls<N> {
         Cow::Owned(all)
     }
 
-    /// Returns the square root of the information: the upper triangular `R` with `RᵀR = AᵀA`, where `A` are all rows.
+    /// Returns the square root of the information: the upper triangular `R` with `RᵀR = AᵀA`, where
+    /// `A` are all rows.
     ///
-    /// An entry of its diagonal is positive, or its whole row is zero: each row so far is a combination of fewer
-    /// parameters.
+    /// An entry of its diagonal is positive, or its whole row is zero: each row so far is a
+    /// combination of fewer parameters.
     #[must_use]
     pub fn information_root(&self) -> SMatrix<f64, N, N> {
         self.of_all_rows().root()
@@ -141,18 +145,19 @@ impl<const N: usize> Rls<N> {
         self.of_all_rows().transformed_target()
     }
 
-    /// Returns the [square root of the information](Self::information_root) of the rows and of the small weights on the
-    /// initial values, which is regular: its diagonal is positive.
+    /// Returns the [square root of the information](Self::information_root) of the rows and of the
+    /// small weights on the initial values, which is regular: its diagonal is positive.
     #[must_use]
     pub fn regularised_root(&self) -> SMatrix<f64, N, N> {
         self.of_all_rows().regularised(&self.start).root()
     }
 
-    /// Returns the covariance `s² (AᵀA)⁻¹` of the estimate, or `None` until there are more rows than
-    /// parameters, and they excite every direction. It is also `None` where an entry is beyond the range of numbers.
+    /// Returns the covariance `s² (AᵀA)⁻¹` of the estimate, or `None` until there are more rows
+    /// than parameters, and they excite every direction. It is also `None` where an entry is beyond
+    /// the range of numbers.
     ///
-    /// The variance `s²` of the noise on the targets is estimated as the sum of squared residuals over
-    /// the number of rows beyond `N`. The covariance costs about `N³` multiplications.
+    /// The variance `s²` of the noise on the targets is estimated as the sum of squared residuals
+    /// over the number of rows beyond `N`. The covariance costs about `N³` multiplications.
     #[must_use]
     pub fn covariance(&self) -> Option<SMatrix<f64, N, N>> {
         let freedom = self.counts.used as f64 - N as f64;

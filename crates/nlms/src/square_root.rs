@@ -4,9 +4,9 @@ use std::ops::Range;
 
 use nalgebra::{SMatrix, SVector};
 
-/// Weight of the initial value of a parameter relative to the size of its column, the root of the rounding error:
-/// small enough to leave no trace beyond rounding in a direction that the rows excite, large enough to hold at its
-/// initial value a direction that only rounding excites.
+/// Weight of the initial value of a parameter relative to the size of its column, the root of the
+/// rounding error: small enough to leave no trace beyond rounding in a direction that the rows
+/// excite, large enough to hold at its initial value a direction that only rounding excites.
 const START_WEIGHT: f64 = 1.5e-8;
 
 /// Weight of the initial value of a parameter with a column of zeros: any weight leaves the
@@ -20,12 +20,12 @@ const ROUNDING: f64 = 1e-12;
 /// lose digits to underflow.
 const SAFE_SQUARES: Range<f64> = 1e-150..1e150;
 
-/// Upper triangular `R`, vector `z` and scalar `s` with `|A x - b|² = |R x - z|² + s` for every `x`,
-/// where `A x = b` are all rows so far.
+/// Upper triangular `R`, vector `z` and scalar `s` with `|A x - b|² = |R x - z|² + s` for every
+/// `x`, where `A x = b` are all rows so far.
 #[derive(Clone, Debug)]
 pub(crate) struct SquareRootInformation<const N: usize> {
-    /// `Rᵀ`, so that a row of `R` is contiguous. `RᵀR` is the information matrix. An entry of the diagonal is positive, or
-    /// the whole row of `R` is zero.
+    /// `Rᵀ`, so that a row of `R` is contiguous. `RᵀR` is the information matrix. An entry of the
+    /// diagonal is positive, or the whole row of `R` is zero.
     lower: SMatrix<f64, N, N>,
     /// `z`, the targets transformed like the rows.
     transformed_target: SVector<f64, N>,
@@ -43,9 +43,9 @@ impl<const N: usize> SquareRootInformation<N> {
         }
     }
 
-    /// Returns the same form with one more row for each parameter, which says with a small weight that the parameter has
-    /// its initial value: `R` is then regular. The weight is relative to the column of the parameter, so that the
-    /// units of the parameters do not matter.
+    /// Returns the same form with one more row for each parameter, which says with a small weight
+    /// that the parameter has its initial value: `R` is then regular. The weight is relative to the
+    /// column of the parameter, so that the units of the parameters do not matter.
     pub(crate) fn regularised(&self, start: &SVector<f64, N>) -> Self {
         let mut regular = self.clone();
         for k in 0..N {
@@ -62,7 +62,8 @@ impl<const N: usize> SquareRootInformation<N> {
         regular
     }
 
-    /// Size of the column of a parameter in `R`, its largest entry: between its length over `√N` and its length.
+    /// Size of the column of a parameter in `R`, its largest entry: between its length over `√N`
+    /// and its length.
     fn column_size(&self, parameter: usize) -> f64 {
         self.lower.row(parameter).amax()
     }
@@ -104,8 +105,8 @@ impl<const N: usize> SquareRootInformation<N> {
             return;
         }
         for k in 0..N {
-            // The entries before `k` are zero. Where their number is a constant, the compiler unrolls the
-            // sums over the others.
+            // The entries before `k` are zero. Where their number is a constant, the compiler
+            // unrolls the sums over the others.
             let is_eliminated = match k / 2 {
                 0 => self.eliminate(k, 0, rows),
                 1 => self.eliminate(k, 2, rows),
@@ -124,9 +125,9 @@ impl<const N: usize> SquareRootInformation<N> {
         self.residual_squares += rows.iter().map(|(_, target)| target * target).sum::<f64>();
     }
 
-    /// Reflects row `k` of `R` and the rows such that entry `k` of the rows vanishes. The rows' entries
-    /// before `first`, at most `k`, are zero. Returns `false`, and changes nothing, where the squares of
-    /// the entries are out of range.
+    /// Reflects row `k` of `R` and the rows such that entry `k` of the rows vanishes. The rows'
+    /// entries before `first`, at most `k`, are zero. Returns `false`, and changes nothing, where
+    /// the squares of the entries are out of range.
     #[inline(always)]
     fn eliminate(&mut self, k: usize, first: usize, rows: &mut [(SVector<f64, N>, f64)]) -> bool {
         // Products of entry k of the rows with all others: nothing here waits for the length below.
@@ -142,13 +143,15 @@ impl<const N: usize> SquareRootInformation<N> {
         if row_squares <= f64::EPSILON.powi(2) * square {
             rows.iter_mut().for_each(|(row, _)| row[k] = 0.0);
         } else {
-            // The Householder vector is diagonal - length, and below it column k of the rows. Of its reflection
-            // only the last step waits for the root: a division by it is a product with length / square.
+            // The Householder vector is diagonal - length, and below it column k of the rows. Of
+            // its reflection only the last step waits for the root: a division by it is a product
+            // with length / square.
             let inverse_row_squares = row_squares.recip();
             let inverse_square = square.recip();
             let length = square.sqrt();
             let inverse_length = length * inverse_square;
-            // Returns an entry of row k of R, reflected, and the multiple of column k that its column of the rows loses.
+            // Returns an entry of row k of R, reflected, and the multiple of column k that its
+            // column of the rows loses.
             let reflect = |above: f64, product: f64| {
                 let ratio = product * inverse_row_squares;
                 (
@@ -183,7 +186,8 @@ impl<const N: usize> SquareRootInformation<N> {
         parameters
     }
 
-    /// Returns the inverse of the information matrix, `R⁻¹ R⁻ᵀ`, in about `N³` multiplications. `R` must be regular.
+    /// Returns the inverse of the information matrix, `R⁻¹ R⁻ᵀ`, in about `N³` multiplications. `R`
+    /// must be regular.
     pub(crate) fn inverse_information(&self) -> SMatrix<f64, N, N> {
         let mut inverse = SMatrix::<f64, N, N>::identity();
         self.lower.tr_solve_lower_triangular_mut(&mut inverse);
@@ -201,8 +205,8 @@ impl<const N: usize> SquareRootInformation<N> {
     }
 }
 
-/// Returns the sums over the rows of entry `k` times the entries from `first` on, and times the target. Rows are summed
-/// in pairs, since an addition has to wait for the one before it.
+/// Returns the sums over the rows of entry `k` times the entries from `first` on, and times the
+/// target. Rows are summed in pairs, since an addition has to wait for the one before it.
 #[inline(always)]
 fn products<const N: usize>(
     rows: &[(SVector<f64, N>, f64)],

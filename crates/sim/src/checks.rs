@@ -18,18 +18,18 @@ pub struct Checks {
     /// Change of the system's linear momentum, as a fraction of the largest one of a single body;
     /// `None` for a fixed base, which exchanges momentum with the ground.
     pub linear_momentum_drift: Option<f64>,
-    /// Change of the system's angular momentum about the world's origin, as a fraction of the largest angular momentum of
-    /// any single body, without a unit; `None` for a fixed base.
+    /// Change of the system's angular momentum about the world's origin, as a fraction of the
+    /// largest angular momentum of any single body, without a unit; `None` for a fixed base.
     pub angular_momentum_drift: Option<f64>,
     /// Displacement of the payload in the tool frame, m.
     pub grasp_drift_m: f64,
     /// Rotation of the payload in the tool frame, rad.
     pub grasp_drift_rad: f64,
-    /// Residual of Newton's equation of the payload under the contact forces and gravity, as a fraction of the largest contact
-    /// force, without a unit.
+    /// Residual of Newton's equation of the payload under the contact forces and gravity, as a
+    /// fraction of the largest contact force, without a unit.
     pub newton_residual: f64,
-    /// Residual of Euler's equation of the payload about its centre of mass, as a fraction of the largest contact
-    /// moment, without a unit.
+    /// Residual of Euler's equation of the payload about its centre of mass, as a fraction of the
+    /// largest contact moment, without a unit.
     pub euler_residual: f64,
 }
 
@@ -196,7 +196,8 @@ impl Monitor {
             .add(angular, largest_angular, SMALLEST_MOMENTUM);
     }
 
-    /// Returns linear and angular momentum of all bodies about the world's origin, and the largest of any single body.
+    /// Returns linear and angular momentum of all bodies about the world's origin, and the largest
+    /// of any single body.
     fn total_momentum(&self, state: &State) -> ([Vector3<f64>; 2], [f64; 2]) {
         let mut total = [Vector3::zeros(); 2];
         let mut largest = [0.0_f64; 2];

@@ -22,10 +22,11 @@ pub(crate) struct ContactPoint {
     pub normal_force: f64,
 }
 
-/// Appends the contacts of one pair to `points`. `center` is the position of the payload's centre of mass at the start of
-/// the step, m.
+/// Appends the contacts of one pair to `points`. `center` is the position of the payload's centre
+/// of mass at the start of the step, m.
 ///
-/// Rapier keeps one impulse for each contact and step, because there is a single substep, so that each counts once.
+/// Rapier keeps one impulse for each contact and step, because there is a single substep, so that
+/// each counts once.
 pub(crate) fn read_contacts(
     pair: &ContactPair,
     handle: ColliderHandle,
@@ -62,8 +63,9 @@ pub(crate) fn read_contacts(
     }
 }
 
-/// Hook that prevents creep of the grasp. Rapier's friction acts on velocities only, so that positions creep by centimetres
-/// over the experiment. The hook requests for each contact the tangential velocity that reverses its slip.
+/// Hook that prevents creep of the grasp. Rapier's friction acts on velocities only, so that
+/// positions creep by centimetres over the experiment. The hook requests for each contact the
+/// tangential velocity that reverses its slip.
 pub(crate) struct SlipAnchors {
     fingers: [RigidBodyHandle; 2],
     payload: RigidBodyHandle,

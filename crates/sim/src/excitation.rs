@@ -48,7 +48,8 @@ impl Commands {
     /// Returns the generator for the arm of an experiment.
     ///
     /// # Errors
-    /// Returns [`SimError::Robot`] or [`SimError::Planning`] if no motion of the arm can be planned.
+    /// Returns [`SimError::Robot`] or [`SimError::Planning`] if no motion of the arm can be
+    /// planned.
     pub(crate) fn new(experiment: &Experiment, start: &Start<'_>) -> Result<Self, SimError> {
         let roles = start.roles;
         Ok(Self {
@@ -122,8 +123,8 @@ impl Commands {
         }
     }
 
-    /// Integrates the given accelerations, rad/s² or m/s², over one step in place of the experiment's excitation and
-    /// returns the velocities.
+    /// Integrates the given accelerations, rad/s² or m/s², over one step in place of the
+    /// experiment's excitation and returns the velocities.
     ///
     /// # Errors
     /// Returns [`SimError::Command`] if there is not one acceleration for each joint.

@@ -24,8 +24,8 @@ pub const PAPER_TOML: &str = include_str!("../experiments/paper.toml");
 
 /// Description of an experiment: robot, payload, grasp, excitation, sensor noise and bounds.
 ///
-/// Every field has a default, and the defaults together are the paper's experiment: [`PAPER_TOML`] states each of them.
-/// Units are SI. The payload's properties are expressed in the tool frame.
+/// Every field has a default, and the defaults together are the paper's experiment: [`PAPER_TOML`]
+/// states each of them. Units are SI. The payload's properties are expressed in the tool frame.
 ///
 /// ```
 /// use tactid_sim::Experiment;
@@ -42,12 +42,13 @@ pub const PAPER_TOML: &str = include_str!("../experiments/paper.toml");
 pub struct Experiment {
     /// Seed of the command noise and of the measurement noise. The same seed gives the same log.
     pub seed: u64,
-    /// Simulated time from the start of the excitation, s: the longest one of a run that ends when the payload is identified.
+    /// Simulated time from the start of the excitation, s: the longest one of a run that ends when
+    /// the payload is identified.
     pub duration_s: f64,
     /// Step of the physics and interval of the samples, s.
     pub step_s: f64,
-    /// Gravitational acceleration in world axes, m/s²: not zero only where the base is fixed. Default (`None`): zero for a
-    /// floating base, `[0, 0, -9.81]` for a fixed one.
+    /// Gravitational acceleration in world axes, m/s²: not zero only where the base is fixed.
+    /// Default (`None`): zero for a floating base, `[0, 0, -9.81]` for a fixed one.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub gravity_m_s2: Option<[f64; 3]>,
     /// Joint positions at the start of the excitation.
@@ -97,7 +98,8 @@ impl Default for Experiment {
 pub enum Posture {
     /// A posture with a name.
     Named(NamedPosture),
-    /// Position of each joint of the arm in the order of the URDF, without the fingers, rad (m for a prismatic joint).
+    /// Position of each joint of the arm in the order of the URDF, without the fingers, rad (m for
+    /// a prismatic joint).
     Joints(Vec<f64>),
 }
 
@@ -302,15 +304,16 @@ impl Default for Gripper {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default, expecting = "a table")]
 pub struct Bounds {
-    /// Change of the system's linear momentum and of its angular momentum about the world's origin, each as a fraction of
-    /// the largest momentum of any single body. Not used for a fixed base, which exchanges momentum with the ground.
+    /// Change of the system's linear momentum and of its angular momentum about the world's origin,
+    /// each as a fraction of the largest momentum of any single body. Not used for a fixed base,
+    /// which exchanges momentum with the ground.
     pub momentum_drift: f64,
     /// Displacement of the payload in the tool frame, m.
     pub grasp_drift_m: f64,
     /// Rotation of the payload in the tool frame, rad.
     pub grasp_drift_rad: f64,
-    /// Residuals of the payload's Newton and Euler equations under the contact forces, as fractions of the largest
-    /// contact force and moment.
+    /// Residuals of the payload's Newton and Euler equations under the contact forces, as fractions
+    /// of the largest contact force and moment.
     pub newton_euler_residual: f64,
 }
 
@@ -357,7 +360,8 @@ impl Experiment {
         }
     }
 
-    /// Returns the gravitational acceleration in world axes, m/s²: the given one, or the default for the kind of base.
+    /// Returns the gravitational acceleration in world axes, m/s²: the given one, or the default
+    /// for the kind of base.
     #[must_use]
     pub fn gravity(&self) -> Vector3<f64> {
         let default = || self.robot.base.kind().default_gravity();

@@ -12,8 +12,9 @@ impl Experiment {
     /// leaves out come from its motion.
     ///
     /// # Errors
-    /// Returns [`SimError::File`] if the file or the URDF cannot be read, and [`SimError::InFile`] with [`SimError::Syntax`] or
-    /// [`SimError::Value`] with the line, or [`SimError::Model`] or [`SimError::Robot`] for a URDF that cannot be simulated.
+    /// Returns [`SimError::File`] if the file or the URDF cannot be read, and [`SimError::InFile`]
+    /// with [`SimError::Syntax`] or [`SimError::Value`] with the line, or [`SimError::Model`] or
+    /// [`SimError::Robot`] for a URDF that cannot be simulated.
     pub fn from_file(path: &Path) -> Result<Self, SimError> {
         let text = read(path)?;
         Self::from_text(&text, path).map_err(|error| match error {
@@ -40,12 +41,13 @@ impl Experiment {
         Ok(experiment)
     }
 
-    /// Lets the arm follow the motion in a CSV file ([`Excitation::file`](crate::Excitation::file)): the experiment begins in
-    /// its first posture and lasts as long as the motion.
+    /// Lets the arm follow the motion in a CSV file
+    /// ([`Excitation::file`](crate::Excitation::file)): the experiment begins in its first posture
+    /// and lasts as long as the motion.
     ///
     /// # Errors
-    /// Returns [`SimError::File`] or [`SimError::Motion`] for a file that is not such a table or lacks a joint of the arm, and
-    /// the errors of reading the robot.
+    /// Returns [`SimError::File`] or [`SimError::Motion`] for a file that is not such a table or
+    /// lacks a joint of the arm, and the errors of reading the robot.
     pub fn follow(&mut self, file: &Path) -> Result<(), SimError> {
         self.excitation.kind = ExcitationKind::Designed;
         self.excitation.file = Some(file.to_owned());

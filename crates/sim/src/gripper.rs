@@ -1,5 +1,6 @@
-//! The grasp: both fingers close slowly until they press with the requested force and are then locked. Until then the
-//! payload is supported: gravity acts on nothing. Then it grows to its value within half of the settling time.
+//! The grasp: both fingers close slowly until they press with the requested force and are then
+//! locked. Until then the payload is supported: gravity acts on nothing. Then it grows to its value
+//! within half of the settling time.
 
 use nalgebra::Vector3;
 
@@ -15,7 +16,8 @@ const FORCE_TOLERANCE: f64 = 0.02;
 const FORCE_HOLDS_S: f64 = 0.2;
 /// Time for which the locked grasp settles before the excitation starts, s.
 const SETTLING_S: f64 = 0.5;
-/// Distance that the fingers may travel at closing speed before the grasp counts as failed, m. It limits the time.
+/// Distance that the fingers may travel at closing speed before the grasp counts as failed, m. It
+/// limits the time.
 const SEARCH_M: f64 = 2e-3;
 
 /// Closes the gripper, lets gravity act, and returns the force of each finger on the payload, N.

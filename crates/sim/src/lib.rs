@@ -1,6 +1,7 @@
-//! Simulation of the experiment in section 4 of Hou et al. 2016 (doi 10.3873/j.issn.1000-1328.2016.10.009) with the
-//! physics engine Rapier: a free-floating spacecraft with a six-joint arm holds a payload between two fingers by friction,
-//! drives its joints and records its sensors.
+//! Simulation of the experiment in section 4 of Hou et al. 2016 (doi
+//! 10.3873/j.issn.1000-1328.2016.10.009) with the physics engine Rapier: a free-floating spacecraft
+//! with a six-joint arm holds a payload between two fingers by friction, drives its joints and
+//! records its sensors.
 //!
 //! ```
 //! use std::ops::ControlFlow;
@@ -20,23 +21,25 @@
 //! # Ok::<(), tactid_sim::SimError>(())
 //! ```
 //!
-//! [`Experiment`] describes a run, as a struct or as a TOML file. [`run()`] simulates it and writes a log. [`Simulation`]
-//! simulates it step by step without a log, for tests and controllers.
+//! [`Experiment`] describes a run, as a struct or as a TOML file. [`run()`] simulates it and writes
+//! a log. [`Simulation`] simulates it step by step without a log, for tests and controllers.
 //!
 //! # Conventions
 //!
 //! - Units are SI.
-//! - `world` is an inertial frame. The centre of mass of a floating base starts at its origin, without gravity. A fixed
-//!   base stands at its origin, and gravity acts along its -z axis unless the experiment says otherwise.
+//! - `world` is an inertial frame. The centre of mass of a floating base starts at its origin,
+//!   without gravity. A fixed base stands at its origin, and gravity acts along its -z axis unless
+//!   the experiment says otherwise.
 //! - The payload is described in the frame of the link `tool0` (frame 6 of the paper's Table 1).
 //! - Wrenches act **on the payload**, in the frame of the finger's link and about its origin.
 //! - [`Sample`] documents to which instant each of its quantities belongs.
 //!
 //! # Validity
 //!
-//! Every run monitors the momentum of the whole system, the pose of the payload in the grasp, and the Newton and Euler
-//! equations of the payload under the reported contact forces ([`Checks`]). A run with a step that is too long or a
-//! payload that slips ends with [`SimError::Bound`], which names the violated bound.
+//! Every run monitors the momentum of the whole system, the pose of the payload in the grasp, and
+//! the Newton and Euler equations of the payload under the reported contact forces ([`Checks`]). A
+//! run with a step that is too long or a payload that slips ends with [`SimError::Bound`], which
+//! names the violated bound.
 
 #![cfg_attr(test, allow(clippy::unwrap_used, clippy::expect_used, clippy::panic))]
 

@@ -10,7 +10,8 @@ use crate::SimError;
 /// The file that is read of the folder of a motion.
 const FILE_IN_FOLDER: &str = "trajectory.mcap";
 
-/// Largest table that is read, bytes: the longest motion that is designed, an hour, has 0.9 GB for six joints at 1 kHz.
+/// Largest table that is read, bytes: the longest motion that is designed, an hour, has 0.9 GB for
+/// six joints at 1 kHz.
 const MAX_BYTES: u64 = 1 << 30;
 
 /// Column of the times, s.
@@ -20,8 +21,9 @@ const TIME: &str = "time_s";
 const POSITION: &str = "q_";
 const VELOCITY: &str = "qd_";
 
-/// Motion of some joints as a table of positions and velocities over time. Between two rows the position is the cubic with
-/// the positions and velocities of both, and after the last row the joints rest.
+/// Motion of some joints as a table of positions and velocities over time. Between two rows the
+/// position is the cubic with the positions and velocities of both, and after the last row the
+/// joints rest.
 #[derive(Clone, Debug, PartialEq)]
 pub struct JointMotion {
     file: PathBuf,
@@ -35,13 +37,14 @@ pub struct JointMotion {
 }
 
 impl JointMotion {
-    /// Reads a motion: a log with a message of the type `trajectory_msgs/msg/JointTrajectory`, a CSV file, or a folder with
-    /// the log `trajectory.mcap`. A CSV file has the columns `time_s` (s, increasing), and `q_NAME` (rad or m) and `qd_NAME`
-    /// (rad/s or m/s) for each joint; others, and lines that begin with `#`, are ignored.
+    /// Reads a motion: a log with a message of the type `trajectory_msgs/msg/JointTrajectory`, a
+    /// CSV file, or a folder with the log `trajectory.mcap`. A CSV file has the columns `time_s`
+    /// (s, increasing), and `q_NAME` (rad or m) and `qd_NAME` (rad/s or m/s) for each joint;
+    /// others, and lines that begin with `#`, are ignored.
     ///
     /// # Errors
-    /// Returns [`SimError::File`] or [`SimError::Log`] if the file cannot be read, and [`SimError::Motion`] with the line or the
-    /// point if it has no motion.
+    /// Returns [`SimError::File`] or [`SimError::Log`] if the file cannot be read, and
+    /// [`SimError::Motion`] with the line or the point if it has no motion.
     pub fn read(path: &Path) -> Result<Self, SimError> {
         if path.is_dir() {
             Self::from_log(&path.join(FILE_IN_FOLDER))
@@ -196,7 +199,8 @@ impl JointMotion {
         rows.map(|row| row.iter().map(|state| state.0).collect())
     }
 
-    /// Returns the position of a joint, by its index in [`joint_names`](Self::joint_names), at a time since the first row, rad or m.
+    /// Returns the position of a joint, by its index in [`joint_names`](Self::joint_names), at a
+    /// time since the first row, rad or m.
     ///
     /// # Panics
     /// Panics if there is no such joint.
@@ -276,8 +280,8 @@ mod tests {
         JointMotion::read(&file)
     }
 
-    /// A cubic is interpolated exactly, the joints rest before the first and after the last row, and columns may be in any
-    /// order.
+    /// A cubic is interpolated exactly, the joints rest before the first and after the last row,
+    /// and columns may be in any order.
     #[test]
     fn positions_between_rows_are_cubic() {
         let q = |t: f64| 0.3 - t + 2.0 * t * t - 0.7 * t * t * t;

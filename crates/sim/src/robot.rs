@@ -1,4 +1,5 @@
-//! The robot of a URDF as the rigid bodies that the physics engine moves. Links joined by fixed joints are one body.
+//! The robot of a URDF as the rigid bodies that the physics engine moves. Links joined by fixed
+//! joints are one body.
 
 use nalgebra::{Isometry3, Matrix3, Unit, Vector3};
 use tactid_dynamics::{
@@ -35,8 +36,8 @@ pub(crate) struct MovingJoint {
     pub limits: Option<(f64, f64)>,
 }
 
-/// A moving link with all links fixed to it. Its frame is the link's, except that the frame of a floating base is at the
-/// base's centre of mass.
+/// A moving link with all links fixed to it. Its frame is the link's, except that the frame of a
+/// floating base is at the base's centre of mass.
 #[derive(Clone, Debug)]
 pub(crate) struct Body {
     /// Joint that moves the body; `None` for the base.
@@ -186,8 +187,8 @@ fn links(model: &Manipulator) -> Vec<LinkFrame> {
     views.iter().map(frame).collect()
 }
 
-/// Moves the base's frame to the base's centre of mass, because Rapier integrates the root of a multibody wrongly
-/// elsewhere.
+/// Moves the base's frame to the base's centre of mass, because Rapier integrates the root of a
+/// multibody wrongly elsewhere.
 fn move_base_to_center_of_mass(robot: &mut Robot) {
     let shift = -robot.bodies[0].mass.center_of_mass;
     let new_from_old = Isometry3::translation(shift.x, shift.y, shift.z);

@@ -34,8 +34,9 @@ pub(crate) enum ArmDrive {
 /// Reads the robot of an experiment and finds the roles of its links and joints.
 ///
 /// # Errors
-/// Returns [`SimError::File`] or [`SimError::Model`] for a robot that cannot be read or modelled, [`SimError::Robot`]
-/// for one that cannot be simulated, and [`SimError::Value`] for a field that does not fit the robot.
+/// Returns [`SimError::File`] or [`SimError::Model`] for a robot that cannot be read or modelled,
+/// [`SimError::Robot`] for one that cannot be simulated, and [`SimError::Value`] for a field that
+/// does not fit the robot.
 pub(crate) fn robot_with_roles(experiment: &Experiment) -> Result<(Robot, Roles), SimError> {
     let robot = robot(experiment)?;
     let roles = Roles::find(&robot, experiment)?;
@@ -52,10 +53,12 @@ fn robot(experiment: &Experiment) -> Result<Robot, SimError> {
     Robot::from_urdf(&experiment.urdf()?, kind, mass.as_ref())
 }
 
-/// Reads the motion of the arm's joints from the file of an experiment's excitation; `None` for another kind of excitation.
+/// Reads the motion of the arm's joints from the file of an experiment's excitation; `None` for
+/// another kind of excitation.
 ///
 /// # Errors
-/// Returns the errors of reading the robot, and [`SimError::File`] or [`SimError::Motion`] for a file that is no motion of its arm.
+/// Returns the errors of reading the robot, and [`SimError::File`] or [`SimError::Motion`] for a
+/// file that is no motion of its arm.
 pub(crate) fn arm_motion(experiment: &Experiment) -> Result<Option<JointMotion>, SimError> {
     if experiment.excitation.kind != ExcitationKind::Designed {
         return Ok(None);

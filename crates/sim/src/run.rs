@@ -44,8 +44,8 @@ pub struct RunReport {
     /// What active excitation has reached; `None` for another kind of excitation.
     #[serde(default)]
     pub active: Option<ActiveReport>,
-    /// Wall-clock time of the run including grasp and log, s. It is not logged, because the log depends on the experiment
-    /// only.
+    /// Wall-clock time of the run including grasp and log, s. It is not logged, because the log
+    /// depends on the experiment only.
     #[serde(default)]
     pub wall_time_s: f64,
     /// Simulated steps per second of wall-clock time, 1/s.
@@ -74,12 +74,12 @@ struct LoggedReport<'a> {
 /// Simulated time between two calls of the observer, s.
 const OBSERVE_EVERY_S: f64 = 0.02;
 
-/// Runs an experiment and writes its log. With active excitation the run ends when the payload is identified and the arm rests, at the
-/// latest after the experiment's duration.
+/// Runs an experiment and writes its log. With active excitation the run ends when the payload is
+/// identified and the arm rests, at the latest after the experiment's duration.
 ///
-/// The function calls `observer` every 20 ms of simulated time. The observer can stop the run: the log is then complete
-/// up to that time, and the report has `interrupted` set. An existing file is replaced. The same experiment gives the
-/// same log, byte for byte.
+/// The function calls `observer` every 20 ms of simulated time. The observer can stop the run: the
+/// log is then complete up to that time, and the report has `interrupted` set. An existing file is
+/// replaced. The same experiment gives the same log, byte for byte.
 ///
 /// # The log
 ///
@@ -96,11 +96,12 @@ const OBSERVE_EVERY_S: f64 = 0.02;
 /// | `/tf`, `/tf_static` | `tf2_msgs/TFMessage` | poses of links and payload; 50 Hz, and once |
 /// | `/robot_description` | `std_msgs/String` | URDF of the robot with the experiment's base; once |
 ///
-/// `NAME` is the link of the finger without `_link`. A fixed base has no odometry, because a robot on a bench has none, and
-/// without odometry an identification takes the base for fixed; `/tf_static` has its pose. The metadata records are
-/// `tactid.experiment` (TOML), `tactid.truth` (JSON: the payload in the tool frame, kg, m, kg m² about the centre of mass,
-/// as it sits in the grasp and as the experiment asks for it under `nominal`) and `tactid.report` (JSON: the fields of
-/// [`RunReport`] that depend on the experiment only).
+/// `NAME` is the link of the finger without `_link`. A fixed base has no odometry, because a robot
+/// on a bench has none, and without odometry an identification takes the base for fixed;
+/// `/tf_static` has its pose. The metadata records are `tactid.experiment` (TOML), `tactid.truth`
+/// (JSON: the payload in the tool frame, kg, m, kg m² about the centre of mass, as it sits in the
+/// grasp and as the experiment asks for it under `nominal`) and `tactid.report` (JSON: the fields
+/// of [`RunReport`] that depend on the experiment only).
 ///
 /// # Example
 ///
@@ -119,9 +120,10 @@ const OBSERVE_EVERY_S: f64 = 0.02;
 /// ```
 ///
 /// # Errors
-/// Returns the errors of [`Simulation::new`] and [`Simulation::step`], and [`SimError::Log`] if the log cannot be written.
-/// If a step fails, the error is [`SimError::Aborted`], and the log up to that step is in the file that it names:
-/// `run.failed.mcap` for `run.mcap`, so that a failed run is not taken for a sound one.
+/// Returns the errors of [`Simulation::new`] and [`Simulation::step`], and [`SimError::Log`] if the
+/// log cannot be written. If a step fails, the error is [`SimError::Aborted`], and the log up to
+/// that step is in the file that it names: `run.failed.mcap` for `run.mcap`, so that a failed run
+/// is not taken for a sound one.
 pub fn run(
     experiment: &Experiment,
     log_path: &Path,
@@ -160,7 +162,8 @@ enum End {
     Failed(SimError),
 }
 
-/// Takes all steps that are left, up to an interruption, a failure or an error of the log, which the writer keeps.
+/// Takes all steps that are left, up to an interruption, a failure or an error of the log, which
+/// the writer keeps.
 fn simulate(
     simulation: &mut Simulation,
     writing: &mut RecorderThread<'_>,
@@ -182,7 +185,8 @@ fn simulate(
     End::Complete
 }
 
-/// Moves the log of a run that a step aborted, so that its name says so, and returns the error with the log's place.
+/// Moves the log of a run that a step aborted, so that its name says so, and returns the error with
+/// the log's place.
 fn aborted(reason: SimError, log_path: &Path) -> SimError {
     // Only a regular file is moved: a device or a link stays, and so does the target of a link.
     let is_file = std::fs::symlink_metadata(log_path).is_ok_and(|status| status.is_file());

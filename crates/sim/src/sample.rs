@@ -5,21 +5,24 @@ use tactid_dynamics::Wrench;
 
 /// One sample of every sensor with a single time stamp.
 ///
-/// The physics engine integrates `v' = v + dt · a(x)`, `x' = x + dt · v'`, so that a velocity belongs to the middle
-/// between two positions. A sample holds the positions `x` at its time, the mean of the velocities before and after, and
-/// the forces that changed the former into the latter. Hence the payload's mass times the difference of the velocities
-/// of two consecutive samples equals the mean of their forces times the step.
+/// The physics engine integrates `v' = v + dt · a(x)`, `x' = x + dt · v'`, so that a velocity
+/// belongs to the middle between two positions. A sample holds the positions `x` at its time, the
+/// mean of the velocities before and after, and the forces that changed the former into the latter.
+/// Hence the payload's mass times the difference of the velocities of two consecutive samples
+/// equals the mean of their forces times the step.
 #[derive(Clone, Debug)]
 pub struct Sample {
     /// Time since the start of the excitation, s.
     pub time_s: f64,
-    /// Positions of all moving joints, fingers included, in the order of [`Simulation::joint_names`], rad or m.
+    /// Positions of all moving joints, fingers included, in the order of
+    /// [`Simulation::joint_names`], rad or m.
     ///
     /// [`Simulation::joint_names`]: crate::Simulation::joint_names
     pub joint_position: Vec<f64>,
     /// Velocities of these joints, rad/s or m/s.
     pub joint_velocity: Vec<f64>,
-    /// Torques of the drives about the joints' axes on the links they move, N m (forces of prismatic joints, N).
+    /// Torques of the drives about the joints' axes on the links they move, N m (forces of
+    /// prismatic joints, N).
     pub joint_torque: Vec<f64>,
     /// Motion of the base.
     pub base: BaseSample,

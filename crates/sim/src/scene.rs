@@ -1,4 +1,5 @@
-//! The scene in Rapier: one multibody for spacecraft, arm and gripper, and the payload as a free body between the pads.
+//! The scene in Rapier: one multibody for spacecraft, arm and gripper, and the payload as a free
+//! body between the pads.
 //!
 //! One call of [`Scene::step`] computes `v' = v + dt · a(x)`, `x' = x + dt · v'`.
 
@@ -72,7 +73,8 @@ fn integration_parameters(dt: f64) -> IntegrationParameters {
         // With a single substep the impulses that Rapier reports belong to the whole step, and a
         // drive's torque follows from the velocity at its end.
         num_solver_iterations: 1,
-        // Any number from 2 to 10, and of the next from 6 to 30, gives the same identification result within 0.01 %.
+        // Any number from 2 to 10, and of the next from 6 to 30, gives the same identification
+        // result within 0.01 %.
         num_internal_pgs_iterations: 4,
         num_internal_stabilization_iterations: 10,
         max_ccd_substeps: 0,
@@ -125,8 +127,8 @@ impl Scene {
         self.anchors.follow_slides(&self.bodies);
     }
 
-    /// Reads the contacts of the last step by finger. `payload_before` is the payload's state at the start of the step, to
-    /// which the lever arms refer.
+    /// Reads the contacts of the last step by finger. `payload_before` is the payload's state at
+    /// the start of the step, to which the lever arms refer.
     pub(crate) fn contacts(
         &self,
         payload_before: &BodyState,
@@ -172,7 +174,8 @@ mod tests {
     use crate::Experiment;
     use crate::checks::momentum;
 
-    /// A body without contacts keeps its angular momentum while its axis tumbles, so the gyroscopic term is integrated.
+    /// A body without contacts keeps its angular momentum while its axis tumbles, so the gyroscopic
+    /// term is integrated.
     #[test]
     fn a_free_payload_keeps_its_angular_momentum() {
         let experiment = Experiment::paper();

@@ -49,9 +49,9 @@ impl Simulation {
     /// Builds the scene and simulates the grasp.
     ///
     /// # Errors
-    /// Returns [`SimError::Value`], [`SimError::File`], [`SimError::Model`] or [`SimError::Robot`] for a fault of the
-    /// experiment or its robot, [`SimError::Grasp`] if the grasp fails, and [`SimError::Planning`] if the motion of active
-    /// excitation cannot be planned.
+    /// Returns [`SimError::Value`], [`SimError::File`], [`SimError::Model`] or [`SimError::Robot`]
+    /// for a fault of the experiment or its robot, [`SimError::Grasp`] if the grasp fails, and
+    /// [`SimError::Planning`] if the motion of active excitation cannot be planned.
     pub fn new(experiment: &Experiment) -> Result<Self, SimError> {
         experiment.check()?;
         let mut scene = Scene::new(experiment)?;
@@ -101,8 +101,9 @@ impl Simulation {
     /// Simulates one step with the experiment's excitation and returns the sample of its sensors.
     ///
     /// # Errors
-    /// Returns [`SimError::Bound`] if a check exceeds its bound, [`SimError::Lost`] if no finger touches the payload, and
-    /// [`SimError::Diverged`] if the state is not finite, and [`SimError::Planning`] if the motion cannot be planned further.
+    /// Returns [`SimError::Bound`] if a check exceeds its bound, [`SimError::Lost`] if no finger
+    /// touches the payload, and [`SimError::Diverged`] if the state is not finite, and
+    /// [`SimError::Planning`] if the motion cannot be planned further.
     pub fn step(&mut self) -> Result<&Sample, SimError> {
         let velocities = self.commands.step(self.time_s())?;
         self.scene.drive(velocities);
@@ -111,12 +112,13 @@ impl Simulation {
         Ok(&self.sample)
     }
 
-    /// Simulates one step with the given accelerations of the arm's joints, rad/s² (m/s² for a prismatic joint), in place
-    /// of the experiment's excitation, and returns the sample of its sensors.
+    /// Simulates one step with the given accelerations of the arm's joints, rad/s² (m/s² for a
+    /// prismatic joint), in place of the experiment's excitation, and returns the sample of its
+    /// sensors.
     ///
     /// # Errors
-    /// Returns the errors of [`Self::step`], and [`SimError::Command`] if there is not one acceleration for each joint of
-    /// the arm.
+    /// Returns the errors of [`Self::step`], and [`SimError::Command`] if there is not one
+    /// acceleration for each joint of the arm.
     pub fn step_with(&mut self, accelerations: &[f64]) -> Result<&Sample, SimError> {
         let velocities = self.commands.accelerate(accelerations)?;
         self.scene.drive(velocities);
@@ -161,7 +163,8 @@ impl Simulation {
         self.steps
     }
 
-    /// Returns whether the experiment is over: its duration has passed, or active excitation has ended and the arm rests.
+    /// Returns whether the experiment is over: its duration has passed, or active excitation has
+    /// ended and the arm rests.
     #[must_use]
     pub fn is_finished(&self) -> bool {
         self.steps >= self.total_steps() || self.commands.is_finished(self.time_s())
@@ -203,7 +206,8 @@ impl Simulation {
         &self.joint_names
     }
 
-    /// Returns the names of the arm's joints in the order of the accelerations of [`Self::step_with`].
+    /// Returns the names of the arm's joints in the order of the accelerations of
+    /// [`Self::step_with`].
     pub fn arm_joint_names(&self) -> impl Iterator<Item = &str> {
         joint_names(self.scene.robot(), &self.scene.roles().arm).into_iter()
     }

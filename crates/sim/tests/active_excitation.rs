@@ -118,7 +118,8 @@ fn a_fixed_base_needs_no_bounds() {
     assert_eq!(simulation.base_excursion(), None);
 }
 
-/// A payload that is not within the bounds that were given ends the motion, is named, and what it did to the base is reported.
+/// A payload that is not within the bounds that were given ends the motion, is named, and what it
+/// did to the base is reported.
 #[test]
 fn wrong_bounds_of_the_payload_are_reported() {
     let mut experiment = example();
@@ -265,7 +266,8 @@ fn error_with(change: impl FnOnce(&mut ActiveExcitation)) -> Option<String> {
     error.map(|error| error.to_string())
 }
 
-/// Boxes are in the frame of the base, and a payload in the tool frame: the errors name what touches at the start.
+/// Boxes are in the frame of the base, and a payload in the tool frame: the errors name what
+/// touches at the start.
 #[test]
 fn boxes_around_the_robot_are_limits() {
     let (everywhere, payload) = ([[-9.0; 3], [9.0; 3]], [[-0.1, -0.1, 0.05], [0.6, 0.4, 0.4]]);
@@ -311,7 +313,8 @@ fn meshes_are_not_tested_for_collisions() {
     }
 }
 
-/// A run in which the heaviest possible payload would slip even at rest does not move, and ends with the name of the limit.
+/// A run in which the heaviest possible payload would slip even at rest does not move, and ends
+/// with the name of the limit.
 #[test]
 fn a_run_that_cannot_move_ends() {
     let mut experiment = example();

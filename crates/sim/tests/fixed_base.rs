@@ -12,7 +12,8 @@ use tactid_logs::LogReader;
 use tactid_logs::messages::TFMessage;
 use tactid_sim::{BaseMount, Experiment, Sample, Simulation, run};
 
-/// Returns an experiment with the built-in arm on the ground, which holds 4 kg and drives three joints together.
+/// Returns an experiment with the built-in arm on the ground, which holds 4 kg and drives three
+/// joints together.
 fn bench() -> Experiment {
     Experiment::from_toml(
         "duration_s = 9.0
@@ -57,8 +58,8 @@ fn force_in_world(sample: &Sample) -> Vector3<f64> {
         .sum()
 }
 
-/// The base does not move, the payload stays in the grasp, the fingers bear its weight, and the arm holds its posture
-/// against it.
+/// The base does not move, the payload stays in the grasp, the fingers bear its weight, and the arm
+/// holds its posture against it.
 #[test]
 fn the_arm_holds_the_weight() {
     let experiment = still();
@@ -85,8 +86,8 @@ fn the_arm_holds_the_weight() {
     assert!(checks.newton_residual < 1e-9, "{checks:?}");
 }
 
-/// Returns the largest error of mass, centre of mass and inertia, each as a fraction of the largest value of its kind, and
-/// the error of the joint torques against the inverse dynamics.
+/// Returns the largest error of mass, centre of mass and inertia, each as a fraction of the largest
+/// value of its kind, and the error of the joint torques against the inverse dynamics.
 fn errors(experiment: &Experiment) -> (f64, f64) {
     let mut simulation = Simulation::new(experiment).unwrap();
     let mut identifier = common::Identifier::new(&simulation).unwrap();

@@ -164,8 +164,8 @@ fn a_file_is_checked_against_its_robot() {
     }
 }
 
-/// The simulation reads URDFs as `tactid_dynamics` does: names with an undeclared prefix are ignored, and a fault is
-/// reported with the same error.
+/// The simulation reads URDFs as `tactid_dynamics` does: names with an undeclared prefix are
+/// ignored, and a fault is reported with the same error.
 #[test]
 fn urdfs_are_read_as_the_dynamics_read_them() {
     let folder = tempfile::tempdir().unwrap();

@@ -1,4 +1,5 @@
-//! The log depends on the experiment only, contains the samples, and is complete after an interruption.
+//! The log depends on the experiment only, contains the samples, and is complete after an
+//! interruption.
 
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
 
@@ -38,7 +39,8 @@ fn record(experiment: &Experiment, name: &str) -> (TempFile, Vec<u8>) {
     (file, bytes)
 }
 
-/// The same experiment gives the same bytes, and another seed gives other commands and other measurements.
+/// The same experiment gives the same bytes, and another seed gives other commands and other
+/// measurements.
 #[test]
 fn the_log_is_a_function_of_the_experiment() {
     let mut experiment = short();

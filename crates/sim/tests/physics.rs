@@ -36,8 +36,8 @@ fn force_in_world(sample: &Sample) -> Vector3<f64> {
         .sum()
 }
 
-/// Without external wrench, linear and angular momentum of the whole system are constant, and the payload stays in the
-/// grasp.
+/// Without external wrench, linear and angular momentum of the whole system are constant, and the
+/// payload stays in the grasp.
 #[test]
 fn momentum_and_grasp_are_kept() {
     for mode in [ExcitationMode::Sequence, ExcitationMode::Together] {
@@ -52,8 +52,9 @@ fn momentum_and_grasp_are_kept() {
     }
 }
 
-/// Between any two samples, the payload's mass times the change of its velocity equals the mean contact force times the
-/// step up to the solver's precision. An impulse that counts twice would double the force.
+/// Between any two samples, the payload's mass times the change of its velocity equals the mean
+/// contact force times the step up to the solver's precision. An impulse that counts twice would
+/// double the force.
 #[test]
 fn mean_force_is_mass_times_change_of_velocity() {
     let (simulation, samples) = run(&short());
@@ -274,7 +275,8 @@ fn base_sensors_agree() {
     }
 }
 
-/// Each channel has its requested standard deviation and affects no other channel. The motion does not depend on the noise.
+/// Each channel has its requested standard deviation and affects no other channel. The motion does
+/// not depend on the noise.
 #[test]
 fn measurement_noise_has_its_standard_deviation() {
     let mut experiment = Experiment {

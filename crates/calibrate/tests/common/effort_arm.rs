@@ -120,7 +120,8 @@ pub(crate) struct World<const N: usize = JOINTS> {
 }
 
 impl World {
-    /// Draws an arm of four joints with gains 5 to 20 % off, efficiencies of 0.85 to 0.95, friction, and links 10 % off.
+    /// Draws an arm of four joints with gains 5 to 20 % off, efficiencies of 0.85 to 0.95,
+    /// friction, and links 10 % off.
     pub(crate) fn new(seed: u64) -> Self {
         Self::of(&FOUR_AXES, seed)
     }
@@ -168,8 +169,8 @@ impl<const N: usize> World<N> {
         }
     }
 
-    /// Returns the exact motion of a random Fourier series at 125 Hz, up to 0.5 Hz, and that at times which are earlier by
-    /// the delay.
+    /// Returns the exact motion of a random Fourier series at 125 Hz, up to 0.5 Hz, and that at
+    /// times which are earlier by the delay.
     fn trajectory(&mut self, duration_s: f64) -> [Vec<[[f64; N]; 3]>; 2] {
         let count = (duration_s * RATE_HZ) as usize;
         let mut both = [0.0, self.delay_s].map(|delay_s| (delay_s, vec![[[0.0; N]; 3]; count]));
@@ -334,8 +335,8 @@ pub(crate) fn uncertain_gains() -> CalibrationSettings {
     }
 }
 
-/// Calibrates an arm with unknown gains by a recording without payload, and one with a payload of known mass, each of a
-/// duration, s.
+/// Calibrates an arm with unknown gains by a recording without payload, and one with a payload of
+/// known mass, each of a duration, s.
 pub(crate) fn calibrated<const N: usize>(
     world: &mut World<N>,
     duration_s: f64,

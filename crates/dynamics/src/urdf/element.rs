@@ -20,8 +20,8 @@ const MAX_ATTRIBUTES: usize = 1_000;
 
 /// An element of an XML document with attributes and child elements, without text and comments.
 ///
-/// Names are compared as they are written: a name with a prefix, as in `drake:joint`, is another name than `joint`,
-/// whether or not the prefix is declared.
+/// Names are compared as they are written: a name with a prefix, as in `drake:joint`, is another
+/// name than `joint`, whether or not the prefix is declared.
 #[derive(Debug, Default)]
 pub(super) struct Element {
     pub(super) name: String,
@@ -55,8 +55,8 @@ impl Element {
 /// Reads an XML document and returns its root element.
 ///
 /// # Errors
-/// Returns [`ModelError::Syntax`], which names the line, if the text is not an XML document, nests more than [`MAX_DEPTH`]
-/// elements, or is larger than any robot needs.
+/// Returns [`ModelError::Syntax`], which names the line, if the text is not an XML document, nests
+/// more than [`MAX_DEPTH`] elements, or is larger than any robot needs.
 pub(super) fn parse(xml: &str) -> Result<Element, ModelError> {
     if xml.len() as u64 > MAX_BYTES {
         let (given, most) = (xml.len().div_ceil(1 << 20), MAX_BYTES >> 20);

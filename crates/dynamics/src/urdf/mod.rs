@@ -26,9 +26,9 @@ pub use shapes::CollisionShape;
 /// This is the only reader of URDFs: [`Manipulator::from_urdf`] and the simulator use it, so that
 /// both accept the same files. [`urdf_rs`] reads what a model needs, after a preprocessing that
 /// bounds and repairs the document. Mesh files need not exist. Names with an XML prefix, as in
-/// `drake:acceleration`, are ignored whether or not the prefix is declared, as ROS tools do. What is
-/// wrong with masses, inertias and optional elements prevents no model: [`Manipulator::findings`]
-/// reports it.
+/// `drake:acceleration`, are ignored whether or not the prefix is declared, as ROS tools do. What
+/// is wrong with masses, inertias and optional elements prevents no model:
+/// [`Manipulator::findings`] reports it.
 ///
 /// ```
 /// use tactid_dynamics::{BaseKind, Urdf};
@@ -91,7 +91,8 @@ impl Urdf {
     /// Reads a URDF file.
     ///
     /// # Errors
-    /// Returns [`ModelError::File`] if the file cannot be read, and the errors of [`Self::from_xml`].
+    /// Returns [`ModelError::File`] if the file cannot be read, and the errors of
+    /// [`Self::from_xml`].
     pub fn from_file(path: &Path) -> Result<Self, ModelError> {
         let xml = read_text(path).map_err(|source| ModelError::File {
             path: path.display().to_string(),
@@ -119,7 +120,8 @@ impl Urdf {
         &self.root
     }
 
-    /// Builds the model of the whole robot. A link without `<inertial>` has no mass, see [`Manipulator::findings`].
+    /// Builds the model of the whole robot. A link without `<inertial>` has no mass, see
+    /// [`Manipulator::findings`].
     ///
     /// # Errors
     /// Returns [`ModelError::Axis`], which names the joint, for an axis of length zero.
@@ -131,7 +133,8 @@ impl Urdf {
     /// `None`. `base` becomes the base of the robot.
     ///
     /// # Errors
-    /// Returns [`ModelError::UnknownFrame`] for an unknown link, and the errors of [`Self::manipulator`].
+    /// Returns [`ModelError::UnknownFrame`] for an unknown link, and the errors of
+    /// [`Self::manipulator`].
     pub fn manipulator_below(
         &self,
         base_kind: BaseKind,
@@ -141,11 +144,12 @@ impl Urdf {
         build(&Tree::new(&self.robot)?, &self.repairs, base_kind, base)
     }
 
-    /// Replaces the mass properties of a link, expressed in the link's frame. The rest of the text stays as it is.
+    /// Replaces the mass properties of a link, expressed in the link's frame. The rest of the text
+    /// stays as it is.
     ///
     /// # Errors
-    /// Returns [`ModelError::UnknownFrame`] for an unknown link, and [`ModelError::Mass`], [`ModelError::Inertia`] or
-    /// [`ModelError::NotFinite`] for an impossible body.
+    /// Returns [`ModelError::UnknownFrame`] for an unknown link, and [`ModelError::Mass`],
+    /// [`ModelError::Inertia`] or [`ModelError::NotFinite`] for an impossible body.
     pub fn set_mass_properties(
         &mut self,
         link: &str,
@@ -161,8 +165,9 @@ impl Urdf {
     /// after them those that the format does not have.
     ///
     /// # Errors
-    /// Returns [`ModelError::UnknownFrame`] for an unknown link, [`ModelError::Numbers`] for a pose or size that is not
-    /// finite numbers, and [`ModelError::ShapeSize`] for a size that is not positive.
+    /// Returns [`ModelError::UnknownFrame`] for an unknown link, [`ModelError::Numbers`] for a pose
+    /// or size that is not finite numbers, and [`ModelError::ShapeSize`] for a size that is not
+    /// positive.
     pub fn collision_shapes(&self, link: &str) -> Result<Vec<CollisionShape>, ModelError> {
         shapes(self.link(link)?, &self.repairs, |_| true)
     }

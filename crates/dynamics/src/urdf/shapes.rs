@@ -25,8 +25,8 @@ pub struct CollisionShape {
 /// urdf-rs has read, and after them those that the preprocessing has left out.
 ///
 /// # Errors
-/// Returns [`ModelError::ShapeSize`] for a size that is not positive, and [`ModelError::Numbers`] for
-/// a pose or size that is not finite numbers.
+/// Returns [`ModelError::ShapeSize`] for a size that is not positive, and [`ModelError::Numbers`]
+/// for a pose or size that is not finite numbers.
 pub(super) fn shapes(
     link: &Link,
     repairs: &Repairs,

@@ -168,8 +168,8 @@ pub(crate) struct RandomLink {
     inertial: String,
 }
 
-/// A random tree with branches, every kind of joint, random axes and origins. Link `i` is `link_i` below `joint_i`, and
-/// `link_0` is the base.
+/// A random tree with branches, every kind of joint, random axes and origins. Link `i` is `link_i`
+/// below `joint_i`, and `link_0` is the base.
 pub(crate) struct RandomTree(pub(crate) Vec<RandomLink>);
 
 impl RandomTree {

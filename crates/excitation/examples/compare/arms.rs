@@ -73,7 +73,8 @@ fn problem(
 }
 
 impl Arm {
-    /// Returns the arm with a payload of 2 kg in a random posture, at a fraction of its speed and acceleration.
+    /// Returns the arm with a payload of 2 kg in a random posture, at a fraction of its speed and
+    /// acceleration.
     pub(crate) fn problem(&self, posture: u64, speed: f64) -> Result<Problem> {
         let payload = body(2.0, [0.03, -0.02, 0.08], [0.01, 0.015, 0.02]);
         let mut problem = problem(

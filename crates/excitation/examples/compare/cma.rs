@@ -1,4 +1,5 @@
-//! Covariance matrix adaptation, to optimise Fourier motions globally (Hansen, "The CMA evolution strategy: a tutorial", 2016).
+//! Covariance matrix adaptation, to optimise Fourier motions globally (Hansen, "The CMA evolution
+//! strategy: a tutorial", 2016).
 
 use nalgebra::{DMatrix, DVector};
 use rand::rngs::StdRng;

@@ -1,12 +1,14 @@
-//! Measures how good designed motions are, beside random, optimised and single-joint motions at equal limits.
+//! Measures how good designed motions are, beside random, optimised and single-joint motions at
+//! equal limits.
 //!
 //! `cargo run --release -p tactid-excitation --example compare -- BUILT_IN.urdf [ARM.urdf TIP]...`
 //!
-//! The first robot floats; the others, of which it may be one, stand on the ground. All intervals are the largest predicted 95 %
-//! interval of a 10 s motion, relative to 1 % of the largest value of its kind, with a noise of 0.5 N and 0.05 N m at 500 Hz.
+//! The first robot floats; the others, of which it may be one, stand on the ground. All intervals
+//! are the largest predicted 95 % interval of a 10 s motion, relative to 1 % of the largest value
+//! of its kind, with a noise of 0.5 N and 0.05 N m at 500 Hz.
 //!
-//! `--part NAME` measures one part only: `random`, `global`, `shortest`, `noise`, `attitude`, `search` or
-//! `collisions`.
+//! `--part NAME` measures one part only: `random`, `global`, `shortest`, `noise`, `attitude`,
+//! `search` or `collisions`.
 
 #![expect(clippy::print_stdout, reason = "an example prints its tables")]
 

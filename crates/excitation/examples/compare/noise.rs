@@ -21,7 +21,8 @@ const FRACTION: f64 = 0.01;
 /// Channels of one sample: positions, velocities, and the wrench.
 type Channels = Vec<f64>;
 
-/// Prints for each arm the ratios of achieved errors to predicted ones, with noise on the wrenches, and on all channels.
+/// Prints for each arm the ratios of achieved errors to predicted ones, with noise on the wrenches,
+/// and on all channels.
 pub(crate) fn measure(arms: &[Arm]) -> Result<()> {
     let names = VALUE_NAMES.map(|name| format!("{name:>6.6}")).concat();
     println!("\n{:35} {names}", "achieved error over predicted");
@@ -73,7 +74,8 @@ fn one_percent(samples: &[Channels]) -> Channels {
     (0..samples[0].len()).map(of_channel).collect()
 }
 
-/// Returns the root mean square errors of the ten values over what was predicted, with noise on the channels from an index on.
+/// Returns the root mean square errors of the ten values over what was predicted, with noise on the
+/// channels from an index on.
 fn ratios(
     problem: &Problem,
     exact: &[Channels],

@@ -82,7 +82,8 @@ fn row(name: &str, problem: &Problem) -> Result<Option<f64>> {
     Ok(Some(largest / best))
 }
 
-/// Returns the largest interval of a motion relative to its target; infinite where it does not determine all values.
+/// Returns the largest interval of a motion relative to its target; infinite where it does not
+/// determine all values.
 pub(crate) fn largest_of(problem: &Problem, motion: &dyn Motion) -> f64 {
     predict(problem, motion).map_or(f64::INFINITY, |prediction| prediction.largest().1)
 }
@@ -97,7 +98,8 @@ fn best_random(problem: &Problem) -> Result<f64> {
     Ok(best)
 }
 
-/// The paper's motion: one joint after another goes away from its start and back, as far as its limits allow.
+/// The paper's motion: one joint after another goes away from its start and back, as far as its
+/// limits allow.
 pub(crate) struct OneAtATime {
     duration_s: f64,
     posture: Vec<f64>,

@@ -48,7 +48,8 @@ pub(crate) fn measure(arms: &[Arm]) -> Result<()> {
     measure_relaxed(arms)
 }
 
-/// Prints the duration where a kind of limit is relaxed, a row for each arm at the largest acceleration.
+/// Prints the duration where a kind of limit is relaxed, a row for each arm at the largest
+/// acceleration.
 fn measure_relaxed(arms: &[Arm]) -> Result<()> {
     let [_, acceleration] = ACCELERATIONS;
     println!(
@@ -91,8 +92,8 @@ fn designed_s(problem: &Problem) -> f64 {
     found.map_or(f64::NAN, |design| design.trajectory.duration_s())
 }
 
-/// Returns the least duration at which half of random motions reach the targets, s, or infinity where it exceeds
-/// [`LONGEST_RANDOM_S`].
+/// Returns the least duration at which half of random motions reach the targets, s, or infinity
+/// where it exceeds [`LONGEST_RANDOM_S`].
 fn random_s(problem: &Problem) -> Result<f64> {
     let mut problem = problem.clone();
     problem.duration_s = 0.3;

@@ -10,7 +10,8 @@ use super::prior::{Matrix, Prior, Vector};
 /// Standard deviations from the mean to the ends of the confidence region along its axes.
 const REACH: f64 = 3.0;
 
-/// Axes of the confidence region along which limits are planned for: those along which the load is the most uncertain.
+/// Axes of the confidence region along which limits are planned for: those along which the load is
+/// the most uncertain.
 const AXES: usize = 3;
 
 /// Steps on the way from a payload to the mean, of which the first that can exist is used.
@@ -124,7 +125,8 @@ mod tests {
         half_diagonal_m: 0.8,
     };
 
-    /// An estimate far more precise than the prior is the mean, and one that is far less precise changes nothing.
+    /// An estimate far more precise than the prior is the mean, and one that is far less precise
+    /// changes nothing.
     #[test]
     fn information_adds_up() {
         let of_prior = Belief::of_prior(&PRIOR).unwrap();

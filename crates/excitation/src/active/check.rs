@@ -1,4 +1,5 @@
-//! The largest motion towards a plan that is within all limits, at closely spaced times and for many payloads.
+//! The largest motion towards a plan that is within all limits, at closely spaced times and for
+//! many payloads.
 
 use crate::ExcitationError;
 use crate::cones::Cone;
@@ -32,8 +33,9 @@ fn slacks(search: &mut Search, values: &[f64]) -> Result<Vec<f64>, ExcitationErr
     Ok(search.cones.iter().map(slack).collect())
 }
 
-/// Lets motions use of each limit as much as the rest of the previous plan does, where a new estimate shows that this is more than
-/// plans use. Returns a limit that the rest exceeds: no motion may exceed it.
+/// Lets motions use of each limit as much as the rest of the previous plan does, where a new
+/// estimate shows that this is more than plans use. Returns a limit that the rest exceeds: no
+/// motion may exceed it.
 pub(super) fn relax_to_rest(search: &mut Search) -> Result<Option<Limit>, ExcitationError> {
     let of_rest = slacks(search, &search.direct.clone())?;
     for (cone, slack) in search.cones.iter_mut().zip(of_rest) {

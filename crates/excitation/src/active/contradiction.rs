@@ -5,12 +5,12 @@ use tactid_dynamics::InertialParameters;
 
 use super::prior::{Prior, Vector};
 
-/// Standard deviations by which an estimate must be beyond a bound: with a dozen plans of four bounds each, noise alone does so less
-/// than once in ten thousand runs.
+/// Standard deviations by which an estimate must be beyond a bound: with a dozen plans of four
+/// bounds each, noise alone does so less than once in ten thousand runs.
 const SIGNIFICANT: f64 = 5.0;
 
-/// Fraction of a bound by which an estimate must be beyond it as well. Systematic errors of a sound recording are smaller, and plans
-/// leave twice as much of each limit.
+/// Fraction of a bound by which an estimate must be beyond it as well. Systematic errors of a sound
+/// recording are smaller, and plans leave twice as much of each limit.
 const TOLERANCE: f64 = 0.02;
 
 /// Step of the numerical derivatives, as a fraction of the standard deviation of each parameter.
@@ -108,8 +108,8 @@ impl Prior {
     }
 }
 
-/// Returns the standard deviation of what a bound limits, by linear propagation of the covariance. It is NaN where a step of the
-/// derivatives leaves the bodies with a positive mass and inertia.
+/// Returns the standard deviation of what a bound limits, by linear propagation of the covariance.
+/// It is NaN where a step of the derivatives leaves the bodies with a positive mass and inertia.
 fn std_dev(bound: PriorBound, parameters: &Vector, covariance: &SMatrix<f64, 10, 10>) -> f64 {
     let gradient = Vector::from_fn(|k, _| {
         let step = DERIVATIVE_STEP * covariance[(k, k)].sqrt();
@@ -183,7 +183,8 @@ mod tests {
         assert!(contradicted(&cube(10.0, 0.0, 0.7), 50.0).is_empty());
     }
 
-    /// The centre of mass at 0.55 m is (0.33, 0, 0.44) m: its distance has the derivative -d/m with the mass and u/m with m c.
+    /// The centre of mass at 0.55 m is (0.33, 0, 0.44) m: its distance has the derivative -d/m with
+    /// the mass and u/m with m c.
     #[test]
     fn the_standard_deviation_is_that_of_the_distance() {
         let covariance = SMatrix::identity() * 1e-6;

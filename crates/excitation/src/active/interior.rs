@@ -1,8 +1,8 @@
 //! Steps of an interior-point method: a few improve a motion within its limits in milliseconds.
 //!
-//! A design solves a conic program in each step, which costs tens of milliseconds for the limits of several payloads. Here the
-//! limits are logarithmic barriers, and a step is one of Newton's method: the normal equations have as many unknowns as the
-//! motion has variables.
+//! A design solves a conic program in each step, which costs tens of milliseconds for the limits of
+//! several payloads. Here the limits are logarithmic barriers, and a step is one of Newton's
+//! method: the normal equations have as many unknowns as the motion has variables.
 
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 
@@ -14,7 +14,8 @@ use crate::subproblem::{PENALTY, along};
 /// Weights of the barriers that are tried in each step, in units of the logarithm of an interval.
 const BARRIERS: [f64; 4] = [0.1, 0.03, 0.01, 0.003];
 
-/// Sharpness of the smooth maximum of the functions: the largest and those within 1/20 of it, in units of the logarithm.
+/// Sharpness of the smooth maximum of the functions: the largest and those within 1/20 of it, in
+/// units of the logarithm.
 const SHARPNESS: f64 = 20.0;
 
 /// Curvature along each variable, which makes a step unique.

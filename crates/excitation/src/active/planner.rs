@@ -50,7 +50,8 @@ const PATIENCE: usize = 6;
 /// Fraction by which it must be smaller.
 const PROGRESS: f64 = 0.02;
 
-/// Plans after which all values must be determined. The first ones are gentle, and noise hides what they show for a while.
+/// Plans after which all values must be determined. The first ones are gentle, and noise hides what
+/// they show for a while.
 const PATIENCE_AT_FIRST: usize = 20;
 
 /// Fraction of the bound of the base that a plan uses, unless the base is there already: then it
@@ -58,8 +59,9 @@ const PATIENCE_AT_FIRST: usize = 20;
 const USED: f64 = 0.6;
 const STRIDE: f64 = 0.15;
 
-/// Least distance of the centre of mass of which a plan's target is a fraction, in radii of gyration. The mean of a prior is near the tip, so
-/// that the first plans determine the centre of mass before the inertia. With the tenth of [`targets_within`], the largest rms error of the
+/// Least distance of the centre of mass of which a plan's target is a fraction, in radii of
+/// gyration. The mean of a prior is near the tip, so that the first plans determine the centre of
+/// mass before the inertia. With the tenth of [`targets_within`], the largest rms error of the
 /// twenty seeds of `make bench-active` was 1.5 % in place of 0.37 %.
 const NEAREST_CENTER: f64 = 1e-3;
 
@@ -69,13 +71,14 @@ const SEEDS: u64 = 1000;
 /// What the robot does next.
 #[derive(Clone, Debug)]
 pub enum Step {
-    /// It follows this motion for [`Planner::followed_s`]. The motion itself goes on to a standstill, where it stays: a robot
-    /// that gets no further plan follows it to its end.
+    /// It follows this motion for [`Planner::followed_s`]. The motion itself goes on to a
+    /// standstill, where it stays: a robot that gets no further plan follows it to its end.
     Move(Trajectory),
     /// All ten intervals are within their targets: the robot follows the motion it has to its end.
     Reached,
-    /// Several plans in a row did not make the largest interval smaller, or the robot exceeds a limit already at rest, for a payload
-    /// that is possible: the robot follows the motion it has to its end.
+    /// Several plans in a row did not make the largest interval smaller, or the robot exceeds a
+    /// limit already at rest, for a payload that is possible: the robot follows the motion it has
+    /// to its end.
     OutOfReach {
         /// The value with the largest interval relative to its target.
         value: &'static str,
@@ -84,8 +87,8 @@ pub enum Step {
         /// A limit that binds the last plan.
         binding: Option<Limit>,
     },
-    /// The estimate contradicts these bounds of the prior, so that the plans so far may have exceeded limits: the robot follows the
-    /// motion it has to its end.
+    /// The estimate contradicts these bounds of the prior, so that the plans so far may have
+    /// exceeded limits: the robot follows the motion it has to its end.
     Contradicted(Vec<PriorContradiction>),
 }
 
@@ -97,10 +100,12 @@ pub enum Step {
 /// [`followed_s`](Self::followed_s), and ends at a standstill, so that the robot can always stop
 /// within its limits.
 ///
-/// A plan is checked for a sample of the payloads that are possible, with a margin of some percent of the limits that depend on the
-/// payload, unless the rest of the previous plan uses more, and this is no proof for all of them. Before the first estimate they are
-/// [`Prior::samples`] and twelve random payloads of the prior: so the motion starts gently. After it, they are the mean, the ends at three standard deviations along the three axes of the confidence region in
-/// which the load is the most uncertain, and twelve random payloads of it.
+/// A plan is checked for a sample of the payloads that are possible, with a margin of some percent
+/// of the limits that depend on the payload, unless the rest of the previous plan uses more, and
+/// this is no proof for all of them. Before the first estimate they are [`Prior::samples`] and
+/// twelve random payloads of the prior: so the motion starts gently. After it, they are the mean,
+/// the ends at three standard deviations along the three axes of the confidence region in which the
+/// load is the most uncertain, and twelve random payloads of it.
 #[derive(Clone, Debug)]
 pub struct Planner {
     problem: Problem,
@@ -121,13 +126,15 @@ pub struct Planner {
 }
 
 impl Planner {
-    /// Creates the planner of a robot that rests at the problem's start. Payloads, targets, duration and end of the problem are
-    /// not used: they follow from the prior, the estimates and the settings. A pair of bodies that touch at the start is not tested, and
-    /// only the [`Design::findings`](crate::Design::findings) of a design from the same start list it.
+    /// Creates the planner of a robot that rests at the problem's start. Payloads, targets,
+    /// duration and end of the problem are not used: they follow from the prior, the estimates and
+    /// the settings. A pair of bodies that touch at the start is not tested, and only the
+    /// [`Design::findings`](crate::Design::findings) of a design from the same start list it.
     ///
     /// # Errors
-    /// Returns [`ExcitationError::Value`] for a number that is out of range, [`ExcitationError::Impossible`] where the tool or the payload
-    /// is not in its place at the start, and the errors of a design for a problem that is not valid.
+    /// Returns [`ExcitationError::Value`] for a number that is out of range,
+    /// [`ExcitationError::Impossible`] where the tool or the payload is not in its place at the
+    /// start, and the errors of a design for a problem that is not valid.
     pub fn new(
         mut problem: Problem,
         prior: Prior,
@@ -176,8 +183,8 @@ impl Planner {
         self.settings.followed_spans as f64 * self.settings.span_s
     }
 
-    /// Returns the largest ratio of a 95 % interval of an estimate to its target, with the index of the value: targets are
-    /// reached where it is at most one. Infinite where a value is not known.
+    /// Returns the largest ratio of a 95 % interval of an estimate to its target, with the index of
+    /// the value: targets are reached where it is at most one. Infinite where a value is not known.
     #[must_use]
     pub fn largest_ratio(&self, estimate: &PayloadEstimate) -> (usize, f64) {
         let targets = targets_within(&estimate.body.into(), self.settings.within);
@@ -197,12 +204,14 @@ impl Planner {
     /// [`Identifier::covariance`](tactid_identify::Identifier::covariance), and `base` is the
     /// measured pose of a floating base relative to the pose in which it started.
     ///
-    /// It is called once for each period of [`followed_s`](Self::followed_s), and takes tens of milliseconds. Within a plan, the position of
-    /// the base is integrated from its velocity in its own frame, without its rotation since the beginning of the plan: an error as large
-    /// as this rotation, for which the unused part of the bound leaves room. The noise of the accelerations is that at the problem's start.
+    /// It is called once for each period of [`followed_s`](Self::followed_s), and takes tens of
+    /// milliseconds. Within a plan, the position of the base is integrated from its velocity in its
+    /// own frame, without its rotation since the beginning of the plan: an error as large as this
+    /// rotation, for which the unused part of the bound leaves room. The noise of the accelerations
+    /// is that at the problem's start.
     ///
-    /// Where no motion within the limits is found, the plan is the rest of the one before, which comes to a standstill. Where the
-    /// estimate contradicts the prior, nothing more is planned.
+    /// Where no motion within the limits is found, the plan is the rest of the one before, which
+    /// comes to a standstill. Where the estimate contradicts the prior, nothing more is planned.
     ///
     /// # Errors
     /// Returns the errors of the dynamics for a robot without masses.
@@ -347,7 +356,8 @@ impl Planner {
         plan.wrapping_mul(SEEDS)
     }
 
-    /// Returns the best of the rest of the previous plan and of random motions; `None` where no motion determines all values.
+    /// Returns the best of the rest of the previous plan and of random motions; `None` where no
+    /// motion determines all values.
     fn best_start(&self, search: &mut Search) -> Result<Option<Point>, ExcitationError> {
         let mut best = search.point(search.direct.clone())?;
         for start in 0..self.settings.starts as u64 {
@@ -372,8 +382,9 @@ impl Planner {
         Ok(best)
     }
 
-    /// Returns the variables of a motion, or of one between the rest of the previous plan and it, for which all limits hold for
-    /// the payloads of the problem and for others of the confidence region, at closely spaced times.
+    /// Returns the variables of a motion, or of one between the rest of the previous plan and it,
+    /// for which all limits hold for the payloads of the problem and for others of the confidence
+    /// region, at closely spaced times.
     fn checked(
         &mut self,
         belief: &Belief,
@@ -392,7 +403,8 @@ impl Planner {
     }
 }
 
-/// Replaces the payloads of a problem, the first of which is the one that is expected, and the targets that follow from it.
+/// Replaces the payloads of a problem, the first of which is the one that is expected, and the
+/// targets that follow from it.
 fn set_payloads(problem: &mut Problem, payloads: &[Vector], within: f64) {
     let payloads = payloads.iter().copied();
     problem.payloads = payloads.map(InertialParameters::from_vector).collect();

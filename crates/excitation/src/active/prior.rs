@@ -74,9 +74,10 @@ impl Prior {
         (mean, squares.sum::<Matrix>() / DRAWS as f64)
     }
 
-    /// Returns a sample of the payloads that load the robot most, by which a first plan is limited: rods of the largest mass and
-    /// length along each axis of the tool frame, with their centres of mass at the largest distance along each axis, to both sides;
-    /// and the lightest payload, a cube of half the largest size at the origin of the tool frame.
+    /// Returns a sample of the payloads that load the robot most, by which a first plan is limited:
+    /// rods of the largest mass and length along each axis of the tool frame, with their centres of
+    /// mass at the largest distance along each axis, to both sides; and the lightest payload, a
+    /// cube of half the largest size at the origin of the tool frame.
     ///
     /// The inertia of each box along the axes is a mean of the inertias of the three rods and of a
     /// point. Payloads with centres between the axes, or that are turned, are not among them.
@@ -140,7 +141,8 @@ mod tests {
         half_diagonal_m: 0.8,
     };
 
-    /// The prior contains what is drawn from it and its samples, and nothing that is heavier, further away or larger.
+    /// The prior contains what is drawn from it and its samples, and nothing that is heavier,
+    /// further away or larger.
     #[test]
     fn contains_its_own_payloads_only() {
         let mut random = StdRng::seed_from_u64(1);

@@ -6,8 +6,8 @@ use crate::checks::{positive, value};
 /// Settings of active identification.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ActiveSettings {
-    /// Largest half width of the 95 % intervals, as a fraction of the largest value of their kind (mass, centre of mass,
-    /// inertia). Default: 0.01.
+    /// Largest half width of the 95 % intervals, as a fraction of the largest value of their kind
+    /// (mass, centre of mass, inertia). Default: 0.01.
     pub within: f64,
     /// Number of spans of the splines in a plan. Default: 10.
     pub spans: usize,
@@ -21,9 +21,10 @@ pub struct ActiveSettings {
     pub iterations: usize,
     /// Seed of the motions that the search starts from.
     pub seed: u64,
-    /// Standard deviation of the white noise of one sample of each joint's velocity, rad/s or m/s, in the robot's order; empty
-    /// where velocities are exact. An error of the acceleration, which is differentiated from velocities, is an error of the
-    /// load of a heavy payload that can be far above the noise of a wrench sensor.
+    /// Standard deviation of the white noise of one sample of each joint's velocity, rad/s or m/s,
+    /// in the robot's order; empty where velocities are exact. An error of the acceleration, which
+    /// is differentiated from velocities, is an error of the load of a heavy payload that can be
+    /// far above the noise of a wrench sensor.
     pub velocity_noise: Vec<f64>,
 }
 

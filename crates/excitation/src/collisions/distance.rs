@@ -10,8 +10,8 @@ use crate::limits::{Limit, REACH_M};
 use crate::problem::Problem;
 use crate::shapes::{CollisionFinding, NotTested, Part, PartPlace, Solid, glam_pose};
 
-/// The closest points of two solids, each in the frame of its solid, and the direction from the first to the second in the
-/// frame of the base.
+/// The closest points of two solids, each in the frame of its solid, and the direction from the
+/// first to the second in the frame of the base.
 #[derive(Clone, Copy, Debug)]
 struct Witness {
     points: [Vector; 2],
@@ -57,12 +57,13 @@ impl Distances {
         Ok(distances)
     }
 
-    /// Removes the pairs that are in contact, except for those with a keep-out box, and limits the others to what they have: a
-    /// pair that starts close keeps half of its distance.
+    /// Removes the pairs that are in contact, except for those with a keep-out box, and limits the
+    /// others to what they have: a pair that starts close keeps half of its distance.
     ///
     /// # Errors
-    /// Returns [`ExcitationError::Impossible`] for a link in the payload that neither holds it nor is next to the one that does: such
-    /// a box or a posture is a mistake, and a pair that is not tested would hide it.
+    /// Returns [`ExcitationError::Impossible`] for a link in the payload that neither holds it nor
+    /// is next to the one that does: such a box or a posture is a mistake, and a pair that is not
+    /// tested would hide it.
     fn exclude_contacts(&mut self, workspace: &Workspace) -> Result<(), ExcitationError> {
         let mut at_start = vec![0.0; self.pairs.len()];
         self.measure(workspace, &mut at_start);
@@ -175,7 +176,8 @@ impl Distances {
         }
     }
 
-    /// Returns the distance of a pair and its closest points, or `None` for solids that are further apart than [`REACH_M`].
+    /// Returns the distance of a pair and its closest points, or `None` for solids that are further
+    /// apart than [`REACH_M`].
     fn closest(&self, pair: &Pair) -> Option<(f64, Witness)> {
         let parts = |solid: usize| self.solids[solid].parts.iter().zip(&self.places[solid]);
         let mut least: Option<(f64, Witness)> = None;
@@ -207,8 +209,8 @@ impl Distances {
     }
 }
 
-/// Returns signed distance, closest points and direction from the first to the second part, in the frame of the base, or
-/// `None` for parts that are further apart than `reach`.
+/// Returns signed distance, closest points and direction from the first to the second part, in the
+/// frame of the base, or `None` for parts that are further apart than `reach`.
 fn contact(poses: [Pose; 2], parts: [&Part; 2], reach: f64) -> Option<(f64, [Vector; 2], Vector)> {
     let [a, b] = poses;
     let shapes = parts.map(|part| part.shape.0.as_ref());

@@ -17,7 +17,8 @@ pub(crate) struct Pair {
     pub(crate) second: usize,
     /// Least distance, m.
     pub(crate) least_m: f64,
-    /// Whether one of them is a keep-out box: contact at the start is found by the check of the posture there.
+    /// Whether one of them is a keep-out box: contact at the start is found by the check of the
+    /// posture there.
     pub(crate) is_with_keep_out: bool,
     /// Whether the pair is the payload and a link that neither holds it nor is next to its holder.
     pub(crate) is_link_in_payload: bool,
@@ -98,8 +99,9 @@ pub(super) fn pairs(problem: &Problem) -> Result<Tested, ExcitationError> {
     })
 }
 
-/// Checks that no shape is missing of a link that another link, the payload or a keep-out box can touch. `can_touch` tells
-/// whether the motion changes the relative pose of two links that are no neighbours.
+/// Checks that no shape is missing of a link that another link, the payload or a keep-out box can
+/// touch. `can_touch` tells whether the motion changes the relative pose of two links that are no
+/// neighbours.
 ///
 /// A link of the base counts like any other, because the arm can hit it.
 fn check_shapes(

@@ -14,7 +14,8 @@ use super::mesh_file::vertices;
 use super::placed::Placed;
 use crate::checks::LARGEST_SIZE_M;
 
-/// Directions in which the hull of a mesh is exact. A search for closest points visits all corners, and a mesh may have thousands.
+/// Directions in which the hull of a mesh is exact. A search for closest points visits all corners,
+/// and a mesh may have thousands.
 const DIRECTIONS: usize = 100;
 
 /// Largest number of points of which all distances are computed, 2 microseconds for each. A finer
@@ -25,8 +26,8 @@ const MAX_POINTS: usize = 50_000;
 /// Largest number of points for which the hull is computed as it is, 10 microseconds for each.
 const MAX_HULL_POINTS: usize = 1_000;
 
-/// Convex hulls of the meshes of a robot. Each is computed once, however often, under however many names and at however many scales the
-/// robot has the mesh.
+/// Convex hulls of the meshes of a robot. Each is computed once, however often, under however many
+/// names and at however many scales the robot has the mesh.
 #[derive(Default)]
 pub(crate) struct ConvexHulls {
     by_hash: HashMap<u64, Result<Hull, String>>,
@@ -45,7 +46,8 @@ impl ConvexHulls {
     /// the farthest ones in [`DIRECTIONS`] directions, with a margin that contains all others.
     ///
     /// # Errors
-    /// Returns the reason why there is no hull: the format, what is wrong with the file, or points that span no volume.
+    /// Returns the reason why there is no hull: the format, what is wrong with the file, or points
+    /// that span no volume.
     pub(crate) fn hull(
         &mut self,
         file: &str,
@@ -115,8 +117,8 @@ fn polyhedron(points: &[Vector]) -> Result<SharedShape, String> {
     SharedShape::convex_mesh(corners, &faces).ok_or_else(|| NO_VOLUME.to_owned())
 }
 
-/// Returns the different points of a mesh and zero. Of more than [`MAX_POINTS`] it returns one in each cell of a grid, and the diagonal of
-/// the cells, m.
+/// Returns the different points of a mesh and zero. Of more than [`MAX_POINTS`] it returns one in
+/// each cell of a grid, and the diagonal of the cells, m.
 fn thinned(vertices: &[[f32; 3]], point: impl Fn(&[f32; 3]) -> Vector) -> (Vec<Vector>, f64) {
     let points = || vertices.iter().map(&point);
     if let Some(first) = first_of_each(points(), |point| point.to_array().map(f64::to_bits)) {

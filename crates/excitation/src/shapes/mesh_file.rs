@@ -1,6 +1,7 @@
 //! Vertices of mesh files, which are all that a convex hull needs.
 
-/// Bytes of a binary STL file before its triangles, and of each triangle: a normal, three corners and an attribute.
+/// Bytes of a binary STL file before its triangles, and of each triangle: a normal, three corners
+/// and an attribute.
 const STL_HEADER: usize = 84;
 const STL_TRIANGLE: usize = 50;
 

@@ -17,8 +17,8 @@ use crate::untested::UntestedLink;
 /// Largest number of characters of the name of a shape in a finding.
 const LONGEST_NAME: usize = 200;
 
-/// Largest number of shapes that are tested, of which each pair costs time at each step: a dual arm with a convex decomposition of each
-/// link has fewer.
+/// Largest number of shapes that are tested, of which each pair costs time at each step: a dual arm
+/// with a convex decomposition of each link has fewer.
 const MAX_SHAPES: usize = 200;
 
 /// Largest number of shapes that have a finding each.
@@ -27,8 +27,8 @@ const MAX_LEFT_OUT: usize = 20;
 /// Returns the bytes of a mesh file by its name in the URDF, or the reason why they cannot be read.
 pub type MeshReader<'a> = dyn FnMut(&str) -> Result<Vec<u8>, String> + 'a;
 
-/// Shapes of the links of a robot that must not touch one another, the payload or a keep-out box: boxes, cylinders, capsules,
-/// spheres, and the convex hulls of meshes.
+/// Shapes of the links of a robot that must not touch one another, the payload or a keep-out box:
+/// boxes, cylinders, capsules, spheres, and the convex hulls of meshes.
 #[derive(Clone, Debug)]
 pub struct CollisionModel {
     /// Name of each link that has shapes, with its shapes.
@@ -76,7 +76,8 @@ pub enum CollisionFinding {
         /// Number of shapes that are not tested.
         count: usize,
     },
-    /// A pair is so close at the start that it keeps less than the least distance: half of its distance at the start.
+    /// A pair is so close at the start that it keeps less than the least distance: half of its
+    /// distance at the start.
     LeastDistanceReduced {
         /// Names of both, such as two links.
         pair: [String; 2],
@@ -156,14 +157,16 @@ impl fmt::Display for CollisionFinding {
 }
 
 impl CollisionModel {
-    /// Returns the collision shapes of a robot from its URDF. `read_mesh` reads the files of meshes, of which STL and OBJ are
-    /// understood; other shapes that cannot be used are left out, see [`CollisionModel::findings`].
+    /// Returns the collision shapes of a robot from its URDF. `read_mesh` reads the files of
+    /// meshes, of which STL and OBJ are understood; other shapes that cannot be used are left out,
+    /// see [`CollisionModel::findings`].
     ///
     /// No motion is designed for a robot with shapes left out, because it could run through them:
     /// [`CollisionModel::accepting_untested`] allows it.
     ///
     /// # Errors
-    /// Returns [`ExcitationError::Identify`] for a pose or a size of a shape that is not finite numbers or not positive.
+    /// Returns [`ExcitationError::Identify`] for a pose or a size of a shape that is not finite
+    /// numbers or not positive.
     pub fn of_urdf(
         urdf: &Urdf,
         robot: &Manipulator,

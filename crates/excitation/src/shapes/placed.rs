@@ -52,7 +52,8 @@ pub(crate) struct Part {
 pub(crate) struct PartPlace {
     /// Pose of the shape in the frame of the base.
     pub(crate) pose: Pose,
-    /// Centre of the box around it in the frame of the base, and the vectors from there to the middles of three sides.
+    /// Centre of the box around it in the frame of the base, and the vectors from there to the
+    /// middles of three sides.
     center: Vector,
     half_sides: [Vector; 3],
 }
@@ -75,8 +76,9 @@ impl Part {
 }
 
 impl PartPlace {
-    /// Returns whether the boxes of two parts are further apart than a distance along the line between their centres or the
-    /// normal of a side. Parts of which this is true are further apart; of others it may be true, too.
+    /// Returns whether the boxes of two parts are further apart than a distance along the line
+    /// between their centres or the normal of a side. Parts of which this is true are further
+    /// apart; of others it may be true, too.
     pub(crate) fn is_beyond(&self, other: &Self, distance_m: f64) -> bool {
         let between = other.center - self.center;
         let sides = || self.half_sides.iter().chain(&other.half_sides);

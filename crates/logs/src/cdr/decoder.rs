@@ -14,8 +14,8 @@ pub(super) enum ByteOrder {
 pub struct Decoder<'a> {
     /// Bytes behind the header.
     bytes: &'a [u8],
-    /// Number of bytes that have been read, with the padding between fields: at most as many as there are, but for
-    /// padding before a field that is missing.
+    /// Number of bytes that have been read, with the padding between fields: at most as many as
+    /// there are, but for padding before a field that is missing.
     read: usize,
     order: ByteOrder,
 }

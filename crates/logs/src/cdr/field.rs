@@ -17,7 +17,8 @@ pub trait Field: Sized {
     /// Reads the next value into this one, which keeps the allocations of its texts and sequences.
     ///
     /// # Errors
-    /// Returns [`CdrError::Truncated`] if the bytes end first, and [`CdrError::Value`] for an impossible value.
+    /// Returns [`CdrError::Truncated`] if the bytes end first, and [`CdrError::Value`] for an
+    /// impossible value.
     fn read(&mut self, decoder: &mut Decoder<'_>) -> Result<(), CdrError>;
 
     /// Appends consecutive values.
@@ -36,8 +37,8 @@ pub trait Field: Sized {
         values.iter_mut().try_for_each(|value| value.read(decoder))
     }
 
-    /// Reads so many values into a sequence, which becomes as long. A length that the bytes do not reach allocates no more
-    /// than values for these bytes.
+    /// Reads so many values into a sequence, which becomes as long. A length that the bytes do not
+    /// reach allocates no more than values for these bytes.
     ///
     /// # Errors
     /// Returns the errors of [`read`](Self::read).

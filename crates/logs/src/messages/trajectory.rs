@@ -30,8 +30,8 @@ impl Duration {
     }
 }
 
-/// `trajectory_msgs/msg/JointTrajectoryPoint`: states of joints at one time. Each sequence is either empty or as long as
-/// the trajectory's list of joint names.
+/// `trajectory_msgs/msg/JointTrajectoryPoint`: states of joints at one time. Each sequence is
+/// either empty or as long as the trajectory's list of joint names.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct JointTrajectoryPoint {
     /// Positions, rad or m.

@@ -30,8 +30,8 @@ struct BagInformation {
 }
 
 impl BagInformation {
-    /// Returns the reason why the bag cannot be read although it is one. The files show their storage and their
-    /// compression themselves.
+    /// Returns the reason why the bag cannot be read although it is one. The files show their
+    /// storage and their compression themselves.
     fn unsupported(&self) -> Option<String> {
         let storage = &self.storage_identifier;
         if !["mcap", "sqlite3"].contains(&storage.as_str()) {
@@ -119,8 +119,9 @@ fn read_metadata(path: &Path) -> Result<String, LogError> {
     text.map_err(|source| LogError::io("read", path, source))
 }
 
-/// Returns the path of a listed file, or `None` if that is not below the bag's folder: whoever opens a bag does not expect
-/// that it names other files. Old versions of rosbag2 list a file relative to the bag's parent folder.
+/// Returns the path of a listed file, or `None` if that is not below the bag's folder: whoever
+/// opens a bag does not expect that it names other files. Old versions of rosbag2 list a file
+/// relative to the bag's parent folder.
 fn locate(folder: &Path, listed: &str) -> Option<PathBuf> {
     let listed = Path::new(listed);
     let is_below = |part| matches!(part, Component::Normal(_) | Component::CurDir);

@@ -1,4 +1,5 @@
-//! Files and messages that rosbag2 compresses with zstd. The chunks of MCAP files are decompressed in `mcap/chunk.rs`.
+//! Files and messages that rosbag2 compresses with zstd. The chunks of MCAP files are decompressed
+//! in `mcap/chunk.rs`.
 
 use std::{
     fs::File,
@@ -122,7 +123,8 @@ pub(super) fn decompress_messages(
     })
 }
 
-/// Appends the content of a compressed message to some bytes. More than `room` of them are the error `FileTooLarge`.
+/// Appends the content of a compressed message to some bytes. More than `room` of them are the
+/// error `FileTooLarge`.
 fn unpack(zstd: &mut ZstdContext, data: &[u8], bytes: &mut Vec<u8>, room: u64) -> io::Result<()> {
     let limit = room.saturating_sub(bytes.len() as u64);
     let count = zstd.stream(data).take(limit + 1).read_to_end(bytes)?;

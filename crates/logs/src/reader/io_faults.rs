@@ -84,7 +84,8 @@ impl Seek for FaultyStream {
     }
 }
 
-/// Returns a log of `count` messages of 10 Hz with its index, in chunks of a second, with the positions of a number of joints.
+/// Returns a log of `count` messages of 10 Hz with its index, in chunks of a second, with the
+/// positions of a number of joints.
 fn log(count: u64, joints: usize) -> Vec<u8> {
     let mut log = LogWriter::new(Cursor::new(Vec::new())).unwrap();
     let states = log.channel("/joint_states", Durability::Volatile).unwrap();
@@ -154,8 +155,8 @@ fn assert_beginning(messages: &[JointState]) {
     }
 }
 
-/// Asserts that a read that fails at any byte is an error that names the file and the reason, after which nothing more is
-/// read, or that it is a byte which is never read.
+/// Asserts that a read that fails at any byte is an error that names the file and the reason, after
+/// which nothing more is read, or that it is a byte which is never read.
 fn assert_error_at_each_byte(bytes: &[u8], count: usize) {
     let mut failed = 0;
     for at in 0..bytes.len() as u64 {
@@ -170,7 +171,8 @@ fn assert_error_at_each_byte(bytes: &[u8], count: usize) {
             None => assert_eq!(reading.messages.len(), count, "byte {at}"),
         }
     }
-    // A buffer reads ahead, which costs errors at bytes that are not needed; none of the chunks is without errors.
+    // A buffer reads ahead, which costs errors at bytes that are not needed; none of the chunks is
+    // without errors.
     assert!(failed * 2 > bytes.len(), "{failed} of {}", bytes.len());
 }
 
@@ -187,7 +189,8 @@ fn a_failing_read_is_one_error_at_every_byte_of_a_scan() {
     assert_error_at_each_byte(cut, 30);
 }
 
-/// The same for 200 kB: `cargo test --release -p tactid-logs long_log -- --ignored` takes some minutes.
+/// The same for 200 kB: `cargo test --release -p tactid-logs long_log -- --ignored` takes some
+/// minutes.
 #[test]
 #[ignore = "takes some minutes"]
 fn a_failing_read_is_one_error_at_every_byte_of_a_long_log() {

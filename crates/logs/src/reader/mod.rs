@@ -37,10 +37,11 @@ pub const DEFAULT_MEMORY_LIMIT: u64 = 256 << 20;
 
 static MEMORY: AtomicU64 = AtomicU64::new(DEFAULT_MEMORY_LIMIT);
 
-/// Sets the memory that the messages of each log may occupy at once, bytes, for the logs that this process opens with
-/// [`LogReader::open`] from now on: [`DEFAULT_MEMORY_LIMIT`] until then. It counts chunks of overlapping times, as they are in the
-/// file and decompressed; the index of a log may occupy half as many bytes. A log that needs more is an error,
-/// [`LogError::Memory`], whatever its files claim.
+/// Sets the memory that the messages of each log may occupy at once, bytes, for the logs that this
+/// process opens with [`LogReader::open`] from now on: [`DEFAULT_MEMORY_LIMIT`] until then. It
+/// counts chunks of overlapping times, as they are in the file and decompressed; the index of a log
+/// may occupy half as many bytes. A log that needs more is an error, [`LogError::Memory`], whatever
+/// its files claim.
 pub fn set_memory_limit(bytes: u64) {
     MEMORY.store(bytes, Ordering::Relaxed);
 }
@@ -84,8 +85,8 @@ impl Topic {
     }
 }
 
-/// An open log: the folder of a rosbag2 bag, or one of its files, in MCAP (`.mcap`) or SQLite (`.db3`), compressed by
-/// file, by message or not at all. The content of a file shows its storage.
+/// An open log: the folder of a rosbag2 bag, or one of its files, in MCAP (`.mcap`) or SQLite
+/// (`.db3`), compressed by file, by message or not at all. The content of a file shows its storage.
 ///
 /// A finished MCAP log is opened with its index, in a time that does not depend on its length. A
 /// log that a killed writer left without index is scanned once, and so are the headers of the
@@ -116,19 +117,21 @@ impl LogReader {
     ///
     /// # Errors
     /// Returns [`LogError::Io`], [`LogError::NotALog`], [`LogError::Locked`] or
-    /// [`LogError::Oversized`] if there is no readable log at this path, and [`LogError::Memory`] if
-    /// the index, or a chunk of a file without index, needs more memory. A damaged MCAP log is not an error; see [`damage`](Self::damage).
+    /// [`LogError::Oversized`] if there is no readable log at this path, and [`LogError::Memory`]
+    /// if the index, or a chunk of a file without index, needs more memory. A damaged MCAP log is
+    /// not an error; see [`damage`](Self::damage).
     pub fn open_within(path: impl AsRef<Path>, memory_bytes: u64) -> Result<Self, LogError> {
         Self::open_files(path.as_ref(), memory_bytes, &mut || {
             ControlFlow::Continue(())
         })
     }
 
-    /// Opens a log as [`open`](Self::open) does, under the eyes of a watch that is asked many times a second: a log without
-    /// index is read to its end, which may take minutes.
+    /// Opens a log as [`open`](Self::open) does, under the eyes of a watch that is asked many times
+    /// a second: a log without index is read to its end, which may take minutes.
     ///
     /// # Errors
-    /// Returns [`LogError::Interrupted`] if the watch breaks, and the errors of [`open_within`](Self::open_within).
+    /// Returns [`LogError::Interrupted`] if the watch breaks, and the errors of
+    /// [`open_within`](Self::open_within).
     pub fn open_watched(
         path: impl AsRef<Path>,
         watch: &mut dyn FnMut() -> ControlFlow<()>,
@@ -210,8 +213,8 @@ impl LogReader {
         &self.metadata
     }
 
-    /// Returns the damage that was found when the log was opened. Damage within the data of a finished log is found when
-    /// the data is read; see [`Messages::damage`].
+    /// Returns the damage that was found when the log was opened. Damage within the data of a
+    /// finished log is found when the data is read; see [`Messages::damage`].
     #[must_use]
     pub fn damage(&self) -> &[Damage] {
         &self.damage
@@ -223,8 +226,8 @@ impl LogReader {
         self.select(|_| true)
     }
 
-    /// Returns the messages of some topics in the order of their log times. Parts of the log without such messages are not
-    /// read.
+    /// Returns the messages of some topics in the order of their log times. Parts of the log
+    /// without such messages are not read.
     ///
     /// # Errors
     /// Returns [`LogError::NoSuchTopic`] if the log lacks one of the topics.

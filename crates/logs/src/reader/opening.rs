@@ -25,8 +25,9 @@ pub(super) const MAX_NAME: usize = 4096;
 /// Content of a compressed file that is decompressed however small the file is, bytes.
 const SMALL_CONTENT: u64 = 1 << 30;
 
-/// Largest ratio of a larger content to its compressed file. Measurements compress by factors of two to twenty, and a recording
-/// of an arm at rest without noise by less than a hundred; zeros alone reach ten thousand, and would fill the disk.
+/// Largest ratio of a larger content to its compressed file. Measurements compress by factors of
+/// two to twenty, and a recording of an arm at rest without noise by less than a hundred; zeros
+/// alone reach ten thousand, and would fill the disk.
 const MAX_RATIO: u64 = 1000;
 
 /// The opening of a log with all of its files.

@@ -16,8 +16,8 @@ pub(super) type ChannelId = i64;
 
 pub(super) type Metadata = BTreeMap<String, BTreeMap<String, String>>;
 
-/// Longest record, message or value that is read into memory, bytes, far above any real one. A damaged length must not
-/// exhaust memory.
+/// Longest record, message or value that is read into memory, bytes, far above any real one. A
+/// damaged length must not exhaust memory.
 pub(super) const MAX_RECORD: u64 = 1 << 28;
 
 /// Memory for the segments that are open together.
@@ -90,7 +90,8 @@ pub(super) struct Channel {
 }
 
 impl Channel {
-    /// Returns name, type and encoding of the channel's topic, which may have several channels in one or more files.
+    /// Returns name, type and encoding of the channel's topic, which may have several channels in
+    /// one or more files.
     pub(super) fn key(&self) -> [&str; 3] {
         [&self.topic, &self.type_name, &self.encoding]
     }

@@ -1,5 +1,5 @@
-//! Iteration over messages in the order of their log times. Segments of files are read when their first
-//! message is due.
+//! Iteration over messages in the order of their log times. Segments of files are read when their
+//! first message is due.
 
 use std::{
     cmp::Ordering,
@@ -17,7 +17,8 @@ use super::{
 };
 use crate::{cdr, error::LogError, messages::Message};
 
-/// Largest message that is decoded, bytes, far above any that a type of this crate has: a decoded message is a copy of it.
+/// Largest message that is decoded, bytes, far above any that a type of this crate has: a decoded
+/// message is a copy of it.
 const MAX_DECODED: usize = 64 << 20;
 
 /// A message as the log stores it.
@@ -113,9 +114,10 @@ impl fmt::Debug for RawMessage {
 /// Iterator over the messages of a log in the order of their log times. Messages with the same time
 /// keep the order of the log.
 ///
-/// Only segments of the log with overlapping times are in memory together: chunks of an MCAP file, or about a megabyte of a
-/// SQLite bag. Segments that need more memory together than the reader's budget are an error. The messages of a damaged
-/// file end at the damage, which [`damage`](Self::damage) reports; it is not an error of the iteration.
+/// Only segments of the log with overlapping times are in memory together: chunks of an MCAP file,
+/// or about a megabyte of a SQLite bag. Segments that need more memory together than the reader's
+/// budget are an error. The messages of a damaged file end at the damage, which
+/// [`damage`](Self::damage) reports; it is not an error of the iteration.
 #[derive(Debug)]
 pub struct Messages {
     files: Arc<[FileIndex]>,

@@ -1,4 +1,5 @@
-//! Active identification: the robot identifies its payload while it moves, and plans each next motion from what it knows.
+//! Active identification: the robot identifies its payload while it moves, and plans each next
+//! motion from what it knows.
 
 use nalgebra::{Isometry3, SMatrix};
 use schemars::JsonSchema;
@@ -20,8 +21,8 @@ use crate::experiment::{ActiveExcitation, BoxCorners, Noise};
 use crate::sample::Sample;
 use crate::{Experiment, SimError};
 
-/// Standard deviations of a wrench that the planner assumes where the experiment has no noise, N and N m: those that
-/// `tactid excite` assumes.
+/// Standard deviations of a wrench that the planner assumes where the experiment has no noise, N
+/// and N m: those that `tactid excite` assumes.
 const ASSUMED_FORCE_N: f64 = 0.5;
 const ASSUMED_MOMENT_NM: f64 = 0.05;
 
@@ -30,20 +31,23 @@ const ASSUMED_MOMENT_NM: f64 = 0.05;
 pub struct ActiveReport {
     /// Number of motions that were planned.
     pub plans: u64,
-    /// Time at which all ten 95 % intervals were found within their targets, s, when a next motion was to be planned; `None` where
-    /// they were not.
+    /// Time at which all ten 95 % intervals were found within their targets, s, when a next motion
+    /// was to be planned; `None` where they were not.
     pub reached_s: Option<f64>,
     /// Value with the largest 95 % interval relative to its target.
     pub widest: String,
-    /// Ratio of the half width of that interval to its target, without a unit; `None` where the value is not known at all.
+    /// Ratio of the half width of that interval to its target, without a unit; `None` where the
+    /// value is not known at all.
     pub interval_ratio: Option<f64>,
-    /// Whether planning ended early, because several plans in a row did not make the widest interval smaller.
+    /// Whether planning ended early, because several plans in a row did not make the widest
+    /// interval smaller.
     pub out_of_reach: bool,
     /// Limit that binds the last plan, where planning ended early.
     pub binding: Option<String>,
     /// Bounds of the payload that its estimate contradicts. Planning ends with the first.
     pub contradictions: Vec<ActiveContradiction>,
-    /// Shapes of the robot that are not tested for collisions, with the reason; none where collisions are not tested at all.
+    /// Shapes of the robot that are not tested for collisions, with the reason; none where
+    /// collisions are not tested at all.
     #[serde(default)]
     pub untested_shapes: Vec<String>,
 }
@@ -106,7 +110,8 @@ impl ActiveControl {
     /// Creates the control of an experiment's arm that holds its payload at rest.
     ///
     /// # Errors
-    /// Returns [`SimError::Robot`] or [`SimError::Planning`] if no motion of the arm can be planned.
+    /// Returns [`SimError::Robot`] or [`SimError::Planning`] if no motion of the arm can be
+    /// planned.
     pub(super) fn new(experiment: &Experiment, start: &Start<'_>) -> Result<Self, SimError> {
         let settings = experiment.excitation.active.clone().unwrap_or_default();
         let problem = problem(experiment, &settings, start)?;
@@ -220,8 +225,8 @@ impl ActiveControl {
         Ok(())
     }
 
-    /// Returns the estimate from all samples so far, as an identification of the log up to here has it, and its covariance; `None`
-    /// where the samples do not determine all values.
+    /// Returns the estimate from all samples so far, as an identification of the log up to here has
+    /// it, and its covariance; `None` where the samples do not determine all values.
     fn estimate(&self) -> Result<(PayloadEstimate, Option<SMatrix<f64, 10, 10>>), SimError> {
         let result = match self.identifier.solve() {
             Ok(result) => result,

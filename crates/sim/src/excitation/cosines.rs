@@ -28,7 +28,8 @@ pub(super) struct Cosines {
 }
 
 impl Cosines {
-    /// Returns the generator of an experiment's excitation; `driven` has the position in the arm of each joint that it drives.
+    /// Returns the generator of an experiment's excitation; `driven` has the position in the arm of
+    /// each joint that it drives.
     pub(super) fn new(experiment: &Experiment, driven: &[usize]) -> Self {
         let Excitation {
             mode,
@@ -59,7 +60,8 @@ impl Cosines {
         }
     }
 
-    /// Changes the velocities of the arm's joints, rad/s or m/s, to those at the end of the step that starts at `time_s`.
+    /// Changes the velocities of the arm's joints, rad/s or m/s, to those at the end of the step
+    /// that starts at `time_s`.
     pub(super) fn accelerate(&mut self, time_s: f64, velocity: &mut [f64]) {
         for one in &self.driven {
             let velocity = &mut velocity[one.joint];
@@ -97,7 +99,8 @@ mod tests {
             .collect()
     }
 
-    /// Without noise the velocity is the integral of the cosine, and each joint is driven for a third of the time.
+    /// Without noise the velocity is the integral of the cosine, and each joint is driven for a
+    /// third of the time.
     #[test]
     fn joints_are_driven_one_after_another_from_rest() {
         let mut experiment = Experiment::paper();
@@ -139,7 +142,8 @@ mod tests {
         assert!((variance.sqrt() / 1e-3 - 0.01).abs() < 5e-4);
     }
 
-    /// A joint that is not at rest when its interval ends is stopped with at most the amplitude of its excitation.
+    /// A joint that is not at rest when its interval ends is stopped with at most the amplitude of
+    /// its excitation.
     #[test]
     fn a_joint_is_brought_to_rest() {
         let mut experiment = Experiment::paper();

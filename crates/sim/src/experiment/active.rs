@@ -7,7 +7,8 @@ use serde::{Deserialize, Serialize};
 /// Opposite corners of a box, m: the least and the largest coordinates.
 pub type BoxCorners = [[f64; 3]; 2];
 
-/// Bounds on the unknown payload, targets and limits of motions that are planned from what has been identified so far.
+/// Bounds on the unknown payload, targets and limits of motions that are planned from what has been
+/// identified so far.
 ///
 /// Besides the fields, the URDF limits positions, velocities and efforts of the joints, and
 /// friction limits the grip.
@@ -35,17 +36,20 @@ pub struct ActiveExcitation {
     pub friction_used: f64,
     /// Cutoff of the low-pass through which the payload is identified while the arm moves, Hz.
     pub cutoff_hz: f64,
-    /// Whether links keep a distance of 1 cm from each other, from the payload's box and from boxes to keep out of. Their shapes are the
-    /// collision shapes of the URDF but for meshes, which the simulation does not read.
+    /// Whether links keep a distance of 1 cm from each other, from the payload's box and from boxes
+    /// to keep out of. Their shapes are the collision shapes of the URDF but for meshes, which the
+    /// simulation does not read.
     pub collisions: bool,
-    /// Box around the payload in the tool frame. Without it collisions of the payload are not tested, and only the origin of the tool
-    /// frame stays in `workspace_m` and out of `keep_out_m`. Default none.
+    /// Box around the payload in the tool frame. Without it collisions of the payload are not
+    /// tested, and only the origin of the tool frame stays in `workspace_m` and out of
+    /// `keep_out_m`. Default none.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub payload_box_m: Option<BoxCorners>,
     /// Box in which tool and payload stay, in the frame of the base link. Default none.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub workspace_m: Option<BoxCorners>,
-    /// Boxes that neither links nor tool nor payload enter, by their names, in the frame of the base link. Default none.
+    /// Boxes that neither links nor tool nor payload enter, by their names, in the frame of the
+    /// base link. Default none.
     #[serde(skip_serializing_if = "BTreeMap::is_empty")]
     pub keep_out_m: BTreeMap<String, BoxCorners>,
 }

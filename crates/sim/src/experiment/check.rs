@@ -96,7 +96,8 @@ fn base(e: &Experiment) -> Result<(), SimError> {
     inertia("base.inertia_kg_m2", base.inertia_kg_m2)
 }
 
-/// Heaviest payload of a simulation, kg. Identified from its log, one of 1 t is 0.005 % too light, of 10 t 0.06 %, of 30 t 1 %.
+/// Heaviest payload of a simulation, kg. Identified from its log, one of 1 t is 0.005 % too light,
+/// of 10 t 0.06 %, of 30 t 1 %.
 const MAX_PAYLOAD_KG: f64 = 1e4;
 
 fn payload(e: &Experiment) -> Result<(), SimError> {

@@ -6,26 +6,29 @@ use serde::{Deserialize, Serialize};
 
 use super::ActiveExcitation;
 
-/// Motion of the joints: cosines, a designed motion, or motions that are planned while the payload is identified.
+/// Motion of the joints: cosines, a designed motion, or motions that are planned while the payload
+/// is identified.
 ///
-/// With cosines each joint starts at rest and is driven with the acceleration `amplitude · cos(2π · frequency · t)`.
+/// With cosines each joint starts at rest and is driven with the acceleration
+/// `amplitude · cos(2π · frequency · t)`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default, expecting = "a table")]
 pub struct Excitation {
     /// What the joints follow. Mode, command noise and list of joints belong to cosines alone.
     pub kind: ExcitationKind,
-    /// A designed motion, relative to the experiment's file: its folder, its log, or a CSV file with the columns `time_s`, and
-    /// `q_NAME` (rad or m) and `qd_NAME` (rad/s or m/s) for each joint of the arm. Default none.
+    /// A designed motion, relative to the experiment's file: its folder, its log, or a CSV file
+    /// with the columns `time_s`, and `q_NAME` (rad or m) and `qd_NAME` (rad/s or m/s) for each
+    /// joint of the arm. Default none.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub file: Option<PathBuf>,
-    /// What is known of the payload, the targets and the limits with the kind [`Active`](ExcitationKind::Active), which without this
-    /// table has its defaults. Default none.
+    /// What is known of the payload, the targets and the limits with the kind
+    /// [`Active`](ExcitationKind::Active), which without this table has its defaults. Default none.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub active: Option<ActiveExcitation>,
     /// Order in which the joints are driven.
     pub mode: ExcitationMode,
-    /// Standard deviation of the white noise on each commanded acceleration, as a fraction of its amplitude, with a new
-    /// value in every step.
+    /// Standard deviation of the white noise on each commanded acceleration, as a fraction of its
+    /// amplitude, with a new value in every step.
     pub command_noise: f64,
     /// The joints that are driven, in this order. All other joints are held still.
     pub joints: Vec<JointExcitation>,
@@ -58,8 +61,8 @@ pub enum ExcitationKind {
     Cosine,
     /// The positions in the file of a designed motion.
     Designed,
-    /// Motions that are planned one after another from what the fingers have measured so far, until all ten values are within their
-    /// targets. Each plan takes no simulated time.
+    /// Motions that are planned one after another from what the fingers have measured so far, until
+    /// all ten values are within their targets. Each plan takes no simulated time.
     Active,
 }
 

@@ -30,8 +30,8 @@ pub(super) fn syntax(error: &toml::de::Error, text: &str) -> SimError {
     })
 }
 
-/// Adds the line of `text` that contains the field to a [`SimError::Value`]. Where the text does not have the field, the
-/// value is reported as the default.
+/// Adds the line of `text` that contains the field to a [`SimError::Value`]. Where the text does
+/// not have the field, the value is reported as the default.
 pub(crate) fn with_line(error: SimError, text: &str) -> SimError {
     match error {
         SimError::Value {
@@ -59,8 +59,8 @@ pub(crate) fn is_given(field: &str, text: &str) -> bool {
     line_of(field, text).is_some_and(|(_, is_given)| is_given)
 }
 
-/// Returns the line, counted from 1, of `table.field` or `table.list[2].field`, or of the innermost table or list that
-/// the file contains, and whether the file contains the field itself.
+/// Returns the line, counted from 1, of `table.field` or `table.list[2].field`, or of the innermost
+/// table or list that the file contains, and whether the file contains the field itself.
 fn line_of(field: &str, text: &str) -> Option<(usize, bool)> {
     let document = DeTable::parse(text).ok()?;
     let mut span = None;

@@ -6,9 +6,10 @@ use serde::{Deserialize, Serialize};
 ///
 /// The default is zero for all channels. Noise is added to measurements, not to the robot's motion.
 ///
-/// A list has one entry for each channel: for joints, each moving joint in the order of the log, fingers included; for
-/// base and IMU, x, y and z, along world axes for the base and along its own axes for the IMU; for fingers, x, y and z of
-/// the first finger and then of the second, each in its own frame.
+/// A list has one entry for each channel: for joints, each moving joint in the order of the log,
+/// fingers included; for base and IMU, x, y and z, along world axes for the base and along its own
+/// axes for the IMU; for fingers, x, y and z of the first finger and then of the second, each in
+/// its own frame.
 ///
 /// ```
 /// use tactid_sim::Experiment;
@@ -77,7 +78,8 @@ impl StdDev {
     /// Returns the standard deviation of one channel, counted from 0.
     ///
     /// # Panics
-    /// Panics if there is a list without that channel. [`Simulation::new`](crate::Simulation::new) checks its length.
+    /// Panics if there is a list without that channel. [`Simulation::new`](crate::Simulation::new)
+    /// checks its length.
     #[must_use]
     pub fn of(&self, channel: usize) -> f64 {
         match self {

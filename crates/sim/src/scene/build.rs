@@ -31,8 +31,8 @@ const HANDLE: Group = Group::GROUP_2;
 const CLEARANCE_M: f64 = 20e-6;
 
 impl Scene {
-    /// Builds the experiment's robot in its posture, at rest, with the frame of its base body at the world's origin.
-    /// Gravity does not act before [`Scene::set_gravity`].
+    /// Builds the experiment's robot in its posture, at rest, with the frame of its base body at
+    /// the world's origin. Gravity does not act before [`Scene::set_gravity`].
     ///
     /// # Errors
     /// Returns a fault of the robot, or [`SimError::Grasp`] if the fingers do not reach the handle.

@@ -7,12 +7,13 @@ use super::{Scene, State};
 use crate::Experiment;
 use crate::convert::glam_vector;
 
-/// Damping of the joint servos, N m s/rad. The drive's torque is `DRIVE_DAMPING · (commanded - actual velocity)`, with the
-/// velocities at the end of the step. At this stiffness the joint follows within 1e-4 rad/s.
+/// Damping of the joint servos, N m s/rad. The drive's torque is
+/// `DRIVE_DAMPING · (commanded - actual velocity)`, with the velocities at the end of the step. At
+/// this stiffness the joint follows within 1e-4 rad/s.
 pub(super) const DRIVE_DAMPING: f64 = 1e6;
 
-/// Fraction of the position error that a servo corrects in a second where gravity acts, 1/s. Without it an arm would sink
-/// by 1e-4 rad/s under 100 N m; with it the error is below 1e-5 rad.
+/// Fraction of the position error that a servo corrects in a second where gravity acts, 1/s.
+/// Without it an arm would sink by 1e-4 rad/s under 100 N m; with it the error is below 1e-5 rad.
 const POSITION_GAIN: f64 = 10.0;
 
 /// State of the servos.
@@ -21,8 +22,8 @@ pub(super) struct Drives {
     positions: Vec<f64>,
     /// Velocities at the end of the present step that the servos aim at, rad/s or m/s.
     velocities: Vec<f64>,
-    /// Fraction of the position error that is corrected in a second: zero without gravity, where nothing makes a joint
-    /// drift.
+    /// Fraction of the position error that is corrected in a second: zero without gravity, where
+    /// nothing makes a joint drift.
     gain: f64,
 }
 
@@ -53,7 +54,8 @@ impl Scene {
             };
             let (child, parent) = (self.links[link].handle, self.links[joint.parent].handle);
             let pose = *self.bodies[child].position();
-            // The effort acts between link and parent. The multibody's own damping is the other half of the servo.
+            // The effort acts between link and parent. The multibody's own damping is the other
+            // half of the servo.
             let effort: Vector =
                 pose.rotation * glam_vector(&joint.axis) * (DRIVE_DAMPING * velocity);
             for (body, effort) in [(child, effort), (parent, -effort)] {

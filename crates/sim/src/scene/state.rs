@@ -26,7 +26,8 @@ impl BodyState {
     }
 }
 
-/// Positions `x_k` and velocities `v_k` after step k. The velocities belong to the time half a step before the positions.
+/// Positions `x_k` and velocities `v_k` after step k. The velocities belong to the time half a step
+/// before the positions.
 #[derive(Clone, Debug)]
 pub(crate) struct State {
     /// Positions of all joints, fingers included, in the order of the robot's bodies, rad or m.

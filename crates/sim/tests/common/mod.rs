@@ -1,5 +1,5 @@
-//! Identification of the payload by least squares on `[f; n] = Y π` from the samples, without log, filter or
-//! tactid-identify.
+//! Identification of the payload by least squares on `[f; n] = Y π` from the samples, without log,
+//! filter or tactid-identify.
 
 use nalgebra::{Isometry3, SMatrix, SVector, Translation3, Vector3};
 use tactid_dynamics::{
@@ -85,7 +85,8 @@ impl Middle {
     }
 }
 
-/// Forms the equations of both methods from consecutive samples, and compares joint torques with the inverse dynamics.
+/// Forms the equations of both methods from consecutive samples, and compares joint torques with
+/// the inverse dynamics.
 pub(crate) struct Identifier {
     /// State of the robot with its gripper and without payload.
     robot: Workspace,
@@ -129,7 +130,8 @@ impl Identifier {
         })
     }
 
-    /// Returns the sum of the fingers' wrenches in the tool frame, with the fingers' poses from their joint positions.
+    /// Returns the sum of the fingers' wrenches in the tool frame, with the fingers' poses from
+    /// their joint positions.
     fn wrench_in_tool(&mut self, sample: &Sample) -> Result<Wrench, Failure> {
         let joints = JointMotion {
             position: &sample.joint_position,
@@ -197,13 +199,15 @@ impl Identifier {
         Ok(payload.mass_properties().ok_or("no mass")?)
     }
 
-    /// Returns the rms difference between measured joint torques and inverse dynamics, relative to the rms torque.
+    /// Returns the rms difference between measured joint torques and inverse dynamics, relative to
+    /// the rms torque.
     pub(crate) fn torque_error(&self) -> f64 {
         (self.torque_error / self.torque).sqrt()
     }
 }
 
-/// Returns the error of each parameter in percent of its nominal value, or of the largest of its kind for a zero.
+/// Returns the error of each parameter in percent of its nominal value, or of the largest of its
+/// kind for a zero.
 pub(crate) fn errors_percent(
     estimate: &MassProperties,
     nominal: &MassProperties,

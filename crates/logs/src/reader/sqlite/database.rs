@@ -36,8 +36,9 @@ impl Database {
             let fault = damaged("it ends within a page");
             return Err(LogError::not_a_bag(&source.path, &fault));
         }
-        // A database that uses a write-ahead log and has none is not open in any process. SQLite would create the log
-        // and its index beside the file, or fail where it must not, unless the file is declared immutable.
+        // A database that uses a write-ahead log and has none is not open in any process. SQLite
+        // would create the log and its index beside the file, or fail where it must not, unless the
+        // file is declared immutable.
         let log = beside(path, "-wal");
         let is_closed = header.uses_log && !log.exists();
         let mut connected = connect(path, is_closed);

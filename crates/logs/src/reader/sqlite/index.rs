@@ -18,13 +18,13 @@ use crate::{
     },
 };
 
-/// Number of rows and of their bytes that are read at once. They bound the memory, and the time for which a recorder
-/// cannot write.
+/// Number of rows and of their bytes that are read at once. They bound the memory, and the time for
+/// which a recorder cannot write.
 const ROWS: usize = 4096;
 const BYTES: u64 = 1 << 20;
 
-/// Tables of a bag, with the columns that are needed. Those that were added later are `schema`, `metadata` and
-/// `message_definitions`: messages are decoded by the names of their types.
+/// Tables of a bag, with the columns that are needed. Those that were added later are `schema`,
+/// `metadata` and `message_definitions`: messages are decoded by the names of their types.
 const TABLES: [(&str, &[&str]); 2] = [
     ("topics", &["id", "name", "type", "serialization_format"]),
     ("messages", &["topic_id", "timestamp", "data"]),
@@ -103,7 +103,8 @@ impl Bag {
         }
     }
 
-    /// Visits the rows after a key until they are enough for a segment. Between two segments a recorder can write.
+    /// Visits the rows after a key until they are enough for a segment. Between two segments a
+    /// recorder can write.
     fn segment(
         &mut self,
         connection: &Connection,
@@ -217,8 +218,9 @@ struct Table {
 }
 
 impl Table {
-    /// Returns the table with a name, in which letters count without case; `None` where there is none. Views and
-    /// virtual tables, which have no root page, do not count: reading them would run what the file says.
+    /// Returns the table with a name, in which letters count without case; `None` where there is
+    /// none. Views and virtual tables, which have no root page, do not count: reading them would
+    /// run what the file says.
     ///
     /// `pragma_table_list` would expand all views of the file, and a few of them can double the
     /// size each time.
@@ -339,7 +341,8 @@ fn channels(connection: &Connection) -> Result<BTreeMap<ChannelId, Channel>, Pro
     Ok(channels)
 }
 
-/// Returns the description of the bag under the name that it has in MCAP, or nothing for bags before ROS 2 Iron.
+/// Returns the description of the bag under the name that it has in MCAP, or nothing for bags
+/// before ROS 2 Iron.
 fn metadata(connection: &Connection) -> Result<Metadata, Problem> {
     let mut metadata = Metadata::new();
     if has_description(connection)? {

@@ -1,4 +1,5 @@
-//! SQLite bags, the default of rosbag2 up to ROS 2 Humble: a database with a table of topics and one of messages.
+//! SQLite bags, the default of rosbag2 up to ROS 2 Humble: a database with a table of topics and
+//! one of messages.
 
 mod database;
 mod index;

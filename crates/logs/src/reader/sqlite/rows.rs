@@ -36,7 +36,8 @@ pub(super) struct Rows {
 impl Order {
     /// Returns the order in which a bag is read.
     pub(super) fn of(connection: &Connection) -> rusqlite::Result<Self> {
-        // With another column in the index, or times that descend, SQLite would sort all rows of equal times for each segment.
+        // With another column in the index, or times that descend, SQLite would sort all rows of
+        // equal times for each segment.
         let has_index = "SELECT 1 FROM pragma_index_list('messages') AS list \
                          WHERE NOT list.partial AND (SELECT count(*) = 1 AND max(name) = 'timestamp' AND NOT max(desc) \
                          FROM pragma_index_xinfo(list.name) WHERE key)";
@@ -68,8 +69,8 @@ impl Order {
         )
     }
 
-    /// Returns the conditions of queries that give, one after the other, the rows after a key, or all rows. Each uses
-    /// the index of times to its end, which a comparison of pairs would not do.
+    /// Returns the conditions of queries that give, one after the other, the rows after a key, or
+    /// all rows. Each uses the index of times to its end, which a comparison of pairs would not do.
     pub(super) fn after(self, key: Option<Key>) -> Vec<String> {
         match (self, key) {
             (_, None) => vec!["TRUE".to_owned()],
