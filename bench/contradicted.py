@@ -2,8 +2,8 @@
 
 Run by ``python bench/contradicted.py``; needs the UR5 of ``example-robot-data``. Bodies of several
 shapes are swung with faults of the sensor and of the robot. A line for each recording with the
-finding ``offset_suspected`` or ``inconsistent`` has the offset relative to the load, the shift of
-the centre of mass by its moment, the distance from a possible body, and the errors of the values.
+finding ``wrong_assumption`` or ``inconsistent`` has the first cause, by how much it changes the
+mass and the centre of mass, the distance from a possible body, and the errors of the values.
 """
 
 import re
@@ -41,7 +41,7 @@ def main() -> None:
     text = (Path(sysconfig.get_paths()["purelib"]) / UR5).read_text()
     text = re.sub(r"<(visual|collision)>.*?</\1>", "", text, flags=re.DOTALL)
     robot = tactid.Manipulator.from_urdf(text)
-    print("body   swing noise fault               offset shift distance   mass   com inertia exit")
+    print("body   swing noise fault              cause           change shift distance   mass   com")
     for name, body in BODIES.items():
         for swing in (0.1, 0.5):
             q, qd, wrench = motion(robot, body, swing)
@@ -50,7 +50,7 @@ def main() -> None:
                     random = np.random.default_rng(1)
                     felt = change(wrench, random) + noise * UNITS * random.normal(size=wrench.shape)
                     given = {"robot": robot, "tip": "tool0", "q": q + turned, "qd": qd}
-                    found = tactid.identify(TIME, wrench=felt, wrench_acts_on="sensor", **given)
+                    found = tactid.identify(TIME, wrench=felt, wrench_offset="no", wrench_acts_on="sensor", **given)
                     if line := described(found, body):
                         print(f"{name:6} {swing:5} {noise:5} {fault:18} {line}")
 
@@ -104,18 +104,17 @@ def zero(size: float, random: np.random.Generator) -> Array:
 def described(found: tactid.Identification, body: tactid.MassProperties) -> str:
     """Returns what is compared; empty without a finding."""
     noticed = {each.kind: each.data for each in found.findings}
-    offset, far = noticed.get("offset_suspected"), noticed.get("inconsistent")
-    if offset is None and far is None:
+    wrong, far = noticed.get("wrong_assumption"), noticed.get("inconsistent")
+    if wrong is None and far is None:
         return ""
-    force = moment = 0.0
-    if offset is not None:
-        force, moment = np.linalg.norm(np.reshape(offset["values"], (2, 3)), axis=1)
-        force, moment = (part / offset["load_force_rms_n"] for part in (force, moment))
+    cause, change, shift = "", 0.0, 0.0
+    if wrong is not None:
+        cause, change, shift = (wrong[key] for key in ("cause", "mass_change", "shift_m"))
     distance = 0.0 if far is None else far["distance"]
     error = np.abs(found.estimate.values - values_of(body))
     inertia = error[4:].max() / np.trace(body.inertia)
     return (
-        f"{force:6.1%} {1e3 * moment:3.0f}mm {distance:8.1f} {error[0] / body.mass:6.1%}"
+        f"{cause:15} {change:6.1%} {1e3 * shift:3.0f}mm {distance:8.1f} {error[0] / body.mass:6.1%}"
         f" {1e3 * error[1:4].max():3.0f}mm {inertia:7.1%} {int(found.is_contradicted):4}"
     )
 

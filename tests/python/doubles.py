@@ -54,6 +54,26 @@ SCALES = LENGTH ** np.array([0, 1, 1, 1, 2, 2, 2, 2, 2, 2])
 """By which a parameter is divided: a body of 0.1 m has them all of the size of its mass."""
 
 
+def offset_finding(
+    force: float, moment: float = 0.0, *, mass_change: float = 0.0, shift: float = 0.0
+) -> tactid.Finding:
+    """A suspected offset along x, N and N m, by what it certainly changes, a fraction and m."""
+    data = {
+        "cause": "offset",
+        "runner_up": None,
+        "names": ["force x", "force y", "force z", "moment x", "moment y", "moment z"],
+        "values": [force, 0.0, 0.0, moment, 0.0, 0.0],
+        "std_devs": [0.1, 0.1, 0.1, 0.01, 0.01, 0.01],
+        "frame": "tool0",
+        "residual_ratio": 0.1,
+        "mass_kg": 2.0,
+        "mass_std_dev_kg": 0.01,
+        "mass_change": mass_change,
+        "shift_m": shift,
+    }
+    return tactid.Finding("wrong_assumption", data)
+
+
 def mean_forecast(duration: float) -> Forecast:
     """By the mean of the whole recording: the information grows in proportion to the time."""
     growth = np.full(10, 1 / duration)

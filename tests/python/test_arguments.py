@@ -272,7 +272,7 @@ Q, W = RECORDED["q"], RECORDED["wrench"]
         ({"wrench_noise": [1, 2, 3]}, r"expected six numbers for all sensors, \(6,\), or for each"),
         ({"cutoff_hz": "5 Hz"}, r"`cutoff_hz` is '5 Hz': expected a number"),
         ({"tip": 3}, r"`tip` is 3: expected text"),
-        ({"wrench_offset": "yes"}, r"`wrench_offset` is 'yes': expected True or False"),
+        ({"wrench_offset": "on"}, r"`wrench_offset` is 'on': expected 'auto' or 'yes' or 'no'"),
         ({"known_tool": 1.0}, r"`known_tool` is 1\.0: expected a tactid\.MassProperties"),
         ({"known_tool": tool(-1.0, 1.0)}, "^`known_tool` is no body that can exist: its mass must"),
         ({"known_tool": tool(1.0, 0.1)}, "each principal moment of inertia .* at most the sum of"),

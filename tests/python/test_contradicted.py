@@ -11,6 +11,7 @@ import doubles
 import faulty
 import tactid
 from conftest import TactidCommand
+from doubles import offset_finding
 from recorded_arm import FIXED, SENSOR, TIP_FROM_SENSOR
 from recordings import moving, state, wrenches, write_bag
 from tactid import Finding, Identification
@@ -20,13 +21,6 @@ from wrist import EARLY, identified
 FORMATS = ("urdf", "mujoco", "ros", "controller", "ur", "franka", "kuka", "abb")
 
 
-def offset(force: float, moment: float, std_dev: float = 0.01) -> Finding:
-    """An offset of the wrenches of a load of 20 N."""
-    values, std_devs = [force, 0, 0, moment, 0, 0], np.repeat([std_dev, 0.1 * std_dev], 3)
-    data = {"frame": "tool0", "values": values, "std_devs": std_devs.tolist()}
-    return Finding("offset_suspected", {**data, "load_force_rms_n": 20.0})
-
-
 def inconsistent(distance: float) -> Finding:
     return Finding("inconsistent", {"distance": distance, "within_box": False})
 
@@ -34,13 +28,11 @@ def inconsistent(distance: float) -> Finding:
 @pytest.mark.parametrize(
     ("finding", "contradicts"),
     [
-        (offset(12.0, 0.0), True),
-        (offset(1.1, 0.0), True),
-        (offset(0.9, 0.0), False),  # less than a twentieth of the load
-        (offset(3.0, 0.0, std_dev=0.5), False),  # five standard deviations less are nothing
-        (offset(0.0, 0.25), True),  # the centre of mass by 12 mm
-        (offset(0.0, 0.15), False),
-        (offset(12.0, 0.0, std_dev=np.inf), False),
+        (offset_finding(12.0, mass_change=0.6), True),
+        (offset_finding(1.1, mass_change=0.06), True),
+        (offset_finding(0.9, mass_change=0.04), False),
+        (offset_finding(0.0, 0.25, shift=0.012), True),
+        (offset_finding(0.0, 0.15, shift=0.008), False),
         (inconsistent(28.0), True),
         (inconsistent(20.0), False),
     ],
@@ -52,13 +44,16 @@ def test_what_is_certain_and_large_contradicts(finding: Finding, contradicts: bo
 
 
 def test_an_offset_of_half_the_load_contradicts_and_one_of_a_good_sensor_does_not() -> None:
-    wrong = identified(EARLY, 1, offset=np.array([12.0, 0.0, 0.0, 0.0, 0.0, 0.0]))
+    large, small = np.array([12.0, 0, 0, 0, 0, 0]), np.array([0.5, 0, 0, 0, 0, 0])
+    wrong = identified(EARLY, 1, offset=large, wrench_offset="no")
     assert wrong.is_contradicted
     (found,) = wrong.findings
-    assert found.data["load_force_rms_n"] == pytest.approx(18.05, rel=0.01)
-    good = identified(EARLY, 1, offset=np.array([0.5, 0.0, 0.0, 0.0, 0.0, 0.0]))
-    assert [each.kind for each in good.findings] == ["offset_suspected"]
+    assert found.data["cause"] == "offset"
+    good = identified(EARLY, 1, offset=small, wrench_offset="no")
+    assert [each.data["cause"] for each in good.findings] == ["offset"]
     assert not good.is_contradicted
+    for identifying in (identified(EARLY, 1, offset=each) for each in (large, small)):
+        assert [each.severity for each in identifying.findings] == ["notes"]
 
 
 @pytest.fixture(scope="module")
@@ -73,7 +68,7 @@ def shifted(tmp_path_factory: pytest.TempPathFactory) -> Path:
 def test_the_command_refuses_a_format_unless_the_user_insists(
     command: TactidCommand, shifted: Path
 ) -> None:
-    given = ("identify", shifted, "--tip", "wrist_3_link")
+    given = ("identify", shifted, "--tip", "wrist_3_link", "--wrench-offset", "no")
     for form in FORMATS:
         done = command(*given, "--format", form)
         assert done.returncode == 1
@@ -87,7 +82,7 @@ def test_the_command_refuses_a_format_unless_the_user_insists(
     assert done.returncode == 1
     assert "set_target_payload(" in done.stdout
     assert done.stderr.startswith("The wrenches seem to have a constant offset")
-    assert command(*given, "--format", "ur", "--wrench-offset").returncode == 0
+    assert command(*given[:-2], "--format", "ur").returncode == 0
 
 
 def formats_of(result: Identification | tactid.Combination) -> list[Callable[..., str]]:
@@ -95,8 +90,8 @@ def formats_of(result: Identification | tactid.Combination) -> list[Callable[...
 
 
 def test_a_caller_gets_an_exception_unless_it_insists(shifted: Path) -> None:
-    wrong = tactid.identify(shifted, tip="wrist_3_link")
-    sound = tactid.identify(shifted, tip="wrist_3_link", wrench_offset=True)
+    wrong = tactid.identify(shifted, tip="wrist_3_link", wrench_offset="no")
+    sound = tactid.identify(shifted, tip="wrist_3_link", wrench_offset="yes")
     both = tactid.combine([sound, replace(wrong, inputs={})])
     for result in (wrong, both):
         assert result.is_contradicted
@@ -117,6 +112,6 @@ def test_a_body_that_cannot_exist_is_refused_whoever_insists() -> None:
 
 def test_what_contradicts_stands_before_what_only_doubts() -> None:
     doubt = Finding("nothing_held", {"mass_kg": 0.001, "std_dev_kg": 0.001})
-    certain = offset(12.0, 0.0)
+    certain = offset_finding(12.0, mass_change=0.6)
     result = replace(doubles.tactile(duration=4.0), findings=[doubt, certain])
     assert remarks.remarks(result)[0] == str(certain)

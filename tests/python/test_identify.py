@@ -215,7 +215,7 @@ def test_what_cannot_be_identified_is_refused(robot: tactid.Manipulator, urdf: s
         with pytest.raises(tactid.ArgumentError, match=f"`{name}` does not apply to Identifier"):
             tactid.Identifier(robot, ["tool0"], **{name: value})
     with pytest.raises(tactid.ArgumentError, match="`wrench_offset` does not apply to PaperFilter"):
-        tactid.PaperFilter(robot, ["tool0"], wrench_offset=True)
+        tactid.PaperFilter(robot, ["tool0"], wrench_offset="yes")
     identifier = tactid.Identifier(robot, ["tool0"])
     with pytest.raises(tactid.ArgumentError, match=r"shape \(3,\): expected \(6,\) or \(N, 6\)"):
         identifier.push(0, np.zeros(8), np.zeros(8), np.zeros(3), **at_rest(1))

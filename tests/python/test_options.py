@@ -115,8 +115,8 @@ def test_keywords_replace_options() -> None:
 
 
 def test_options_and_keywords_are_the_same(log: Path) -> None:
-    by_keyword = tactid.identify(log, cutoff_hz=8.0, wrench_offset=True)
-    by_object = tactid.identify(log, options=tactid.Options(cutoff_hz=8.0, wrench_offset=True))
+    by_keyword = tactid.identify(log, cutoff_hz=8.0, wrench_offset="yes")
+    by_object = tactid.identify(log, options=tactid.Options(cutoff_hz=8.0, wrench_offset="yes"))
     assert by_keyword.estimate.values.tolist() == by_object.estimate.values.tolist()
     assert by_keyword.cutoff_hz == 8.0
 

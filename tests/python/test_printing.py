@@ -36,15 +36,7 @@ NOT_KEPT = Finding(
         "within_box": True,
     },
 )
-OFFSET = Finding(
-    "offset_suspected",
-    {
-        "frame": "tool0",
-        "values": [1.5, 0.0, 0.2, 0.0, 0.01, 0.0],
-        "std_devs": [0.1, 0.1, 0.1, 0.01, 0.01, 0.01],
-        "load_force_rms_n": 20.0,
-    },
-)
+OFFSET = doubles.offset_finding(1.5)
 
 
 def with_mass(mass: float) -> Identification:

@@ -29,12 +29,19 @@ FINDINGS = [
     Finding("negative_mass", {"method": "tactile", "or_gravity": True}),
     Finding("known_bodies_too_heavy", {"known_bodies_kg": 3.0, "load_kg": 2.0}),
     Finding(
-        "offset_suspected",
+        "wrong_assumption",
         {
-            "frame": "tool0",
+            "cause": "offset",
+            "runner_up": None,
+            "names": ["force x", "force y", "force z", "moment x", "moment y", "moment z"],
             "values": [1.5, 0.0, 0.2, 0.0, 0.01, 0.0],
             "std_devs": [0.1, 0.1, 0.1, 0.01, 0.01, 0.01],
-            "load_force_rms_n": 20.0,
+            "frame": "tool0",
+            "residual_ratio": 0.1,
+            "mass_kg": 2.0,
+            "mass_std_dev_kg": 0.01,
+            "mass_change": 0.02,
+            "shift_m": 0.004,
         },
     ),
     Finding(
@@ -196,13 +203,12 @@ SENTENCES = {
         "The known bodies weigh 3 kg, but the whole load only 2 kg: check the mass of"
         " `known_tool`, the links below the tip in the URDF, and the gains of the sensors."
     ),
-    "offset_suspected": (
+    "wrong_assumption": (
         "The wrenches seem to have a constant offset: force (1.50 ± 0.20, 0.00 ± 0.20, 0.20 ±"
         " 0.20) N, moment (0.000 ± 0.020, 0.010 ± 0.020, 0.000 ± 0.020) N m, in the frame tool0"
-        " and with the sign of the recorded wrenches. Subtract it from the wrenches (tare the"
-        " sensor), or let `wrench_offset` identify it together with the payload. A frame of the"
-        " sensor that is turned or shifted, a joint's zero or a gain that is wrong can look the"
-        " same."
+        " and with the sign of the recorded wrenches (its residuals are 10 % as large). Subtract it"
+        " from the wrenches (tare the sensor), or let `wrench_offset` identify it together with the"
+        " payload."
     ),
     "load_unexplained": (
         "The model does not explain 30 % of the load (rms 3.0 of 10.0 N m, 43 times the noise),"
@@ -389,13 +395,12 @@ ONLINE = {
         "The known bodies weigh 3 kg, but the whole load only 2 kg: check the links below the tip"
         " in the URDF, and the gains of the sensors."
     ),
-    "offset_suspected": (
+    "wrong_assumption": (
         "The wrenches seem to have a constant offset: force (1.50 ± 0.20, 0.00 ± 0.20, 0.20 ±"
         " 0.20) N, moment (0.000 ± 0.020, 0.010 ± 0.020, 0.000 ± 0.020) N m, in the frame tool0"
-        " and with the sign of the pushed wrenches. Subtract it from the wrenches before `push`"
-        " (tare the sensor), or let `wrench_offset` identify it together with the payload. A frame"
-        " of the sensor that is turned or shifted, a joint's zero or a gain that is wrong can look"
-        " the same."
+        " and with the sign of the pushed wrenches (its residuals are 10 % as large). Subtract it"
+        " from the wrenches before `push` (tare the sensor), or let `wrench_offset` identify it"
+        " together with the payload."
     ),
     "load_unexplained": (
         "The model does not explain 30 % of the load (rms 3.0 of 10.0 N m, 43 times the noise),"
@@ -411,7 +416,7 @@ ONLINE_KINDS = (
     "nothing_held",
     "negative_mass",
     "known_bodies_too_heavy",
-    "offset_suspected",
+    "wrong_assumption",
     "load_unexplained",
     "inconsistent",
     "outliers",
@@ -461,9 +466,9 @@ CONTRADICTIONS = (
 DOUBTS = (
     "efforts_beyond_limits",
     "recording_calibrated",
+    "wrong_assumption",
     "nothing_held",
     "known_mass_not_kept",
-    "offset_suspected",
     "constant_channels",
     "load_unexplained",
     "inconsistent",
@@ -585,7 +590,7 @@ def test_advice_names_the_least_motion_that_determines_all() -> None:
         ("load_unexplained", {}, "30 % of the load (rms 3.0 of 10.0 N m, 43 times the noise)"),
         ("load_unexplained", {"joint": "elbow"}, "30 % of the effort of elbow (rms 3.0 of 10.0"),
         ("load_unexplained", {"load_rms": 0.0}, "explain the load, which is zero (rms 3.0 of 0.0"),
-        ("offset_suspected", {}, "force (1.50 ± 0.20, 0.00 ± 0.20, 0.20 ± 0.20) N, moment (0.000"),
+        ("wrong_assumption", {}, "force (1.50 ± 0.20, 0.00 ± 0.20, 0.20 ± 0.20) N, moment (0.000"),
         ("delay_corrected", {"applied_s": -0.012}, "stamped 12.00 ms earlier than the motion"),
         ("delay_doubtful", {"delay_s": 0.5}, "stamped 500 ms later than the motion, would fit"),
         (

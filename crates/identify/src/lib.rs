@@ -79,6 +79,7 @@ pub mod equations;
 mod error;
 mod finding;
 mod fit;
+mod hypotheses;
 mod linear_estimate;
 mod method;
 mod online;
@@ -99,7 +100,10 @@ pub use equations::{
     Sample, states_of_poses,
 };
 pub use error::{IdentifyError, digits, three_digits};
-pub use finding::{Disagreement, Finding, UnexplainedLoad, distance_of_runs, probability};
+pub use finding::{
+    Disagreement, Finding, Hypothesis, UnexplainedLoad, WrongAssumption, distance_of_runs,
+    probability,
+};
 pub use fit::{Delay, GainErrors};
 pub use linear_estimate::{LinearEstimate, SharedErrors};
 pub use method::Method;

@@ -6,145 +6,42 @@
 #[allow(dead_code, reason = "each test file uses a part of what is shared")]
 #[path = "common/arm.rs"]
 mod arm;
+#[allow(dead_code, reason = "each test file uses a part of what is shared")]
+#[path = "common/recorded.rs"]
+mod recorded;
 
-use arm::{JOINTS, Run, TOOL, arm, body};
+use arm::{JOINTS, TOOL, arm};
 use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
 use rand::{RngExt, SeedableRng, rngs::SmallRng};
 use rand_distr::StandardNormal;
-use tactid_dynamics::{
-    BaseKind, FrameMotion, JointMotion, Manipulator, MassProperties, Workspace, Wrench, forces,
-    motion,
-};
+use recorded::{Recorded, payload, recorded, run};
+use tactid_dynamics::{BaseKind, FrameMotion, JointMotion, Workspace, Wrench, forces, motion};
 use tactid_identify::{
-    BaseState, BatchIdentifier, BatchResult, BatchSettings, EquationSettings, Finding, Identifier,
-    Method, Sample, UnexplainedLoad, WrenchOffset,
+    EquationSettings, Finding, Hypothesis, Method, UnexplainedLoad, WrenchOffset, WrongAssumption,
 };
 
-/// Standard deviations of white noise on force, N, and moment, N m.
-const NOISE: [f64; 2] = [0.3, 0.02];
-
-/// Recorded samples of 10 s at 200 Hz, which a test can change.
-struct Recorded {
-    times_s: Vec<f64>,
-    joints: Vec<[[f64; JOINTS]; 2]>,
-    efforts: Vec<[f64; JOINTS]>,
-    wrenches: Vec<Wrench>,
-}
-
-fn payload() -> MassProperties {
-    body(2.1, [0.03, -0.02, 0.08], [0.2, 0.12, 0.16])
-}
-
-fn run(seed: u64) -> Run {
-    Run {
-        base: BaseKind::Fixed,
-        rate_hz: 200.0,
-        payloads: vec![(0.0, payload())],
-        duration_s: 10.0,
-        gap_s: None,
-        motion_seed: seed,
-    }
-}
-
-fn recorded(seed: u64) -> Recorded {
-    let mut random = SmallRng::seed_from_u64(seed);
-    let mut draw =
-        |std_dev: f64| Vector3::from_fn(|_, _| std_dev * random.sample::<f64, _>(StandardNormal));
-    let instants = run(seed).instants();
-    Recorded {
-        times_s: instants.iter().map(|instant| instant.time_s).collect(),
-        joints: instants
-            .iter()
-            .map(|instant| [instant.joints[0], instant.joints[1]])
-            .collect(),
-        efforts: Vec::new(),
-        wrenches: instants
-            .iter()
-            .map(|instant| Wrench {
-                force: instant.wrench.force + draw(NOISE[0]),
-                moment: instant.wrench.moment + draw(NOISE[1]),
-            })
-            .collect(),
-    }
-}
-
-impl Recorded {
-    fn sensors(&self) -> &[&str] {
-        if self.wrenches.is_empty() {
-            &[]
-        } else {
-            &[TOOL]
-        }
-    }
-
-    fn samples(&self) -> impl Iterator<Item = Sample<'_>> {
-        self.times_s.iter().enumerate().map(|(k, &time_s)| Sample {
-            time_s,
-            base: BaseState::fixed(),
-            joint_position: &self.joints[k][0],
-            joint_velocity: &self.joints[k][1],
-            joint_effort: self.efforts.get(k).map_or(&[], |efforts| efforts),
-            wrenches: self.wrenches.get(k..=k).unwrap_or(&[]),
-        })
-    }
-
-    /// Solves for the payload in the frame `tip` of a robot.
-    fn identify(&self, robot: &Manipulator, tip: &str, settings: &EquationSettings) -> BatchResult {
-        let (equations, nothing) = (settings.clone(), BatchSettings::default());
-        let mut batch =
-            BatchIdentifier::new(robot, tip, self.sensors(), equations, nothing).unwrap();
-        for sample in self.samples() {
-            batch.push(&sample).unwrap();
-        }
-        batch.solve().unwrap()
-    }
-
-    /// Returns the findings of the online identifier after all samples.
-    fn online_findings(
-        &self,
-        robot: &Manipulator,
-        tip: &str,
-        settings: &EquationSettings,
-    ) -> Vec<Finding> {
-        let mut online = Identifier::new(robot, tip, self.sensors(), settings).unwrap();
-        for sample in self.samples() {
-            online.push(&sample).unwrap();
-        }
-        online.findings()
-    }
-
-    /// Returns the findings for the arm on the ground, which both identifiers agree on.
-    fn findings(&self, settings: &EquationSettings) -> Vec<Finding> {
-        let robot = arm(BaseKind::Fixed);
-        let batch = self.identify(&robot, TOOL, settings).findings;
-        assert_eq!(batch, self.online_findings(&robot, TOOL, settings));
-        batch
-    }
-
-    fn with_offset(mut self, force: Vector3<f64>, moment: Vector3<f64>) -> Self {
-        for wrench in &mut self.wrenches {
-            wrench.force += force;
-            wrench.moment += moment;
-        }
-        self
-    }
+/// Returns the findings for the arm on the ground, which both identifiers agree on.
+fn findings_of(given: &Recorded, settings: &EquationSettings) -> Vec<Finding> {
+    let robot = arm(BaseKind::Fixed);
+    let batch = given.identify(&robot, TOOL, settings).findings;
+    assert_eq!(batch, given.online_findings(&robot, TOOL, settings));
+    batch
 }
 
 fn suspected(findings: &[Finding]) -> Option<WrenchOffset> {
     findings.iter().find_map(|finding| match finding {
-        Finding::OffsetSuspected {
-            frame,
-            values: [fx, fy, fz, nx, ny, nz],
-            std_devs,
-            ..
-        } => Some(WrenchOffset {
-            frame: frame.clone(),
-            wrench: Wrench {
-                force: Vector3::new(*fx, *fy, *fz),
-                moment: Vector3::new(*nx, *ny, *nz),
-            },
-            std_devs: Some(*std_devs),
-        }),
+        Finding::WrongAssumption(found) if found.cause == Hypothesis::Offset => {
+            let values: [f64; 6] = found.values.clone().try_into().unwrap();
+            let [fx, fy, fz, nx, ny, nz] = values;
+            Some(WrenchOffset {
+                frame: found.frame.clone(),
+                wrench: Wrench {
+                    force: Vector3::new(fx, fy, fz),
+                    moment: Vector3::new(nx, ny, nz),
+                },
+                std_devs: Some(found.std_devs.clone().try_into().unwrap()),
+            })
+        }
         _ => None,
     })
 }
@@ -153,7 +50,7 @@ fn suspected(findings: &[Finding]) -> Option<WrenchOffset> {
 #[test]
 fn nothing_is_reported_without_a_cause() {
     for seed in 0..8 {
-        let findings = recorded(seed).findings(&EquationSettings::default());
+        let findings = findings_of(&recorded(seed), &EquationSettings::default());
         assert_eq!(findings, [], "{seed}");
     }
 }
@@ -208,10 +105,25 @@ fn an_offset_is_reported_in_the_frame_of_the_sensor_for_every_tip() {
     }
 }
 
-/// A sensor that is mounted with a turn of 30 degrees, two joints that are exchanged, and positions in degrees leave a
-/// load that the model does not explain.
+/// Returns the findings of both identifiers. The batch identifier also knows the joints of each window.
+fn findings_of_both(given: &Recorded, settings: &EquationSettings) -> [Vec<Finding>; 2] {
+    let robot = arm(BaseKind::Fixed);
+    [
+        given.identify(&robot, TOOL, settings).findings,
+        given.online_findings(&robot, TOOL, settings),
+    ]
+}
+
+fn cause(findings: &[Finding], cause: Hypothesis) -> Option<&WrongAssumption> {
+    findings.iter().find_map(|finding| match finding {
+        Finding::WrongAssumption(found) if found.cause == cause => Some(found),
+        _ => None,
+    })
+}
+
+/// A sensor that is mounted with a turn of 30 degrees is reported with this turn.
 #[test]
-fn a_wrong_model_is_reported() {
+fn a_turned_sensor_is_reported() {
     let turn = UnitQuaternion::from_scaled_axis(Vector3::z() * 30f64.to_radians());
     let mut turned = recorded(1);
     for wrench in &mut turned.wrenches {
@@ -220,6 +132,16 @@ fn a_wrong_model_is_reported() {
             moment: turn * wrench.moment,
         };
     }
+    for findings in findings_of_both(&turned, &EquationSettings::default()) {
+        let found = cause(&findings, Hypothesis::SensorRotation).unwrap();
+        let error = Vector3::from_column_slice(&found.values) + turn.scaled_axis();
+        assert!(error.norm() < 0.005, "{found:?}");
+    }
+}
+
+/// Two joints that are exchanged, and positions in degrees, leave a load that nothing explains.
+#[test]
+fn a_wrong_model_is_reported() {
     let (mut exchanged, mut degrees) = (recorded(2), recorded(3));
     for joints in exchanged.joints.iter_mut().flatten() {
         joints.swap(3, 4);
@@ -227,22 +149,16 @@ fn a_wrong_model_is_reported() {
     for joint in degrees.joints.iter_mut().flatten().flatten() {
         *joint = joint.to_degrees();
     }
-    for (name, wrong) in [
-        ("turned", turned),
-        ("exchanged", exchanged),
-        ("degrees", degrees),
-    ] {
-        let findings = wrong.findings(&EquationSettings::default());
-        let is_reported = findings.iter().any(|finding| {
-            matches!(
-                finding,
-                Finding::LoadUnexplained(UnexplainedLoad {
-                    method: Method::Tactile,
-                    ..
-                })
-            )
-        });
-        assert!(is_reported, "{name}: {findings:?}");
+    for (name, wrong) in [("exchanged", exchanged), ("degrees", degrees)] {
+        let is_unexplained = |finding: &Finding| {
+            let Finding::LoadUnexplained(load) = finding else {
+                return false;
+            };
+            load.method == Method::Tactile
+        };
+        for findings in findings_of_both(&wrong, &EquationSettings::default()) {
+            assert!(findings.iter().any(is_unexplained), "{name}: {findings:?}");
+        }
     }
 }
 
@@ -253,22 +169,18 @@ fn a_wrong_sign_is_reported() {
     for wrench in &mut wrong.wrenches {
         (wrench.force, wrench.moment) = (-wrench.force, -wrench.moment);
     }
-    let findings = wrong.findings(&EquationSettings::default());
+    let findings = findings_of(&wrong, &EquationSettings::default());
     let is_negative = |finding: &Finding| matches!(finding, Finding::NegativeMass { .. });
     assert!(findings.iter().any(is_negative), "{findings:?}");
     let upward = EquationSettings {
         gravity: Some(Vector3::new(0.0, 0.0, 9.81)),
         ..EquationSettings::default()
     };
-    let robot = arm(BaseKind::Fixed);
-    let batch = recorded(5).identify(&robot, TOOL, &upward).findings;
     // The model is so wrong that the online identifier detects payload changes, and has fewer windows.
-    let online = recorded(5).online_findings(&robot, TOOL, &upward);
-    for findings in [batch, online] {
-        let [Finding::GravityContradicted { better, .. }] = &findings[..] else {
-            panic!("{findings:?}");
-        };
-        assert_eq!(*better, [0.0, 0.0, -9.81]);
+    for findings in findings_of_both(&recorded(5), &upward) {
+        let found = cause(&findings, Hypothesis::Gravity).unwrap();
+        let error = Vector3::from_column_slice(&found.values) - Vector3::new(0.0, 0.0, -9.81);
+        assert!(error.norm() < 0.1, "{found:?}");
     }
 }
 
@@ -314,7 +226,7 @@ fn friction_is_reported() {
         method: Method::Effort,
         ..EquationSettings::default()
     };
-    assert_eq!(recorded_efforts(6, 0.0).findings(&settings), []);
+    assert_eq!(findings_of(&recorded_efforts(6, 0.0), &settings), []);
     let (robot, rubbing) = (arm(BaseKind::Fixed), recorded_efforts(6, 3.0));
     let is_unexplained = |finding: &Finding| {
         matches!(
@@ -342,7 +254,7 @@ fn nothing_held_is_no_wrong_sign() {
             wrench.force = Vector3::from_fn(|_, _| draw());
             wrench.moment = Vector3::from_fn(|_, _| 0.1 * draw());
         }
-        let findings = empty.findings(&EquationSettings::default());
+        let findings = findings_of(&empty, &EquationSettings::default());
         let [
             Finding::NothingHeld {
                 mass_kg,

@@ -47,6 +47,27 @@ impl Value for ActsOn {
     }
 }
 
+/// Whether the wrenches have an unknown constant offset.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum OffsetChoice {
+    /// Where the data of a recording show one.
+    #[default]
+    Auto,
+    /// In any case.
+    Yes,
+    /// Never: the sensor's zero was set.
+    No,
+}
+
+impl Value for OffsetChoice {
+    read_as!(Kind::Choice(&["auto", "yes", "no"]), Self);
+
+    fn is_effective(&self) -> bool {
+        *self != Self::Auto
+    }
+}
+
 /// Where the frame of the only wrench sensor stands: fixed to a link of the robot.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SensorFrame {

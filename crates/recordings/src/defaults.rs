@@ -238,6 +238,7 @@ mod tests {
     use std::borrow::Cow;
 
     use super::*;
+    use crate::OffsetChoice;
 
     fn contents(motion: Motion) -> Contents {
         Contents {
@@ -327,7 +328,7 @@ mod tests {
                 method: Some(method),
                 wrench_acts_on: Some(ActsOn::Sensor),
                 delay_s: Some(0.01),
-                wrench_offset: Some(true),
+                wrench_offset: Some(OffsetChoice::Yes),
                 wrench_noise: Some(vec![[1.0; 6]]),
                 effort_noise: Some(vec![1.0]),
                 effort_gain: Some(vec![1.0]),

@@ -201,8 +201,8 @@ fn negate_offsets(result: &mut BatchResult) {
         *offset = offset.clone().negated();
     }
     for finding in &mut result.findings {
-        if let Data::OffsetSuspected { values, .. } = finding {
-            *values = values.map(|value| -value);
+        if let Data::WrongAssumption(found) = finding {
+            found.negate_wrenches();
         }
     }
 }

@@ -7,7 +7,7 @@ use crate::defaults::Options;
 use crate::preview::{DelayEstimate, Preview, is_significant};
 use crate::rates::contradicted_rates;
 use crate::recording::{Recording, Selection, Sources};
-use crate::{EstimatorKind, Finding, Observer, RecordingError, Request};
+use crate::{EstimatorKind, Finding, Observer, OffsetChoice, RecordingError, Request};
 
 /// How a recording is identified.
 #[derive(Clone, Debug)]
@@ -94,6 +94,7 @@ impl<'a> Plan<'a> {
             known_mass: self.request.known_mass(),
             bounding_box: self.request.bounding_box,
             delay: self.estimated_delay.is_some(),
+            shown_offset: self.request.wrench_offset.unwrap_or_default() == OffsetChoice::Auto,
         }
     }
 

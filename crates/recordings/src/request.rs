@@ -10,7 +10,7 @@ use tactid_identify::{BoundingBox, EquationSettings, KnownMass, Method, Range};
 use tactid_options::{About, Kind, Use, options};
 
 use crate::arm_calibration::ArmCalibration;
-use crate::choices::{ActsOn, EstimatorKind, SensorFrame};
+use crate::choices::{ActsOn, EstimatorKind, OffsetChoice, SensorFrame};
 use crate::clock::LONGEST_STAMP_DELAY_S;
 use crate::paper::PaperSettings;
 
@@ -174,10 +174,15 @@ options! {
             range = Range::GAP_S
         )]
         pub max_gap_s: Option<f64>,
-        /// Whether the sum of the wrenches may have an unknown constant offset, a sensor zero that
-        /// was not set: six more unknowns.
-        #[option(MEASUREMENTS, LEAST_SQUARES, default = "false", about = About::Wrenches)]
-        pub wrench_offset: Option<bool>,
+        /// Whether the sum of the wrenches has an unknown constant offset, a sensor zero that was not
+        /// set: six more unknowns. It is identified where the data of a recording show one (auto), in
+        /// any case (yes), or never (no).
+        #[option(
+            MEASUREMENTS, LEAST_SQUARES,
+            default = "auto for a recording with least squares; else no",
+            about = About::Wrenches
+        )]
+        pub wrench_offset: Option<OffsetChoice>,
         /// Gravitational acceleration in world axes, (3,), pointing down.
         #[option(
             SIGNS, ALL,
@@ -315,7 +320,7 @@ impl Request {
             gravity: self.gravity,
             cutoff_hz: self.cutoff_hz.unwrap_or(defaults.cutoff_hz),
             max_gap_s: self.max_gap_s.unwrap_or(defaults.max_gap_s),
-            wrench_offset: self.wrench_offset.unwrap_or(defaults.wrench_offset),
+            wrench_offset: self.wrench_offset == Some(OffsetChoice::Yes),
             wrench_noise: self.wrench_noise.clone().unwrap_or_default(),
             effort_noise: self.effort_noise.clone().unwrap_or_default(),
             ..defaults

@@ -8,7 +8,7 @@ use nalgebra::{Matrix3, Vector3};
 use serde_json::{Value, json};
 use tactid_dynamics::MassProperties;
 use tactid_recordings::{
-    ActsOn, BoundingBox, EstimatorKind, Kind, Method, Request, SensorFrame, Use,
+    ActsOn, BoundingBox, EstimatorKind, Kind, Method, OffsetChoice, Request, SensorFrame, Use,
 };
 
 fn read(options: Value) -> Result<Request, serde_json::Error> {
@@ -22,7 +22,7 @@ fn a_request_is_read_by_the_names_of_its_options() {
         "method": "joint-sensing",
         "estimator": "nlms",
         "wrench_acts_on": "sensor",
-        "wrench_offset": true,
+        "wrench_offset": "yes",
         "cutoff_hz": 5,
         "epochs": 3,
         "tip": "hand",
@@ -47,7 +47,7 @@ fn a_request_is_read_by_the_names_of_its_options() {
         method: Some(Method::JointSensing),
         estimator: Some(EstimatorKind::Nlms),
         wrench_acts_on: Some(ActsOn::Sensor),
-        wrench_offset: Some(true),
+        wrench_offset: Some(OffsetChoice::Yes),
         cutoff_hz: Some(5.0),
         epochs: Some(3),
         tip: Some("hand".to_owned()),
@@ -91,7 +91,7 @@ fn what_is_no_option_is_refused() {
     for wrong in [
         json!({"cutoff": 5}),
         json!({"cutoff_hz": "5 Hz"}),
-        json!({"wrench_offset": "yes"}),
+        json!({"wrench_offset": true}),
         json!({"method": "magic"}),
         json!({"epochs": 1.5}),
         json!({"gravity": [0, 0]}),

@@ -7,7 +7,8 @@ use arbitrary::Arbitrary;
 use nalgebra::{Isometry3, Vector3};
 use tactid_dynamics::{BaseKind, Urdf};
 use tactid_recordings::{
-    ActsOn, Arrays, BoundingBox, EstimatorKind, Method, Request, UnloadedArrays, identify_arrays,
+    ActsOn, Arrays, BoundingBox, EstimatorKind, Method, OffsetChoice, Request, UnloadedArrays,
+    identify_arrays,
 };
 
 #[derive(Arbitrary, Debug)]
@@ -132,7 +133,10 @@ fn request(input: &Input) -> Request {
         cutoff_hz: input.cutoff_hz.map(|number| number.0),
         max_gap_s: input.max_gap_s.map(|number| number.0),
         delay_s: input.delay_s.map(|number| number.0),
-        wrench_offset: input.wrench_offset,
+        wrench_offset: input.wrench_offset.map(|offset| match offset {
+            true => OffsetChoice::Yes,
+            false => OffsetChoice::No,
+        }),
         known_mass_kg: input.known_mass.map(|[mass, _]| mass.0),
         known_mass_std_dev_kg: input.known_mass.map(|[_, std_dev]| std_dev.0),
         bounding_box: input.bounding_box.map(|corners| {

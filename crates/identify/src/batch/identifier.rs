@@ -10,10 +10,14 @@ use super::forecast::Forecast;
 use super::history::history;
 use super::report::FitReport;
 use crate::IdentifyError;
-use crate::diagnosis::{consistent_payload, data_findings, mass_finding, without_repetition};
+use crate::diagnosis::{
+    ConsistentPayload, consistent_payload, data_findings, mass_finding, without_repetition,
+    wrong_assumptions,
+};
 use crate::equations::{Channels, EquationSettings, EquationStream, PushOutcome, Sample};
-use crate::finding::Finding;
+use crate::finding::{Finding, Hypothesis, WrongAssumption};
 use crate::fit::{Delay, Fit, FitOptions, least_squares};
+use crate::hypotheses::Explanation;
 use crate::linear_estimate::LinearEstimate;
 use crate::prior::{BoundingBox, KnownMass, PriorKnowledge};
 use crate::result::{HistoryPoint, PayloadEstimate, is_physical};
@@ -36,6 +40,19 @@ pub struct BatchSettings {
     /// Whether the delay of the load relative to the motion is estimated, too. It does not change the other
     /// results.
     pub delay: bool,
+    /// Whether a constant offset of the wrenches is identified where the data show one, as
+    /// [`EquationSettings::wrench_offset`] does for every recording.
+    pub shown_offset: bool,
+}
+
+/// What the equations say without a known mass, and with which unknowns.
+struct Solution {
+    channels: Channels,
+    fit: Fit,
+    /// Wrong assumptions beside the offset that the fit has.
+    explanation: Option<Explanation>,
+    /// The offset that the data have shown and the fit has.
+    offset: Option<WrongAssumption>,
 }
 
 impl BatchSettings {
@@ -109,7 +126,7 @@ impl BatchIdentifier {
         settings.check()?;
         Ok(Self {
             frame: tool.into(),
-            stream: EquationStream::new(robot, tool, sensors, &equations)?,
+            stream: EquationStream::with_geometry(robot, tool, sensors, &equations)?,
             equations,
             settings,
             batch: EquationBatch::default(),
@@ -153,36 +170,21 @@ impl BatchIdentifier {
     /// Returns [`IdentifyError::TooLittle`] if the recording is too short, or its sample rate too low, for the cutoff.
     pub fn solve(&self) -> Result<BatchResult, IdentifyError> {
         let equations = self.batch.equations();
-        let channels = self.stream.channels();
         let known = self.known_bodies();
-        let fit_without_mass = self.fit(&channels, None)?;
+        let solution = self.without_known_mass()?;
+        let (channels, fit_without_mass) = (&solution.channels, &solution.fit);
         let known_mass = self.settings.known_mass.map(|mass| mass.with(known[0]));
-        let known_mass_fit = known_mass.map(|mass| self.fit(&channels, Some(mass)));
+        let known_mass_fit = known_mass.map(|mass| self.fit(channels, Some(mass)));
         let known_mass_fit = known_mass_fit.transpose()?;
-        let fit = known_mass_fit.as_ref().unwrap_or(&fit_without_mass);
+        let fit = known_mass_fit.as_ref().unwrap_or(fit_without_mass);
         let bounding_box = self.settings.bounding_box.as_ref();
         let consistent = consistent_payload(fit, &known, bounding_box);
-        let of_data = data_findings(equations, &fit_without_mass, fit, &self.stream, known[0]);
-        let found_kg = fit_without_mass.parameters[0] - known[0];
-        let found = (found_kg, fit_without_mass.mass_std_dev_kg());
-        let of_mass = self.settings.known_mass.and_then(|mass| {
-            mass_finding(
-                mass,
-                found,
-                consistent.parameters[0],
-                bounding_box.is_some(),
-                &of_data,
-            )
-        });
-        let of_model = self.stream.model_findings().into_iter().map(Finding::Model);
-        let findings = without_repetition(of_mass, consistent.contradiction, of_data).into_iter();
-        let findings = findings.chain(of_model);
         let cutoff_hz = self.equations.cutoff_hz;
         let frame = self.stream.offset_frame();
         let parameters = consistent.parameters;
         let covariance = widened(&fit.covariance, consistent.widening, fit.known_mass);
-        let of_recording = consistent_payload(&fit_without_mass, &known, None);
-        let of_fit = FitReport::new(&self.batch, fit, &parameters, &channels, cutoff_hz, frame);
+        let of_recording = consistent_payload(fit_without_mass, &known, None);
+        let of_fit = FitReport::new(&self.batch, fit, &parameters, channels, cutoff_hz, frame);
         let posterior = Posterior {
             parameters,
             covariance,
@@ -200,13 +202,92 @@ impl BatchIdentifier {
                 composite: whole.filter(|_| has_gripper),
                 ..self.counted(estimate)
             },
-            linear: LinearEstimate::of_fit(&fit_without_mass, &known, of_recording.widening),
+            linear: LinearEstimate::of_fit(fit_without_mass, &known, of_recording.widening),
             principal_moments,
             history: history(equations, fit, &known, bounding_box),
             forecast: Forecast::new(equations, fit, &parameters, of_fit.stride_s),
             fit: of_fit,
-            delay: self.remaining_delay(&fit_without_mass, &channels),
-            findings: findings.collect(),
+            delay: self.remaining_delay(fit_without_mass, channels),
+            findings: self.findings(&solution, fit, consistent, known[0]),
+        })
+    }
+
+    /// Returns what was noticed, given the fit that is reported and the payload that is consistent with it.
+    fn findings(
+        &self,
+        solution: &Solution,
+        fit: &Fit,
+        consistent: ConsistentPayload,
+        known_bodies_kg: f64,
+    ) -> Vec<Finding> {
+        let without_mass = &solution.fit;
+        let of_data = data_findings(
+            self.batch.equations(),
+            without_mass,
+            fit,
+            &self.stream,
+            known_bodies_kg,
+            solution.explanation.as_ref(),
+        );
+        let found_kg = without_mass.parameters[0] - known_bodies_kg;
+        let found = (found_kg, without_mass.mass_std_dev_kg());
+        let of_mass = self.settings.known_mass.and_then(|mass| {
+            mass_finding(
+                mass,
+                found,
+                consistent.parameters[0],
+                self.settings.bounding_box.is_some(),
+                &of_data,
+            )
+        });
+        let findings = without_repetition(of_mass, consistent.contradiction, of_data).into_iter();
+        let of_offset = solution.offset.clone().map(Finding::WrongAssumption);
+        let of_model = self.stream.model_findings().into_iter().map(Finding::Model);
+        findings.chain(of_offset).chain(of_model).collect()
+    }
+
+    /// Fits the parameters without a known mass, and with an offset of the wrenches where the data show one.
+    fn without_known_mass(&self) -> Result<Solution, IdentifyError> {
+        let equations = self.batch.equations();
+        let channels = self.stream.channels();
+        let fit = self.fit(&channels, None)?;
+        let mut explanation = wrong_assumptions(equations, &fit, &self.stream);
+        if self.settings.shown_offset && fit.offsets.is_none() {
+            let causes = explanation.iter_mut().flat_map(|found| &mut found.causes);
+            let shown = causes
+                .into_iter()
+                .find(|found| found.cause == Hypothesis::Offset);
+            let with_offset = channels.clone().with_offsets(true);
+            if let Some((shown, fit)) = shown.zip(self.fit(&with_offset, None).ok())
+                && let Some(offset) = self.identified(shown, &fit)
+            {
+                return Ok(Solution {
+                    explanation: wrong_assumptions(equations, &fit, &self.stream),
+                    channels: with_offset,
+                    fit,
+                    offset: Some(offset),
+                });
+            }
+        }
+        Ok(Solution {
+            channels,
+            fit,
+            explanation,
+            offset: None,
+        })
+    }
+
+    /// Returns a shown offset as a fit has identified it; `None` where the motion does not distinguish it from the payload.
+    fn identified(&self, shown: &WrongAssumption, fit: &Fit) -> Option<WrongAssumption> {
+        let offset = fit.wrench_offset(self.stream.offset_frame())?;
+        let std_devs = offset
+            .std_devs
+            .filter(|each| each.iter().all(|s| s.is_finite()))?;
+        Some(WrongAssumption {
+            values: offset.values().to_vec(),
+            std_devs: std_devs.to_vec(),
+            is_applied: true,
+            ..shown.clone()
         })
     }
 

@@ -64,6 +64,7 @@ fn contradicts_any_mass(finding: &Finding) -> bool {
     matches!(
         finding,
         Finding::GravityContradicted { .. }
+            | Finding::WrongAssumption(_)
             | Finding::NegativeMass { .. }
             | Finding::KnownBodiesTooHeavy { .. }
     )

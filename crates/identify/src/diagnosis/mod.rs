@@ -1,7 +1,6 @@
 //! What equations show about the assumptions of an identification.
 
 mod known_mass;
-mod offset;
 mod residuals;
 mod signs;
 mod unexplained;
@@ -10,14 +9,14 @@ use nalgebra::{SMatrix, SVector};
 use tactid_dynamics::InertialParameters;
 
 pub use self::known_mass::{mass_finding, without_repetition};
-use self::offset::{better_with_offset, has_significant_component, load_force_rms};
 pub use self::signs::nothing_held;
-use self::signs::sign_findings;
+use self::signs::{mass_findings, sign_findings};
 use self::unexplained::unexplained_load;
 use crate::equations::{Equation, EquationStream};
 pub use crate::finding::CONTRADICTION;
 use crate::finding::Finding;
 use crate::fit::{Fit, FitOptions, least_squares};
+use crate::hypotheses::{Explanation, explanation};
 use crate::prior::BoundingBox;
 use crate::solve::consistency::project;
 
@@ -50,7 +49,15 @@ pub(crate) fn findings_without_prior(
     let known = gripper.map_or(SVector::zeros(), |gripper| *gripper.as_vector());
     let consistent = consistent_payload(&fit, &known, None);
     let mut findings: Vec<Finding> = consistent.contradiction.into_iter().collect();
-    findings.extend(data_findings(equations, &fit, &fit, stream, known[0]));
+    let explanation = wrong_assumptions(equations, &fit, stream);
+    findings.extend(data_findings(
+        equations,
+        &fit,
+        &fit,
+        stream,
+        known[0],
+        explanation.as_ref(),
+    ));
     findings.extend(of_model);
     findings
 }
@@ -98,7 +105,20 @@ pub fn nearest_consistent(
     }
 }
 
-/// Returns findings about signs, offsets, errors of the model and outliers, and about the mass of the known bodies,
+/// Returns the wrong assumptions about a wrench sensor and the motion that explain what a fit leaves unexplained; `None` where
+/// there is no sensor, or where nothing is unexplained.
+pub(crate) fn wrong_assumptions(
+    equations: &[Equation],
+    fit: &Fit,
+    stream: &EquationStream,
+) -> Option<Explanation> {
+    if !(stream.has_sensors() && stream.method().uses_wrench()) {
+        return None;
+    }
+    explanation(equations, fit, stream)
+}
+
+/// Returns findings about wrong assumptions, signs, errors of the model and outliers, and about the mass of the known bodies,
 /// `known_bodies_kg`.
 pub(crate) fn data_findings(
     equations: &[Equation],
@@ -106,9 +126,16 @@ pub(crate) fn data_findings(
     fit: &Fit,
     stream: &EquationStream,
     known_bodies_kg: f64,
+    explanation: Option<&Explanation>,
 ) -> Vec<Finding> {
     // A known mass would hide a wrong sign, and a wrong one would look like an offset.
-    let mut findings = model_findings(equations, fit_without_mass, stream, known_bodies_kg);
+    let mut findings = model_findings(
+        equations,
+        fit_without_mass,
+        stream,
+        known_bodies_kg,
+        explanation,
+    );
     let windows = equations.len();
     let outliers = (0..windows).filter(|&k| fit.is_outlier(k)).count();
     if outliers > 0 {
@@ -117,48 +144,42 @@ pub(crate) fn data_findings(
     findings
 }
 
-/// Returns findings about signs, offsets and errors of the model. One cause has one finding: an offset is not reported
-/// where the mass stays negative with it, nor where the model does not explain the load with it either.
+/// Returns findings about wrong assumptions, signs and errors of the model. A load that wrong assumptions explain is not
+/// reported as unexplained, and where a load is unexplained, a mass of zero does not show that nothing is held.
 fn model_findings(
     equations: &[Equation],
     given: &Fit,
     stream: &EquationStream,
     known_bodies_kg: f64,
+    explanation: Option<&Explanation>,
 ) -> Vec<Finding> {
     let (channels, gravity, method) = (stream.channels(), stream.gravity(), stream.method());
-    let mut findings = sign_findings(
-        equations,
-        given,
-        &channels,
-        &gravity,
-        known_bodies_kg,
-        method,
-    );
-    let is_gravity = |finding: &Finding| matches!(finding, Finding::GravityContradicted { .. });
-    if findings.iter().any(is_gravity) {
-        return findings;
-    }
-    let may_be_offset = stream.has_sensors() && method.uses_wrench() && channels.offsets == 0;
-    let with_offset = may_be_offset
-        .then(|| better_with_offset(equations, given, &channels))
+    let is_explained = explanation
+        .as_ref()
+        .is_some_and(|found| found.explains_load);
+    let unexplained = (!is_explained)
+        .then(|| unexplained_load(equations, given, &channels, method))
         .flatten();
-    let best = with_offset.as_ref().unwrap_or(given);
-    if let Some(finding) = unexplained_load(equations, best, &channels, method) {
-        findings.push(finding);
-    } else if let Some(fit) = with_offset
-        && fit.parameters[0] >= 0.0
-    {
-        let offset = fit
-            .wrench_offset(stream.offset_frame())
-            .filter(has_significant_component);
-        findings.extend(offset.map(|offset| Finding::OffsetSuspected {
-            values: offset.values(),
-            std_devs: offset.std_devs.unwrap_or([f64::INFINITY; 6]),
-            frame: offset.frame,
-            load_force_rms_n: load_force_rms(equations, &fit),
-        }));
-    }
-    findings
+    let causes = explanation.map_or(&[][..], |found| &found.causes);
+    let Some(first) = causes.first() else {
+        return sign_findings(
+            equations,
+            given,
+            &channels,
+            &gravity,
+            known_bodies_kg,
+            method,
+            unexplained,
+        );
+    };
+    let mass = (first.mass_kg, first.mass_std_dev_kg);
+    let of_mass = mass_findings(mass, known_bodies_kg, method, false);
+    let is_reported = |finding: &Finding| {
+        unexplained.is_none() || !matches!(finding, Finding::NothingHeld { .. })
+    };
+    let of_mass = of_mass.filter(is_reported);
+    let causes = causes.iter().cloned().map(Finding::WrongAssumption);
+    causes.chain(of_mass).chain(unexplained.clone()).collect()
 }
 
 #[cfg(test)]

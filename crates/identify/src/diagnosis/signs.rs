@@ -9,8 +9,8 @@ use crate::equations::{Channels, Equation};
 use crate::finding::Finding;
 use crate::fit::{Fit, FitOptions, least_squares};
 
-/// Returns findings about the signs of gravity and load, and about the mass of the known bodies, `known_bodies_kg`.
-/// `gravity` is the configured one, m/s².
+/// Returns findings about the signs of gravity and load, and about the mass of the known bodies, `known_bodies_kg`, then the
+/// load that is `unexplained`. `gravity` is the configured one, m/s².
 pub(super) fn sign_findings(
     equations: &[Equation],
     given: &Fit,
@@ -18,36 +18,43 @@ pub(super) fn sign_findings(
     gravity: &Vector3<f64>,
     known_bodies_kg: f64,
     method: Method,
+    unexplained: Option<Finding>,
 ) -> Vec<Finding> {
-    let mut findings = Vec::new();
-    let mut best_mass = given.parameters[0];
     let has_gravity = gravity.norm() > 0.0;
     let better = has_gravity.then(|| better_gravity(equations, given, channels));
-    let better = better.flatten();
-    if let Some((scale, residual_ratio, other)) = &better {
-        best_mass = other.parameters[0];
-        findings.push(Finding::GravityContradicted {
-            better: (gravity * *scale + Vector3::zeros()).into(),
-            residual_ratio: *residual_ratio,
-            method,
-        });
-    }
-    if better.is_none()
-        && let Some(nothing) = nothing_held(
-            given.parameters[0] - known_bodies_kg,
-            given.mass_std_dev_kg(),
-        )
-    {
-        findings.push(nothing);
-    } else if best_mass < 0.0 && given.mass_std_dev_kg().is_finite() {
-        findings.push(Finding::NegativeMass {
-            method,
-            or_gravity: has_gravity && better.is_none(),
-        });
-    } else if better.is_none() {
-        findings.extend(too_heavy(given, known_bodies_kg));
-    }
-    findings
+    let mass = (given.parameters[0], given.mass_std_dev_kg());
+    let Some((scale, residual_ratio, other)) = better.flatten() else {
+        let of_mass = mass_findings(mass, known_bodies_kg, method, has_gravity);
+        let is_empty = matches!(of_mass, Some(Finding::NothingHeld { .. }));
+        let of_mass = of_mass.filter(|_| !(is_empty && unexplained.is_some()));
+        return of_mass.into_iter().chain(unexplained).collect();
+    };
+    let contradicted = Finding::GravityContradicted {
+        better: (gravity * scale + Vector3::zeros()).into(),
+        residual_ratio,
+        method,
+    };
+    let is_negative = other.parameters[0] < 0.0 && mass.1.is_finite();
+    let negative = is_negative.then_some(Finding::NegativeMass {
+        method,
+        or_gravity: false,
+    });
+    std::iter::once(contradicted).chain(negative).collect()
+}
+
+/// Returns what the mass of the whole load, with its standard deviation, says: nothing is held beyond the known bodies, the
+/// load has the wrong sign, or the known bodies are too heavy. `or_gravity` is whether gravity may have the wrong sign as well.
+pub(super) fn mass_findings(
+    (mass_kg, std_dev_kg): (f64, f64),
+    known_bodies_kg: f64,
+    method: Method,
+    or_gravity: bool,
+) -> Option<Finding> {
+    let negative = (mass_kg < 0.0 && std_dev_kg.is_finite())
+        .then_some(Finding::NegativeMass { method, or_gravity });
+    nothing_held(mass_kg - known_bodies_kg, std_dev_kg)
+        .or(negative)
+        .or_else(|| too_heavy(mass_kg, std_dev_kg, known_bodies_kg))
 }
 
 /// Reports a mass beyond the known bodies that is zero within its uncertainty.
@@ -60,9 +67,8 @@ pub fn nothing_held(mass_kg: f64, std_dev_kg: f64) -> Option<Finding> {
 }
 
 /// Reports known bodies that weigh more than the load by more than its uncertainty.
-fn too_heavy(given: &Fit, known_bodies_kg: f64) -> Option<Finding> {
-    let load_kg = given.parameters[0];
-    let is_significant = known_bodies_kg - load_kg > CONTRADICTION * given.mass_std_dev_kg();
+fn too_heavy(load_kg: f64, std_dev_kg: f64, known_bodies_kg: f64) -> Option<Finding> {
+    let is_significant = known_bodies_kg - load_kg > CONTRADICTION * std_dev_kg;
     (load_kg < known_bodies_kg && is_significant).then_some(Finding::KnownBodiesTooHeavy {
         known_bodies_kg,
         load_kg,

@@ -5,10 +5,7 @@ use crate::checks::BEYOND_NOISE;
 use crate::equations::{Channels, Equation};
 use crate::finding::{Finding, UnexplainedLoad};
 use crate::fit::Fit;
-
-/// Fraction of the load that a model must leave unexplained to be reported, rms over the channels of one unit. The gains
-/// of calibrated force-torque sensors are wrong by less.
-const LARGE_RESIDUAL: f64 = 0.03;
+use crate::hypotheses::LARGE_RESIDUAL;
 
 /// Weighted sums of squares over consecutive channels of one unit.
 #[derive(Default)]

@@ -78,6 +78,8 @@ pub struct Equation {
     pub rates: Vec<f64>,
     /// Number of instants in the window.
     pub instants: u32,
+    /// Mean entries of the window's [`Geometry`](super::Geometry); empty where they are not kept.
+    pub(crate) geometry: Vec<f64>,
 }
 
 impl Equation {
@@ -90,10 +92,11 @@ impl Equation {
             differences: vec![Row::zero(); channels],
             rates: vec![0.0; channels],
             instants: 0,
+            geometry: Vec::new(),
         }
     }
 
-    /// Copies an equation of as many channels, without allocation.
+    /// Copies an equation of as many channels without its geometry, without allocation.
     pub(crate) fn copy_from(&mut self, other: &Self) {
         self.rows.copy_from_slice(&other.rows);
         self.differences.copy_from_slice(&other.differences);
@@ -111,6 +114,10 @@ impl Equation {
         }
         for (sum, rate) in self.rates.iter_mut().zip(&other.rates) {
             *sum += weight * rate;
+        }
+        self.geometry.resize(other.geometry.len(), 0.0);
+        for (sum, entry) in self.geometry.iter_mut().zip(&other.geometry) {
+            *sum += weight * entry;
         }
         self.instants += other.instants;
     }

@@ -9,6 +9,7 @@
 mod channels;
 mod differentiation;
 mod equation;
+mod geometry;
 mod instant;
 mod model;
 mod motion_rows;
@@ -25,6 +26,7 @@ pub mod window;
 pub(crate) use channels::WRENCH;
 pub use channels::{Channel, Channels, KnownNoise};
 pub use equation::{Equation, Row};
+pub(crate) use geometry::Geometry;
 pub use instant::Instant;
 pub use motion_rows::MotionRows;
 pub use motion_stream::{MotionStep, MotionStream};

@@ -10,6 +10,7 @@ use tactid_dynamics::{
 
 use super::channels::{Channels, KnownNoise};
 use super::equation::{Equation, Row};
+use super::geometry;
 use super::instant::Instant;
 use super::sample::Sample;
 use super::settings::EquationSettings;
@@ -33,8 +34,10 @@ pub(crate) struct Model {
     /// State of the bodies whose parameters are known. Where no mass matters, joints that move neither the tool nor a sensor
     /// are locked.
     workspace: Workspace,
-    /// Entries of an instant: the targets of all rows, then the other entries of each source.
+    /// Entries of an instant: the targets of all rows, then the other entries of each source, then those of the geometry.
     entries: Vec<f64>,
+    /// Number of the entries of the geometry; zero where it is not kept.
+    geometry_entries: usize,
     /// Number of rows of all sources.
     row_count: usize,
 }
@@ -77,6 +80,7 @@ impl Model {
             method: settings.method,
             sensor_count: sensors.len(),
             entries: vec![0.0; row_count + others.sum::<usize>()],
+            geometry_entries: 0,
             row_count,
             sources,
             row_counts,
@@ -88,6 +92,15 @@ impl Model {
         // The poses of the sensors must be valid before the first sample: the known noise needs them.
         model.entries(&Instant::new(robot.dof(), sensors.len()))?;
         Ok(model)
+    }
+
+    /// Keeps the geometry of the windows where wrenches are measured.
+    pub(crate) fn keep_geometry(&mut self) {
+        if self.sensor_count > 0 && self.method.uses_wrench() && self.geometry_entries == 0 {
+            self.geometry_entries = geometry::entry_count(self.robot.dof());
+            let count = self.entries.len() + self.geometry_entries;
+            self.entries.resize(count, 0.0);
+        }
     }
 
     /// Gravitational acceleration in the inertial frame, m/s².
@@ -192,6 +205,9 @@ impl Model {
             source.fill(instant, &state, own_targets, own_entries)?;
             (targets, entries) = (other_targets, other_entries);
         }
+        if self.geometry_entries > 0 {
+            geometry::fill(instant, &self.workspace, self.tool, entries);
+        }
         Ok(&self.entries)
     }
 
@@ -200,6 +216,9 @@ impl Model {
         self.set_rows(&mut equation.rows, &window.means);
         self.set_rows(&mut equation.differences, &window.differences);
         equation.rates.copy_from_slice(&window.rates);
+        let first = window.means.len() - self.geometry_entries;
+        equation.geometry.clear();
+        equation.geometry.extend_from_slice(&window.means[first..]);
         (equation.time_s, equation.instants) = (window.time_s, window.instants);
     }
 

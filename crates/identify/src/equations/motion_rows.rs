@@ -32,12 +32,16 @@ impl MotionRows {
         sensors: &[&str],
         settings: &EquationSettings,
     ) -> Result<Self, IdentifyError> {
-        let model = Model::new(robot, tool, sensors, settings)?;
-        Ok(Self {
-            instant: Instant::new(robot.dof(), sensors.len()),
+        Ok(Self::of_model(Model::new(robot, tool, sensors, settings)?))
+    }
+
+    /// Creates the rows of a model.
+    pub(crate) fn of_model(model: Model) -> Self {
+        Self {
+            instant: Instant::new(model.robot().dof(), model.sensor_count()),
             rows: vec![Row::zero(); model.row_count()],
             model,
-        })
+        }
     }
 
     /// Returns the rows at one state, in the order of the [`channels`](Self::channels). `base` is the motion of the base frame

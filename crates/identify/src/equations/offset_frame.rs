@@ -14,6 +14,8 @@ use crate::result::WrenchOffset;
 #[derive(Clone, Debug)]
 pub(crate) struct OffsetFrame {
     name: Arc<str>,
+    /// Whether it is the frame of the only sensor.
+    is_of_sensor: bool,
     /// Maps a wrench in the tool frame, force then moment, to this frame.
     map: Matrix6<f64>,
 }
@@ -29,18 +31,29 @@ impl OffsetFrame {
         sensors: &[&str],
     ) -> Result<Self, IdentifyError> {
         let tool_frame = robot.frame(tool)?;
-        let of_tool = (tool, Isometry3::identity());
-        let (name, frame_from_tool) = match sensors {
+        let of_sensor = match sensors {
             [sensor] => {
                 let sensor_from_tool = robot.fixed_transform(robot.frame(sensor)?, tool_frame);
-                sensor_from_tool.map_or(of_tool, |transform| (*sensor, transform))
+                sensor_from_tool.map(|transform| (*sensor, transform))
             }
-            _ => of_tool,
+            _ => None,
         };
+        let (name, frame_from_tool) = of_sensor.unwrap_or((tool, Isometry3::identity()));
         Ok(Self {
             name: name.into(),
+            is_of_sensor: of_sensor.is_some(),
             map: columns_expressed_in(&Matrix6::identity(), &frame_from_tool),
         })
+    }
+
+    /// Name of the frame.
+    pub(crate) fn name(&self) -> &Arc<str> {
+        &self.name
+    }
+
+    /// Whether it is the frame of the only sensor, which does not move relative to the tool.
+    pub(crate) fn is_of_sensor(&self) -> bool {
+        self.is_of_sensor
     }
 
     /// The matrix that maps a wrench in the tool frame, force then moment, to this frame.

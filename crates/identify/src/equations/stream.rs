@@ -6,6 +6,7 @@ use tactid_dynamics::{InertialParameters, Manipulator, ModelFinding};
 use super::channels::Channels;
 use super::equation::Equation;
 use super::model::Model;
+use super::motion_rows::MotionRows;
 use super::motion_stream::{MotionStep, MotionStream};
 use super::offset_frame::OffsetFrame;
 use super::sample::Sample;
@@ -58,6 +59,29 @@ impl EquationStream {
         settings: &EquationSettings,
     ) -> Result<Self, IdentifyError> {
         let model = Model::new(robot, tool, sensors, settings)?;
+        Self::with_model(robot, tool, sensors, settings, model)
+    }
+
+    /// Creates a stream as [`new`](Self::new) does, which keeps the [`Geometry`](super::Geometry) of the windows where wrenches
+    /// are measured.
+    pub(crate) fn with_geometry(
+        robot: &Manipulator,
+        tool: &str,
+        sensors: &[&str],
+        settings: &EquationSettings,
+    ) -> Result<Self, IdentifyError> {
+        let mut model = Model::new(robot, tool, sensors, settings)?;
+        model.keep_geometry();
+        Self::with_model(robot, tool, sensors, settings, model)
+    }
+
+    fn with_model(
+        robot: &Manipulator,
+        tool: &str,
+        sensors: &[&str],
+        settings: &EquationSettings,
+        model: Model,
+    ) -> Result<Self, IdentifyError> {
         let (joints, wrenches) = (robot.dof(), sensors.len());
         Ok(Self {
             offset_frame: OffsetFrame::new(robot, tool, sensors)?,
@@ -145,6 +169,16 @@ impl EquationStream {
     #[must_use]
     pub fn method(&self) -> Method {
         self.model.method()
+    }
+
+    /// Returns what computes the rows of single states of the robot.
+    pub(crate) fn motion_rows(&self) -> MotionRows {
+        MotionRows::of_model(self.model.clone())
+    }
+
+    /// The robot.
+    pub(crate) fn robot(&self) -> &Manipulator {
+        self.model.robot()
     }
 
     /// Whether there are wrench sensors.

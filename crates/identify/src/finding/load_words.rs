@@ -1,7 +1,7 @@
-//! Findings about the load in words: its sign, its zero, and what the model does not explain.
+//! Findings about the load in words: its sign, and what the model does not explain.
 
 use tactid_dynamics::Reader;
-use tactid_dynamics::words::{decimals_of, general, percent, with_interval};
+use tactid_dynamics::words::{decimals_of, general, percent};
 
 use super::UnexplainedLoad;
 use crate::Method;
@@ -80,30 +80,6 @@ pub(super) fn negative_mass(method: Method, or_gravity: bool, reader: Reader) ->
         "The identified mass is negative: the opposite sign of the {}{hint}{or_gravity} would \
          explain the data{remedy}.",
         load_of(method)
-    )
-}
-
-pub(super) fn offset(
-    frame: &str,
-    values: &[f64; 6],
-    std_devs: &[f64; 6],
-    reader: Reader,
-) -> String {
-    let entries = values.iter().zip(std_devs);
-    let entries: Vec<String> = entries.map(|(v, s)| with_interval(*v, *s)).collect();
-    let (force, moment) = entries.split_at(3);
-    let (whose, place) = match reader {
-        Reader::Online => ("pushed", " before `push`"),
-        _ => ("recorded", ""),
-    };
-    format!(
-        "The wrenches seem to have a constant offset: force ({}) N, moment ({}) N m, in the frame \
-         {frame} and with the sign of the {whose} wrenches. Subtract it from the wrenches{place} \
-         (tare the sensor), or let {} identify it together with the payload. A frame of the sensor \
-         that is turned or shifted, a joint's zero or a gain that is wrong can look the same.",
-        force.join(", "),
-        moment.join(", "),
-        reader.option("wrench_offset")
     )
 }
 

@@ -1,11 +1,12 @@
 //! What an identification noticed about the data, for a program to match.
 
+mod assumption_words;
 mod load_words;
 mod run_words;
 mod words;
+mod wrong_assumption;
 
 use std::borrow::Cow;
-use std::sync::Arc;
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -18,6 +19,8 @@ use crate::checks::{
 use crate::sampling::Sampling;
 
 pub use self::run_words::{distance_of_runs, probability};
+pub(crate) use self::wrong_assumption::CHANNELS;
+pub use self::wrong_assumption::{Hypothesis, WrongAssumption};
 
 /// Fraction of the load from which what the model leaves unexplained shows the result to be wrong:
 /// friction of a geared arm rarely exceeds it.
@@ -33,18 +36,15 @@ const LARGEST_DISTANCE_OF_MASS: f64 = 100.0;
 /// (`bench/contradicted.py`).
 const LARGEST_DISTANCE_OF_BODY: f64 = 25.0;
 
-/// Fraction of the force of the load that an offset of the wrenches may have before it shows the
-/// result to be wrong. An offset changes the mass by up to this fraction. Gains of 5 %, drifts of 1
-/// N and mountings of 2 degrees look like offsets of up to 4 % (`bench/contradicted.py`).
-const LARGEST_OFFSET: f64 = 0.05;
+/// Relative change of the mass by wrong assumptions from which the result is wrong. Gains of 5 %, drifts of 1
+/// N and mountings of 2 degrees change it by up to 4 % (`bench/contradicted.py`).
+pub(crate) const LARGEST_MASS_CHANGE: f64 = 0.05;
 
-/// Shift of the centre of mass by the moment of an offset, m, from which the result is wrong. Where
-/// offsets are smaller in both measures, the centre of mass is right to 4 mm
-/// (`bench/contradicted.py`).
-const LARGEST_SHIFT_M: f64 = 0.01;
+/// Shift of the centre of mass by wrong assumptions, m, from which the result is wrong. Where changes are smaller in
+/// both measures, the centre of mass is right to 4 mm (`bench/contradicted.py`).
+pub(crate) const LARGEST_SHIFT_M: f64 = 0.01;
 
-/// Distance in standard deviations from which a contradiction is reported, and by which an offset
-/// must exceed its limits.
+/// Distance in standard deviations from which a contradiction is reported.
 pub const CONTRADICTION: f64 = 5.0;
 
 /// How much of the load the model leaves unexplained.
@@ -193,20 +193,9 @@ pub enum Finding {
         /// Mass of the whole load from the data alone, kg.
         load_kg: f64,
     },
-    /// The wrenches seem to have a constant offset that was not among the unknowns.
-    OffsetSuspected {
-        /// Name of the frame in which the offset is expressed, and about whose origin its moment
-        /// is.
-        frame: Arc<str>,
-        /// Offset as it is identified together with the payload, with the sign of the measured
-        /// wrenches: force, N, then moment, N m.
-        values: [f64; 6],
-        /// Standard deviations of the values, N and N m, infinite where the motion does not
-        /// distinguish the offset from the payload.
-        std_devs: [f64; 6],
-        /// Rms force of the measured wrenches without the offset, N.
-        load_force_rms_n: f64,
-    },
+    /// The data contradict an assumption about the wrench sensor, gravity or the joints, and show what
+    /// holds in its place.
+    WrongAssumption(WrongAssumption),
     /// The model leaves much of the load unexplained, far more than the noise of the measurements:
     /// its error is not in the standard deviations. Usual reasons are friction in the joints where
     /// efforts are used, and otherwise a frame, a pose or an order of joints that is not that of
@@ -280,12 +269,16 @@ impl Notice for Finding {
             Self::LoadUnexplained(load) => load.residual_rms > LARGEST_UNEXPLAINED * load.load_rms,
             Self::MassContradicted { distance, .. } => *distance > LARGEST_DISTANCE_OF_MASS,
             Self::Inconsistent { distance, .. } => *distance > LARGEST_DISTANCE_OF_BODY,
-            Self::OffsetSuspected {
-                values,
-                std_devs,
-                load_force_rms_n,
-                ..
-            } => is_large_offset(values, std_devs, *load_force_rms_n),
+            Self::WrongAssumption(found) if found.is_applied => {
+                return if found.runner_up.is_some() {
+                    Severity::Doubts
+                } else {
+                    Severity::Notes
+                };
+            }
+            Self::WrongAssumption(found) => {
+                found.mass_change > LARGEST_MASS_CHANGE || found.shift_m > LARGEST_SHIFT_M
+            }
             Self::NothingHeld { .. }
             | Self::KnownMassNotKept { .. }
             | Self::ConstantChannels { .. } => false,
@@ -307,7 +300,7 @@ impl Notice for Finding {
             | Self::PositionsBeyondLimits(_)
             | Self::EffortsBeyondLimits(_)
             | Self::TwistContradicted { .. } => Subject::Measurements,
-            Self::GravityContradicted { .. } => Subject::Assumption,
+            Self::GravityContradicted { .. } | Self::WrongAssumption(_) => Subject::Assumption,
             Self::LoadUnexplained(_) | Self::Inconsistent { .. } => Subject::Consequence,
             _ => Subject::Result,
         }
@@ -316,18 +309,4 @@ impl Notice for Finding {
     fn words(&self, reader: Reader) -> String {
         words::sentences(self, reader)
     }
-}
-
-/// Returns whether an offset is certainly so large that a result without it is wrong.
-fn is_large_offset(values: &[f64; 6], std_devs: &[f64; 6], load_force_rms_n: f64) -> bool {
-    // An unknown component has an infinite standard deviation.
-    let squares = values.iter().zip(std_devs);
-    let mut squares = squares.map(|(value, std_dev)| {
-        let certain = (value.abs() - CONTRADICTION * std_dev).max(0.0);
-        certain * certain
-    });
-    let force: f64 = squares.by_ref().take(3).sum();
-    let moment: f64 = squares.sum();
-    force.sqrt() > LARGEST_OFFSET * load_force_rms_n
-        || moment.sqrt() > LARGEST_SHIFT_M * load_force_rms_n
 }

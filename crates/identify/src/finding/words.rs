@@ -7,7 +7,8 @@ use tactid_dynamics::words::{at_most, counted, general, listed, with_interval};
 use tactid_dynamics::{Notice, Reader};
 
 use super::Finding;
-use super::load_words::{gravity, negative_mass, offset, unexplained};
+use super::assumption_words::wrong_assumption;
+use super::load_words::{gravity, negative_mass, unexplained};
 use super::run_words::runs_disagree;
 use crate::checks::{
     EffortsBeyondLimits, PositionsBeyondLimits, TwistAxes, TwistContradiction, VelocityCause,
@@ -40,12 +41,7 @@ pub(super) fn sentences(finding: &Finding, reader: Reader) -> String {
             residual_ratio,
             method,
         } => gravity(better, *residual_ratio, *method, reader),
-        Finding::OffsetSuspected {
-            frame,
-            values,
-            std_devs,
-            ..
-        } => offset(frame, values, std_devs, reader),
+        Finding::WrongAssumption(found) => wrong_assumption(found, reader),
         Finding::LoadUnexplained(load) => unexplained(load, reader),
         Finding::NothingHeld { .. }
         | Finding::NegativeMass { .. }
@@ -323,6 +319,7 @@ mod tests {
 
     use super::*;
     use crate::Method;
+    use crate::finding::{CHANNELS, Hypothesis, WrongAssumption};
 
     /// A caller of the crate reads a sentence with the names of fields, and a user of the command
     /// one with flags.
@@ -345,25 +342,32 @@ mod tests {
         assert_eq!(finding.severity(), Severity::Contradicts);
     }
 
-    /// An offset contradicts where it is certainly large: in force relative to the load, or by the
-    /// shift of the centre of mass.
+    /// A wrong assumption contradicts where it certainly changes the mass or the centre of mass by much, and one that is
+    /// taken into account is a note.
     #[test]
-    fn a_certain_and_large_offset_contradicts() {
-        for (force, moment, std_dev, expected) in [
-            (12.0, 0.0, 0.01, Severity::Contradicts),
-            (0.9, 0.0, 0.01, Severity::Doubts),
-            (3.0, 0.0, 0.5, Severity::Doubts),
-            (0.0, 0.25, 0.001, Severity::Contradicts),
-            (0.0, 0.15, 0.001, Severity::Doubts),
-            (12.0, 0.0, f64::INFINITY, Severity::Doubts),
+    fn a_certain_and_large_change_contradicts() {
+        for (mass_change, shift_m, is_applied, expected) in [
+            (0.6, 0.0, false, Severity::Contradicts),
+            (0.04, 0.0, false, Severity::Doubts),
+            (0.0, 0.012, false, Severity::Contradicts),
+            (0.0, 0.008, false, Severity::Doubts),
+            (0.6, 0.012, true, Severity::Notes),
         ] {
-            let finding = Finding::OffsetSuspected {
+            let finding = Finding::WrongAssumption(WrongAssumption {
+                cause: Hypothesis::Offset,
+                runner_up: None,
+                names: CHANNELS.map(str::to_owned).to_vec(),
+                values: vec![12.0, 0.0, 0.0, 0.1, 0.0, 0.0],
+                std_devs: vec![0.1; 6],
                 frame: "tool0".into(),
-                values: [force, 0.0, 0.0, moment, 0.0, 0.0],
-                std_devs: [std_dev; 6],
-                load_force_rms_n: 20.0,
-            };
-            assert_eq!(finding.severity(), expected, "{force} {moment} {std_dev}");
+                residual_ratio: 0.1,
+                mass_kg: 2.0,
+                mass_std_dev_kg: 0.01,
+                mass_change,
+                shift_m,
+                is_applied,
+            });
+            assert_eq!(finding.severity(), expected, "{mass_change} {shift_m}");
         }
     }
 }

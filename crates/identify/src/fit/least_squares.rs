@@ -20,7 +20,7 @@ use crate::solve::weights::{rare_distance, robust_weight};
 use whitened::ProductsOfRows;
 
 /// Most passes of reweighting. The noise estimated from the residuals settles in a few.
-const MAX_PASSES: usize = 20;
+pub(crate) const MAX_PASSES: usize = 20;
 
 /// First passes, in which the noise is estimated from medians because outliers are not identified yet.
 const MEDIAN_PASSES: usize = 5;

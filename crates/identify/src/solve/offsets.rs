@@ -13,10 +13,6 @@ use super::subspace::{Matrix, NullSpace, Vector};
 use crate::equations::Row;
 use crate::equations::window::NOISE_CORRELATION;
 
-/// Standard deviation of an offset in an unobservable direction, relative to the offset: it stands for infinity where a
-/// matrix is inverted.
-const UNOBSERVABLE: f64 = 1e4;
-
 /// Constant offsets of the six channels of a wrench, with what their covariance follows from.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Offsets {
@@ -67,20 +63,6 @@ impl Offsets {
                 f64::INFINITY
             }
         })
-    }
-
-    /// Returns the squared Mahalanobis distance of the offsets from zero, which is the same in every frame.
-    pub(crate) fn squared_distance(&self, of_parameters: &Matrix, null_space: &NullSpace) -> f64 {
-        let mut covariance = self.covariance(of_parameters);
-        for direction in null_space.directions() {
-            let unknown = self.gradients * direction.component_mul(null_space.scales());
-            if let Some(unit) = unknown.try_normalize(0.0) {
-                let std_dev = UNOBSERVABLE * self.values.norm();
-                covariance.ger(std_dev * std_dev, &unit, &unit, 1.0);
-            }
-        }
-        let factor = covariance.cholesky();
-        factor.map_or(0.0, |factor| self.values.dot(&factor.solve(&self.values)))
     }
 
     fn covariance(&self, of_parameters: &Matrix) -> Matrix6<f64> {

@@ -49,10 +49,7 @@ class Recorded(records.RecordingReport):
         """
         is_nothing = any(noticed.kind == "nothing_held" for noticed in self.findings)
         is_impossible = self.estimate.why_impossible is not None and not is_nothing
-        # An offset changes no value where none is known.
-        is_known = any(self.estimate.is_reported)
-        found = [each for each in self.findings if is_known or each.kind != "offset_suspected"]
-        return is_impossible or any(noticed.contradicts_result for noticed in found)
+        return is_impossible or any(noticed.contradicts_result for noticed in self.findings)
 
 
 @dataclass(frozen=True, eq=False, repr=False)

@@ -1,0 +1,205 @@
+//! Wrong assumptions in words.
+
+use std::f64::consts::PI;
+
+use tactid_dynamics::Reader;
+use tactid_dynamics::words::{general, listed, percent, with_interval};
+
+use super::{CHANNELS, CONTRADICTION, Hypothesis, WrongAssumption};
+
+/// Says which assumption the data contradict, what they show instead, and what to do.
+pub(super) fn wrong_assumption(found: &WrongAssumption, reader: Reader) -> String {
+    let mut sentences = vec![statement(found, reader)];
+    if let Some(other) = found.runner_up {
+        sentences.push(format!("The data cannot tell this from {}.", named(other)));
+    }
+    sentences.push(remedy(found, reader));
+    sentences.retain(|sentence| !sentence.is_empty());
+    sentences.join(" ")
+}
+
+/// Returns the name of a hypothesis in a sentence.
+fn named(hypothesis: Hypothesis) -> &'static str {
+    match hypothesis {
+        Hypothesis::Offset => "a constant offset of the wrenches",
+        Hypothesis::Weight => "a weight that was subtracted from the wrenches",
+        Hypothesis::Gravity => "another direction of gravity",
+        Hypothesis::SensorPlace => "another place of the sensor",
+        Hypothesis::SensorRotation => "a rotation of the sensor",
+        Hypothesis::AxisGains => "gains of the sensor's axes",
+        Hypothesis::Delay => "a delay of the wrenches",
+        Hypothesis::JointZeros => "zeros of joints that are off",
+        Hypothesis::Axes => "exchanged axes of the sensor",
+    }
+}
+
+fn statement(found: &WrongAssumption, reader: Reader) -> String {
+    let frame = &found.frame;
+    let entries = |factor: f64| -> Vec<String> {
+        let pairs = found.values.iter().zip(&found.std_devs);
+        pairs
+            .map(|(value, std_dev)| with_interval(factor * value, factor * std_dev))
+            .collect()
+    };
+    let explained = format!(
+        "its residuals are {} as large",
+        percent(found.residual_ratio)
+    );
+    match found.cause {
+        Hypothesis::Offset => offset(found, &entries(1.0), &explained, reader),
+        Hypothesis::Weight => weight(found, &entries(1.0), &explained),
+        Hypothesis::Gravity => format!(
+            "Gravity of ({}) m/s² in world axes explains the wrenches far better than the given \
+             one ({explained}), with a mass of {} kg.",
+            entries(1.0).join(", "),
+            with_interval(found.mass_kg, found.mass_std_dev_kg)
+        ),
+        Hypothesis::SensorPlace => format!(
+            "The sensor is elsewhere: its origin is at ({}) mm in the frame {frame} ({explained}).",
+            entries(1e3).join(", ")
+        ),
+        Hypothesis::SensorRotation => format!(
+            "The sensor is turned: its axes are those of the frame {frame} turned by the rotation \
+             vector ({}) degrees ({explained}).",
+            entries(180.0 / PI).join(", ")
+        ),
+        Hypothesis::AxisGains => format!(
+            "Gains of the sensor's axes differ ({explained}): {}.",
+            listed(&far_from(found, 1.0, 1.0, ""))
+        ),
+        Hypothesis::Delay => format!(
+            "The wrenches are later than the motion by {} s ({explained}).",
+            entries(1.0).join(", ")
+        ),
+        Hypothesis::JointZeros => format!(
+            "The zeros of joints are off ({explained}); the true positions are larger by {}.",
+            listed(&far_from(found, 0.0, 180.0 / PI, " degrees"))
+        ),
+        Hypothesis::Axes => axes(found, &explained),
+    }
+}
+
+/// Says which offset the wrenches have.
+fn offset(found: &WrongAssumption, entries: &[String], explained: &str, reader: Reader) -> String {
+    let whose = match reader {
+        Reader::Online => "pushed",
+        _ => "recorded",
+    };
+    let (force, moment) = entries.split_at(entries.len().min(3));
+    let have = if found.is_applied {
+        "have"
+    } else {
+        "seem to have"
+    };
+    format!(
+        "The wrenches {have} a constant offset: force ({}) N, moment ({}) N m, in the frame {} and \
+         with the sign of the {whose} wrenches ({explained}).",
+        force.join(", "),
+        moment.join(", "),
+        found.frame
+    )
+}
+
+/// Says which channels are exchanged.
+fn axes(found: &WrongAssumption, explained: &str) -> String {
+    let changed = found.names.iter().zip(&found.values).zip(CHANNELS);
+    let changed: Vec<String> = changed
+        .filter(|((name, sign), channel)| name != channel || **sign < 0.0)
+        .map(|((name, sign), channel)| {
+            let sign = if *sign < 0.0 { "-" } else { "" };
+            format!("{channel} is the recorded {sign}{name}")
+        })
+        .collect();
+    format!(
+        "Axes of the wrench are exchanged or have the opposite sign ({explained}): {}.",
+        listed(&changed)
+    )
+}
+
+/// Says which weight was subtracted, or added.
+fn weight(found: &WrongAssumption, entries: &[String], explained: &str) -> String {
+    let [mass, center @ ..] = entries else {
+        return String::new();
+    };
+    let subtracted_kg = found.values.first().copied().unwrap_or(0.0);
+    let what = if subtracted_kg < 0.0 {
+        "A weight seems to be added to the wrenches, of minus"
+    } else {
+        "The weight of a body seems to be subtracted from the wrenches, of"
+    };
+    format!(
+        "{what} {mass} kg at ({}) m: they feel {} kg, but accelerate {} kg ({explained}).",
+        center.join(", "),
+        general(found.mass_kg - subtracted_kg, 3),
+        with_interval(found.mass_kg, found.mass_std_dev_kg)
+    )
+}
+
+/// Returns the values that are certainly not the expected one, each with its name.
+fn far_from(found: &WrongAssumption, expected: f64, factor: f64, unit: &str) -> Vec<String> {
+    let values = found.values.iter().zip(&found.std_devs).zip(&found.names);
+    let far =
+        |(value, std_dev): (&f64, &f64), least: f64| (value - expected).abs() > least * std_dev;
+    let said = |least: f64| -> Vec<String> {
+        values
+            .clone()
+            .filter(|(pair, _)| far(*pair, least))
+            .map(|((value, std_dev), name)| {
+                let value = with_interval(factor * value, factor * std_dev);
+                format!("{name} {value}{unit}")
+            })
+            .collect()
+    };
+    let certain = said(CONTRADICTION);
+    if certain.is_empty() {
+        said(0.0)
+    } else {
+        certain
+    }
+}
+
+/// Says what to do.
+fn remedy(found: &WrongAssumption, reader: Reader) -> String {
+    let before = match reader {
+        Reader::Online => " before `push`",
+        _ => "",
+    };
+    let online = reader == Reader::Online;
+    match found.cause {
+        Hypothesis::Offset if found.is_applied => format!(
+            "It is identified together with the payload, whose intervals contain its uncertainty; \
+             {} can turn this off.",
+            reader.option("wrench_offset")
+        ),
+        Hypothesis::Offset => format!(
+            "Subtract it from the wrenches{before} (tare the sensor), or let {} identify it \
+             together with the payload.",
+            reader.option("wrench_offset")
+        ),
+        Hypothesis::Weight => {
+            "A controller does so for its configured payload: record raw wrenches, or with \
+             no payload configured."
+                .to_owned()
+        }
+        Hypothesis::Gravity => format!(
+            "Check {} and the axes of the world: how the base is mounted.",
+            reader.option("gravity")
+        ),
+        Hypothesis::SensorPlace | Hypothesis::SensorRotation if online => {
+            "Check the link of the sensor.".to_owned()
+        }
+        Hypothesis::SensorPlace | Hypothesis::SensorRotation => format!(
+            "Check how the sensor is mounted; {} states where it is.",
+            reader.option("sensor_frame")
+        ),
+        Hypothesis::AxisGains => "Check the calibration and the units of the sensor.".to_owned(),
+        Hypothesis::Delay if online => {
+            "Push the wrenches with the motion of their time.".to_owned()
+        }
+        Hypothesis::Delay => format!("State it by {}.", reader.option("delay_s")),
+        Hypothesis::JointZeros => {
+            "Check the zeros of these joints, and that the URDF is that of this robot.".to_owned()
+        }
+        Hypothesis::Axes => "Bring the channels of the wrench to their places.".to_owned(),
+    }
+}

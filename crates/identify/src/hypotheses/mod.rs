@@ -1,0 +1,319 @@
+//! One test for wrong assumptions about a wrench sensor and the motion of the tool.
+//!
+//! Each hypothesis adds unknowns to those of the payload: an offset of the sensor, a weight that the controller subtracts,
+//! another direction of gravity, another place or rotation of the sensor, gains of its axes, a delay, zeros of the joints.
+//! Signs and places of the axes are searched as signed permutations ([`axes`]). [`model`] has the measured wrench as a
+//! function of all unknowns, [`fitted`] the fit by Gauss-Newton iterations, and this module selects: the hypothesis with the
+//! largest gain in likelihood is a cause, and the next one is searched beside it (forward selection), as long as a gain is
+//! both significant and of a size that a sound sensor does not have.
+//!
+//! The likelihood is that of residuals of unknown size, so that a gain is measured against what stays unexplained. Residuals
+//! that stay the same for several windows count as one. No residual counts for less than the error that a sound model has
+//! beside its noise.
+
+mod axes;
+mod fitted;
+mod model;
+mod report;
+mod windows;
+
+use nalgebra::{Matrix6, Vector3};
+
+use self::axes::AxesSearch;
+use self::fitted::Fitted;
+use self::model::Model;
+use self::report::Cause;
+pub(crate) use self::report::LARGE_RESIDUAL;
+use self::windows::{SLIGHT, Windows};
+use crate::equations::{Equation, EquationStream};
+use crate::finding::{Hypothesis, LARGEST_MASS_CHANGE, LARGEST_SHIFT_M, WrongAssumption};
+use crate::fit::Fit;
+
+/// What is material: the least decrease of the mean square of the residuals by a cause, relative to what stays and to the errors
+/// of a sound model. A cause that decreases it by a tenth is material, too, if it changes the mass or the centre of mass by this
+/// fraction of what shows a result to be wrong. Cross-talk of half a percent decreases it by a third.
+const MATERIAL: f64 = 0.5;
+
+/// Least gain of a cause in twice the log-likelihood, beyond that of its unknowns: less than one in 1e6 by chance.
+const LEAST_GAIN: f64 = 30.0;
+
+impl Hypothesis {
+    /// All hypotheses.
+    const ALL: [Self; 9] = [
+        Self::Offset,
+        Self::Weight,
+        Self::Gravity,
+        Self::SensorPlace,
+        Self::SensorRotation,
+        Self::AxisGains,
+        Self::Delay,
+        Self::JointZeros,
+        Self::Axes,
+    ];
+
+    /// Number of columns beside those of the payload.
+    fn columns(self, joints: usize) -> usize {
+        match self {
+            Self::Offset | Self::AxisGains => 6,
+            Self::Weight => 4,
+            Self::Gravity | Self::SensorPlace | Self::SensorRotation => 3,
+            Self::Delay => 1,
+            Self::JointZeros => joints,
+            Self::Axes => 0,
+        }
+    }
+
+    /// Number of unknowns that count in a comparison.
+    fn unknowns(self, joints: usize) -> f64 {
+        match self {
+            // A common factor is one of the payload.
+            Self::AxisGains => 5.0,
+            // The best of some eighty, and no simpler than gravity of the opposite sign, which is that of forces alone.
+            Self::Axes => Self::Gravity.columns(joints) as f64,
+            _ => self.columns(joints) as f64,
+        }
+    }
+}
+
+/// What explains the windows.
+pub(crate) struct Explanation {
+    /// The causes, that with the largest gain first.
+    pub(crate) causes: Vec<WrongAssumption>,
+    /// Whether something was unexplained, and the causes leave next to nothing of it.
+    pub(crate) explains_load: bool,
+}
+
+/// Returns the wrong assumptions that explain what a fit leaves unexplained; none where it leaves nothing.
+///
+/// Cost: some ten iterations over at most 400 windows for each hypothesis, only where something is unexplained.
+pub(crate) fn explanation(
+    equations: &[Equation],
+    fit: &Fit,
+    stream: &EquationStream,
+) -> Option<Explanation> {
+    let mut windows = Windows::new(equations, fit, stream)?;
+    if !windows.are_unexplained(fit) {
+        return None;
+    }
+    windows.add_joints(equations, stream);
+    let search = Search {
+        measurements: windows.measurements(),
+        candidates: candidates(&windows, stream),
+        joints: windows.joints(),
+        gravity: stream.gravity(),
+        windows: &windows,
+    };
+    let given = search.given(fit)?;
+    let (found, causes) = search.select(given.clone());
+    Some(Explanation {
+        explains_load: report::explains_load(&windows, &found),
+        causes: report::causes(stream, windows.measurements(), &given, &found, &causes),
+    })
+}
+
+/// Returns the hypotheses that the windows can show.
+fn candidates(windows: &Windows, stream: &EquationStream) -> Vec<Hypothesis> {
+    let has_gravity = stream.gravity() != Vector3::zeros();
+    let is_possible = |hypothesis: &Hypothesis| match hypothesis {
+        Hypothesis::Offset | Hypothesis::Delay => true,
+        Hypothesis::Weight | Hypothesis::Gravity => has_gravity,
+        Hypothesis::JointZeros => windows.joints() > 0,
+        Hypothesis::SensorPlace
+        | Hypothesis::SensorRotation
+        | Hypothesis::AxisGains
+        | Hypothesis::Axes => stream.offset_frame().is_of_sensor(),
+    };
+    Hypothesis::ALL.into_iter().filter(is_possible).collect()
+}
+
+/// The search for causes among candidates.
+struct Search<'a> {
+    windows: &'a Windows,
+    /// Number of measurements.
+    measurements: f64,
+    candidates: Vec<Hypothesis>,
+    joints: usize,
+    /// Given gravity, m/s².
+    gravity: Vector3<f64>,
+}
+
+impl Search<'_> {
+    /// Fits the payload alone, and the offset where it is among the unknowns of `fit`.
+    fn given(&self, fit: &Fit) -> Option<Fitted> {
+        let start = Model::new(fit.parameters, self.joints);
+        let active = fit.offsets.map(|_| Hypothesis::Offset);
+        Fitted::new(self.windows, &start, active.as_slice())
+    }
+
+    /// Mean square of the whitened residuals, one for errors of a sound model alone.
+    fn mean_square(&self, fitted: &Fitted) -> f64 {
+        fitted.squares / self.measurements
+    }
+
+    /// Gain of a fit over another one in twice the log-likelihood, less what its further unknowns gain by chance. `best` is
+    /// the fit whose residuals are taken to be errors alone. Mean squares below `least` count as `least`.
+    fn gain(&self, of: &Fitted, over: &Fitted, best: &Fitted, least: f64) -> f64 {
+        let independent = (self.measurements / best.correlation).max(2.0);
+        let unknowns = |fitted: &Fitted| -> f64 {
+            let active = fitted.active.iter();
+            active.map(|each| each.unknowns(self.joints)).sum()
+        };
+        let further = unknowns(of) - unknowns(over);
+        let loss = |fitted: &Fitted| loss(self.mean_square(fitted).max(least));
+        independent * (loss(over) - loss(of)) - further * independent.ln()
+    }
+
+    /// Returns whether a fit is better than another one by more than what a sound sensor may show by chance: the gain is
+    /// significant, and explains much or changes values.
+    fn is_better(&self, of: &Fitted, over: &Fitted, best: &Fitted) -> bool {
+        let [of_square, over_square] = [of, over].map(|fitted| self.mean_square(fitted));
+        let decrease = (over_square - of_square) / of_square.max(1.0);
+        let changes_values = || {
+            let (mass_change, shift_m) = report::certain_changes(over, of, self.measurements);
+            mass_change > MATERIAL * LARGEST_MASS_CHANGE || shift_m > MATERIAL * LARGEST_SHIFT_M
+        };
+        let is_notable = decrease > MATERIAL || (decrease > SLIGHT && changes_values());
+        is_notable && self.gain(of, over, best, 0.0) > LEAST_GAIN
+    }
+
+    /// Adds the best hypothesis as long as it is a cause, and drops causes that later ones replace.
+    fn select(&self, given: Fitted) -> (Fitted, Vec<Cause>) {
+        let mut causes: Vec<Cause> = Vec::new();
+        let mut present = given;
+        while let Some((next, cause)) = self.next(&present) {
+            causes.push(cause);
+            present = next;
+        }
+        self.without_replaced(present, causes)
+    }
+
+    /// Returns the next cause beside those of a fit.
+    fn next(&self, present: &Fitted) -> Option<(Fitted, Cause)> {
+        let left = self.candidates.iter().copied();
+        let left = left.filter(|each| !present.active.contains(each));
+        let mut fits: Vec<(Hypothesis, Fitted)> = left
+            .filter_map(|each| Some((each, self.with(present, each)?)))
+            .filter(|(_, fitted)| self.is_possible(fitted))
+            .collect();
+        let least = fits
+            .iter()
+            .min_by(|a, b| a.1.squares.total_cmp(&b.1.squares))?;
+        let least = least.1.clone();
+        // Of causes that leave no more than a sound sensor does, the simplest one is right.
+        let explained = (SLIGHT * self.mean_square(present)).min(MATERIAL.recip());
+        let gain = |fitted: &Fitted, over: &Fitted| self.gain(fitted, over, &least, explained);
+        self.prefer_positive_mass(&mut fits, present);
+        fits.sort_by(|a, b| gain(&b.1, present).total_cmp(&gain(&a.1, present)));
+        let mut ranked = fits.into_iter();
+        let (hypothesis, best) = ranked.next()?;
+        if !self.is_better(&best, present, &least) {
+            return None;
+        }
+        let runner_up = ranked.find(|(_, fitted)| {
+            let lost = loss(self.mean_square(fitted).max(explained))
+                - loss(self.mean_square(&best).max(explained));
+            let independent = self.measurements / least.correlation;
+            independent * lost < LEAST_GAIN && self.is_better(fitted, present, &least)
+        });
+        let cause = Cause {
+            hypothesis,
+            runner_up: runner_up.map(|(other, _)| other),
+            residual_ratio: (best.squares / present.squares).sqrt(),
+        };
+        Some((best, cause))
+    }
+
+    /// Returns whether gravity has a possible size: where nothing accelerates, that and the mass are not determined.
+    fn is_possible(&self, fitted: &Fitted) -> bool {
+        let gravity = self.gravity + fitted.model.gravity;
+        gravity.norm() <= (1.0 + MATERIAL) * self.gravity.norm()
+    }
+
+    /// Drops fits of a negative mass, which need a wrong sign as well, where one of a positive mass explains most.
+    fn prefer_positive_mass(&self, fits: &mut Vec<(Hypothesis, Fitted)>, present: &Fitted) {
+        let is_positive = |fitted: &Fitted| fitted.model.parameters[0] > 0.0;
+        let most = SLIGHT * present.squares;
+        let mut positive = fits.iter().filter(|(_, fitted)| is_positive(fitted));
+        if positive.any(|(_, fitted)| fitted.squares < most) {
+            fits.retain(|(_, fitted)| is_positive(fitted));
+        }
+    }
+
+    /// Fits a further hypothesis beside those of a fit.
+    fn with(&self, present: &Fitted, hypothesis: Hypothesis) -> Option<Fitted> {
+        let active = [&present.active[..], &[hypothesis]].concat();
+        let mut starts = vec![present.model.clone()];
+        let is_given = present.model.axes == Matrix6::identity();
+        match hypothesis {
+            Hypothesis::Axes if is_given => starts = vec![self.best_axes(axes::candidates())?],
+            Hypothesis::Axes => return None,
+            Hypothesis::SensorRotation if present.active.is_empty() => {
+                let turned = axes::turns().map(|turn| axes::of_both(&turn, &turn));
+                let best = self.best_axes(turned)?;
+                let rotation = best.axes.fixed_view::<3, 3>(0, 0).transpose();
+                starts.push(Model {
+                    axes: Matrix6::identity(),
+                    rotation: rotation * rotation.determinant().signum(),
+                    ..best
+                });
+            }
+            _ => {}
+        }
+        let fits = starts
+            .iter()
+            .filter_map(|start| Fitted::new(self.windows, start, &active));
+        fits.min_by(|a, b| a.squares.total_cmp(&b.squares))
+    }
+
+    fn best_axes(&self, candidates: impl Iterator<Item = Matrix6<f64>>) -> Option<Model> {
+        let search = AxesSearch::new(self.windows)?;
+        let best = search.best(candidates)?;
+        Some(search.model(&best, self.joints))
+    }
+
+    /// Drops each cause without which the others explain the windows as well.
+    fn without_replaced(&self, found: Fitted, mut causes: Vec<Cause>) -> (Fitted, Vec<Cause>) {
+        let mut present = found;
+        let mut place = 0;
+        while causes.len() > 1 && place < causes.len() {
+            let dropped = causes[place].hypothesis;
+            match self.without(&present, dropped) {
+                Some(less) if !self.is_better(&present, &less, &present) => {
+                    causes.remove(place);
+                    present = less;
+                }
+                _ => place += 1,
+            }
+        }
+        (present, causes)
+    }
+
+    /// Fits without an active hypothesis.
+    fn without(&self, present: &Fitted, dropped: Hypothesis) -> Option<Fitted> {
+        let is_kept = |each: &Hypothesis| *each != dropped;
+        let active: Vec<_> = present.active.iter().copied().filter(is_kept).collect();
+        let fresh = Model::new(present.model.parameters, self.joints);
+        let mut start = present.model.clone();
+        match dropped {
+            Hypothesis::Offset => start.offset = fresh.offset,
+            Hypothesis::Weight => start.weight = fresh.weight,
+            Hypothesis::Gravity => start.gravity = fresh.gravity,
+            Hypothesis::SensorPlace => start.place = fresh.place,
+            Hypothesis::SensorRotation => start.rotation = fresh.rotation,
+            Hypothesis::AxisGains => start.gains = fresh.gains,
+            Hypothesis::Delay => start.delay_s = fresh.delay_s,
+            Hypothesis::JointZeros => start.zeros = fresh.zeros,
+            Hypothesis::Axes => start.axes = fresh.axes,
+        }
+        Fitted::new(self.windows, &start, &active)
+    }
+}
+
+/// Loss of residuals of a mean square, twice the negative log-likelihood of each: of errors whose variance is one at least.
+fn loss(mean_square: f64) -> f64 {
+    if mean_square > 1.0 {
+        mean_square.ln()
+    } else {
+        mean_square - 1.0
+    }
+}

@@ -1,0 +1,139 @@
+//! The causes that were found, with the values that the data show.
+
+use nalgebra::{Matrix6, Rotation3};
+
+use super::fitted::Fitted;
+use super::windows::Windows;
+use crate::checks::BEYOND_NOISE;
+use crate::equations::EquationStream;
+use crate::finding::{CHANNELS, Hypothesis, WrongAssumption};
+use crate::solve::uncertainty::{HALF_WIDTH_95, value_jacobian, values_of};
+
+/// Fraction of the load that a model must leave unexplained to be reported, rms over the channels of one unit. The gains
+/// of calibrated force-torque sensors are wrong by less.
+pub(crate) const LARGE_RESIDUAL: f64 = 0.03;
+
+/// A cause that was found.
+pub(super) struct Cause {
+    pub(super) hypothesis: Hypothesis,
+    /// Another hypothesis that explains the data as well.
+    pub(super) runner_up: Option<Hypothesis>,
+    /// Residual with the cause relative to that without it.
+    pub(super) residual_ratio: f64,
+}
+
+/// Returns whether a fit leaves next to nothing of the load unexplained.
+pub(super) fn explains_load(windows: &Windows, found: &Fitted) -> bool {
+    let ratio = (found.squares / windows.measurements()).sqrt();
+    let is_small = |k: usize| ratio * windows.std_devs[k] < LARGE_RESIDUAL * windows.loads[k / 3];
+    ratio < BEYOND_NOISE || (0..6).all(is_small)
+}
+
+/// Returns what is reported of causes, given the number of measurements and the fits without and with all of them.
+pub(super) fn causes(
+    stream: &EquationStream,
+    measurements: f64,
+    given: &Fitted,
+    found: &Fitted,
+    causes: &[Cause],
+) -> Vec<WrongAssumption> {
+    let covariance = found.parameter_covariance(measurements);
+    let (mass_change, shift_m) = certain_changes(given, found, measurements);
+    let report = |cause: &Cause| {
+        let (names, values, std_devs) = shown(stream, measurements, found, cause.hypothesis);
+        WrongAssumption {
+            cause: cause.hypothesis,
+            runner_up: cause.runner_up,
+            names,
+            values,
+            std_devs,
+            frame: stream.offset_frame().name().clone(),
+            residual_ratio: cause.residual_ratio,
+            mass_kg: found.model.parameters[0],
+            mass_std_dev_kg: covariance[(0, 0)].sqrt(),
+            mass_change,
+            shift_m,
+            is_applied: false,
+        }
+    };
+    causes.iter().map(report).collect()
+}
+
+/// Returns by how much the mass, relative to that of `found`, and the centre of mass, m, certainly change, given the number of
+/// measurements.
+pub(super) fn certain_changes(given: &Fitted, found: &Fitted, measurements: f64) -> (f64, f64) {
+    let covariance = found.parameter_covariance(measurements);
+    let parameters = &found.model.parameters;
+    let mass_std_dev = covariance[(0, 0)].sqrt();
+    let of_mass = (parameters[0] - given.model.parameters[0]).abs() - HALF_WIDTH_95 * mass_std_dev;
+    let mass_change = (of_mass / parameters[0].abs()).max(0.0);
+    let both = (values_of(parameters), values_of(&given.model.parameters));
+    let ((Some(new), Some(old)), Some(slopes)) = (both, value_jacobian(parameters)) else {
+        return (mass_change, 0.0);
+    };
+    let of_values = slopes * covariance * slopes.transpose();
+    let std_dev = (1..4).map(|k| of_values[(k, k)]).sum::<f64>().sqrt();
+    let moved = (1..4)
+        .map(|k| (new[k] - old[k]).powi(2))
+        .sum::<f64>()
+        .sqrt();
+    (mass_change, (moved - HALF_WIDTH_95 * std_dev).max(0.0))
+}
+
+/// Names, values and standard deviations of what the data show of a cause.
+type Shown = (Vec<String>, Vec<f64>, Vec<f64>);
+
+fn shown(
+    stream: &EquationStream,
+    measurements: f64,
+    found: &Fitted,
+    hypothesis: Hypothesis,
+) -> Shown {
+    let model = &found.model;
+    let std_devs = found.std_devs_of(hypothesis, measurements);
+    let named = |names: &[&str]| names.iter().map(|name| (*name).to_owned()).collect();
+    let axes = ["x", "y", "z"];
+    match hypothesis {
+        Hypothesis::Offset => (named(&CHANNELS), model.offset.as_slice().to_vec(), std_devs),
+        Hypothesis::Weight => {
+            let mass_kg = model.weight[0];
+            let scale = |k: usize| if k == 0 { 1.0 } else { mass_kg.recip() };
+            (
+                named(&["mass", "com.x", "com.y", "com.z"]),
+                (0..4).map(|k| model.weight[k] * scale(k)).collect(),
+                (0..4).map(|k| std_devs[k] * scale(k).abs()).collect(),
+            )
+        }
+        Hypothesis::Gravity => {
+            let gravity = stream.gravity() + model.gravity;
+            (named(&axes), gravity.as_slice().to_vec(), std_devs)
+        }
+        Hypothesis::SensorPlace => (named(&axes), model.place.as_slice().to_vec(), std_devs),
+        Hypothesis::SensorRotation => {
+            let turn = Rotation3::from_matrix_unchecked(model.rotation.transpose());
+            (
+                named(&axes),
+                turn.scaled_axis().as_slice().to_vec(),
+                std_devs,
+            )
+        }
+        Hypothesis::AxisGains => (named(&CHANNELS), model.gains.as_slice().to_vec(), std_devs),
+        Hypothesis::Delay => (named(&["delay"]), vec![model.delay_s], std_devs),
+        Hypothesis::JointZeros => (
+            stream.robot().joint_names().to_vec(),
+            model.zeros.as_slice().to_vec(),
+            std_devs,
+        ),
+        Hypothesis::Axes => shown_axes(&model.axes),
+    }
+}
+
+/// Returns for each true channel the measured one that has it, and its sign.
+fn shown_axes(axes: &Matrix6<f64>) -> Shown {
+    let places = axes.row_iter().filter_map(|row| {
+        let place = row.iter().position(|entry| *entry != 0.0)?;
+        Some((CHANNELS[place].to_owned(), row[place]))
+    });
+    let (names, signs): (Vec<_>, Vec<_>) = places.unzip();
+    (names, signs, vec![0.0; 6])
+}
