@@ -41,7 +41,9 @@ def main() -> None:
     text = (Path(sysconfig.get_paths()["purelib"]) / UR5).read_text()
     text = re.sub(r"<(visual|collision)>.*?</\1>", "", text, flags=re.DOTALL)
     robot = tactid.Manipulator.from_urdf(text)
-    print("body   swing noise fault              cause           change shift distance   mass   com")
+    print(
+        "body   swing noise fault              cause           change shift distance   mass   com"
+    )
     for name, body in BODIES.items():
         for swing in (0.1, 0.5):
             q, qd, wrench = motion(robot, body, swing)
@@ -50,7 +52,9 @@ def main() -> None:
                     random = np.random.default_rng(1)
                     felt = change(wrench, random) + noise * UNITS * random.normal(size=wrench.shape)
                     given = {"robot": robot, "tip": "tool0", "q": q + turned, "qd": qd}
-                    found = tactid.identify(TIME, wrench=felt, wrench_offset="no", wrench_acts_on="sensor", **given)
+                    found = tactid.identify(
+                        TIME, wrench=felt, wrench_offset="no", wrench_acts_on="sensor", **given
+                    )
                     if line := described(found, body):
                         print(f"{name:6} {swing:5} {noise:5} {fault:18} {line}")
 

@@ -195,8 +195,8 @@ impl MotionRequest {
             inertia: half_kg * nalgebra::Matrix3::from_diagonal(&Vector3::new(y + z, x + z, x + y)),
         };
         // On a fixed base, the force on a body in the box is between those on these bodies and
-        // none. Its moment has second moments, too, which are smaller inside the box by up to m d²
-        // / 4.
+        // none. Its moment has second moments, too, which inside the box are smaller by up to
+        // m d² / 4.
         let corner =
             |k: usize| {
                 let is_high = Vector3::new(k & 4, k & 2, k & 1);

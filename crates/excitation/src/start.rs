@@ -32,8 +32,8 @@ impl Value for Start {
 ///
 /// # Errors
 /// Returns [`ExcitationError::Option`] for a joint that does not exist, another number of
-/// positions, or a position beyond its limits, [`ExcitationError::Model`] if the robot has no such
-/// tip, and [`ExcitationError::NoMovingJoint`] if no joint moves it.
+/// positions, a position beyond its limits, or a tip that no joint moves, and
+/// [`ExcitationError::Identify`] if the robot has no such tip.
 pub(crate) fn posture(
     given: Option<&Start>,
     robot: &Manipulator,

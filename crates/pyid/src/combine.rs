@@ -41,7 +41,6 @@ pub(crate) fn identify_logs(
 /// Raises:
 ///     ArgumentError: There is no recording, the recordings do not belong together, a shape does not fit, a matrix is not
 ///         positive semidefinite, or what is known is out of range.
-///     IdentificationError: A recording has no information.
 #[pyfunction]
 pub(crate) fn combine<'py>(
     py: Python<'py>,

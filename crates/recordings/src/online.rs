@@ -33,7 +33,7 @@ impl OnlineSetup {
     ///
     /// # Errors
     /// Returns [`RecordingError::Identify`] if a value of the request is out of range, and
-    /// [`RecordingError::Option`] for a rotation that is none.
+    /// [`RecordingError::Option`] for a quaternion of `sensor_frame` without the norm 1.
     pub fn new(
         request: &Request,
         robot: Option<&Manipulator>,

@@ -70,10 +70,10 @@ fn share_no_time(streams: &[&str], delay_s: Option<f64>) -> String {
 /// Returns the cause of an error that says that there are too few windows or samples; other errors as they are.
 ///
 /// The cause is [`RecordingError::Interrupted`] where the reading was interrupted, and otherwise [`RecordingError::Data`]
-/// with what the times show.
+/// with what the times show; of a damaged log it is in [`RecordingError::DamagedEarly`].
 pub(crate) fn explain(error: RecordingError, plan: &Plan<'_>, run: &Run) -> RecordingError {
     let found = match &error {
-        RecordingError::Identify(error) if is_too_little(error) => {
+        RecordingError::Identify(IdentifyError::TooLittle(_)) => {
             cause_in_times(plan, run).or_else(|| too_rare_samples(plan))
         }
         RecordingError::NoOverlap { .. } => cause_in_times(plan, run),
@@ -97,11 +97,6 @@ fn cause_in_times(plan: &Plan<'_>, run: &Run) -> Option<RecordingError> {
     far_stamps(run)
         .or_else(|| times_not_increasing(run))
         .or_else(|| too_many_gaps(plan, run))
-}
-
-/// Returns whether the data are too short, or too sparse, for an estimate.
-fn is_too_little(error: &IdentifyError) -> bool {
-    matches!(error, IdentifyError::TooLittle(_))
 }
 
 /// Returns the largest number of faults of a kind on one topic, with the topic.

@@ -58,17 +58,6 @@ def abridged(words: Sequence[str], most: int = MOST_NAMES) -> str:
     return f"{', '.join(short)} and {len(words) - len(shown)} more"
 
 
-LARGEST_SHOWN = 1000
-"""Number above which a sentence does not show it: in data without noise it may be any number."""
-
-
-def at_most(number: float, digits: int = 1) -> str:
-    """Returns a number with so many decimals, or that it is more than :data:`LARGEST_SHOWN`."""
-    if number < LARGEST_SHOWN:
-        return f"{number:.{digits}f}"
-    return f"more than {LARGEST_SHOWN}"
-
-
 def duration(seconds: float) -> str:
     """Says a time in s, min or h, to two figures at least."""
     if seconds < 120:

@@ -161,11 +161,6 @@ def finite(value: float) -> float | None:
     return float(value) if math.isfinite(value) else None
 
 
-def all_finite(values: Iterable[float]) -> list[float | None]:
-    """Applies :func:`finite` to each number."""
-    return [finite(value) for value in values]
-
-
 def digits_of(half_width: float, most: int = 9) -> int:
     """Returns the number of decimals that show two figures of a half width, ``most`` at most."""
     return min(max(1 - math.floor(math.log10(half_width)), 0), most) if half_width > 0 else most

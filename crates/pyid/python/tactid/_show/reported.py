@@ -15,7 +15,6 @@ from tactid._base.values import (
     Array,
     Interval,
     Observability,
-    half_widths,
     reported_intervals,
     where_reported,
 )
@@ -51,11 +50,6 @@ def moment_intervals(result: Result) -> list[Interval | None]:
     if isinstance(found, PrincipalMoments):
         return reported_intervals(known, found.intervals)
     return [None] * 3
-
-
-def moment_half_widths(result: Result) -> list[float | None]:
-    """Returns the distance from each principal moment to the farther limit of its interval."""
-    return half_widths(moments(result), moment_intervals(result))
 
 
 def column_of(title: str, result: Result) -> Column:
