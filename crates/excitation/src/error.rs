@@ -170,7 +170,6 @@ fn option_of(field: &str) -> Option<&'static str> {
         "payload_box" => "payload_box",
         "workspace" if field.contains("keep_out") => "keep_out",
         "workspace" => "workspace",
-        "least_distance_m" => "least_distance",
         "base" if field.ends_with("position_m") => "base_position",
         "base" => "base_attitude",
         "limits" if field.contains("acceleration") => "acceleration",

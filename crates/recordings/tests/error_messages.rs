@@ -35,7 +35,7 @@ fn streams_without_a_common_time_are_named_with_what_to_check() {
         ),
         (
             None,
-            "pose, wrench; check that they were recorded together, and that their stamps are those of one clock",
+            "wrench, pose; check that they were recorded together, and that their stamps are those of one clock",
         ),
     ] {
         let error = error(delay_s);

@@ -270,7 +270,7 @@ fn an_online_setup_has_the_ranges_of_a_request() {
         ..Request::default()
     };
     let error = OnlineSetup::new(&request, None, None, false).unwrap_err();
-    let expected = "gravity is -98.1, but must be between -50 and 50 m/s²";
+    let expected = "`gravity` is -98.1, but must be between -50 and 50 m/s²";
     assert_eq!(error.to_string(), expected);
 }
 
