@@ -14,7 +14,7 @@ pub enum ExcitationError {
     #[error(transparent)]
     Identify(#[from] IdentifyError),
     /// A number is out of range.
-    #[error("{} is {given}; expected {expected}", place(name))]
+    #[error("`{name}` is {given}; expected {expected}")]
     Value {
         /// Name of the field of the problem.
         name: String,
@@ -128,10 +128,25 @@ impl ExcitationError {
         }
     }
 
-    /// Returns the option that lets a motion be possible, and what it does, for a reader who gives
-    /// options.
+    /// Returns the message for a reader who gives options and no fields of a problem: with the option
+    /// that gives a number, or that lets a motion be possible, and what it does.
     #[must_use]
-    pub fn remedy(&self) -> Option<(&'static str, &'static str)> {
+    pub fn by_option(&self) -> String {
+        match self {
+            Self::Value {
+                name,
+                given,
+                expected,
+            } => format!("{} is {given}; expected {expected}", place(name)),
+            _ => match self.remedy() {
+                Some((_, does)) => format!("{self}; {does}"),
+                None => self.to_string(),
+            },
+        }
+    }
+
+    /// Returns the option that lets a motion be possible, and what it does.
+    fn remedy(&self) -> Option<(&'static str, &'static str)> {
         match self {
             Self::TooShort { .. } => Some(("duration", "`duration` sets it")),
             Self::Impossible { limit, .. }

@@ -174,12 +174,13 @@ impl IntoPyErr for RecordingError {
 }
 
 impl IntoPyErr for tactid_excitation::ExcitationError {
+    fn into_py_err(self) -> PyErr {
+        let message = self.by_option();
+        self.with_message(message)
+    }
+
     fn with_message(self, message: String) -> PyErr {
         let option = self.option();
-        let message = match self.remedy() {
-            Some((_, does)) => format!("{message}; {does}"),
-            None => message,
-        };
         match self {
             Self::Identify(error) => error.with_message(message),
             Self::NoVelocityLimit { .. } => ModelError::new_err(message),
