@@ -427,7 +427,7 @@ fn a_shown_offset_is_identified() {
             result.findings
         );
         let error_kg = result.estimate.body.mass_kg - payload().mass_kg;
-        let std_dev_kg = result.estimate.std_devs.unwrap()[0];
+        let std_dev_kg = result.estimate.std_devs[0];
         assert!(error_kg.abs() < 4.0 * std_dev_kg, "{error_kg} {std_dev_kg}");
         let clean = recorded_fast(seed);
         let with = clean.identify_with(&robot, TOOL, &settings, auto.clone());
