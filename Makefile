@@ -145,7 +145,7 @@ dist/built: $(SOURCES) | $(BIN)/python
 	@echo "building the wheel in dist/; the first build compiles all dependencies and takes some minutes" >&2
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check 'maturin[zig]>=1.9,<2'
 	rm -rf dist
-	PATH="$(CURDIR)/$(BIN):$$PATH" $(BIN)/maturin --quiet build --release --locked --out dist \
+	PATH="$(CURDIR)/$(BIN):$$PATH" $(BIN)/maturin build --quiet --release --locked --out dist \
 	    $(if $(filter Linux,$(shell uname)),--zig --compatibility manylinux2014)
 	@touch $@
 
