@@ -62,7 +62,8 @@ def found(identify: Identify, tmp_path: Path) -> Any:
         (finding,) = (each for each in record["findings"] if each["kind"] == kind)
         assert finding["text"] in record["remarks"]
         wrong = kind in WRONG
-        unexplained = any(each["kind"] == "load_unexplained" for each in record["findings"])
+        causes = ("load_unexplained", "wrong_assumption")
+        unexplained = any(each["kind"] in causes for each in record["findings"])
         assert record["is_contradicted"] == result.is_contradicted
         assert record["is_contradicted"] == wrong or (unexplained and not wrong)
         # The first line says what shows a result to be wrong.

@@ -251,16 +251,16 @@ impl BatchIdentifier {
         let equations = self.batch.equations();
         let channels = self.stream.channels();
         let fit = self.fit(&channels, None)?;
-        let mut explanation = wrong_assumptions(equations, &fit, &self.stream);
-        if self.settings.shown_offset && fit.offsets.is_none() {
-            let causes = explanation.iter_mut().flat_map(|found| &mut found.causes);
-            let shown = causes
-                .into_iter()
-                .find(|found| found.cause == Hypothesis::Offset);
+        let explanation = wrong_assumptions(equations, &fit, &self.stream);
+        let causes = explanation.iter().flat_map(|found| &found.causes);
+        let shown = causes.into_iter().find(|found| {
+            let is_identified = self.settings.shown_offset && channels.offsets == 0;
+            is_identified && found.cause == Hypothesis::Offset
+        });
+        if let Some(shown) = shown {
             let with_offset = channels.clone().with_offsets(true);
-            if let Some((shown, fit)) = shown.zip(self.fit(&with_offset, None).ok())
-                && let Some(offset) = self.identified(shown, &fit)
-            {
+            let fit = self.fit(&with_offset, None)?;
+            if let Some(offset) = self.identified(shown, &fit) {
                 return Ok(Solution {
                     explanation: wrong_assumptions(equations, &fit, &self.stream),
                     channels: with_offset,

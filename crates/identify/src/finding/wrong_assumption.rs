@@ -43,7 +43,7 @@ pub struct WrongAssumption {
     /// rotation vector of its true axes in this frame in rad; gains, or 1 and -1 for axes; the delay in s; the zeros of joints in
     /// rad, which are to be added to the measured positions.
     pub values: Vec<f64>,
-    /// Standard deviations of the values, in their units, infinite where the data do not determine a value; zero for axes.
+    /// Standard deviations of the values (N and N m, kg and m, m/s², m, rad or s), infinite where the data do not determine a value; zero for axes.
     pub std_devs: Vec<f64>,
     /// Frame of the sensor, in which it does not move; the tool frame where there are several.
     pub frame: Arc<str>,
