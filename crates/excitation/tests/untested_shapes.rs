@@ -46,8 +46,9 @@ fn no_motion_is_designed_while_shapes_are_left_out() {
         let message = design(&problem, &quick()).unwrap_err().to_string();
         let expected = format!(
             "collisions of the robot with itself cannot be tested: collision shapes of the link {link} are left out \
-             (`a.dae`: its file was not found): give meshes as STL or OBJ that can be read, or accept motions that are \
-             not tested by `CollisionModel::accepting_untested`"
+             (`a.dae`: its file was not found); put the meshes, as STL or OBJ files, where the URDF names them (for \
+             package://, ROS_PACKAGE_PATH may name the folder that contains the package), or accept a motion that may \
+             run the robot through itself with `collisions=False`"
         );
         assert_eq!(message, expected);
         assert_eq!(model.untested()[0].link, link);
