@@ -7,7 +7,6 @@ import pytest
 from numpy.typing import NDArray
 
 import tactid
-from doubles import fit_of
 from recorded_arm import FIXED, PAYLOAD, TIP, ur5e
 from recordings import state
 
@@ -48,7 +47,7 @@ def test_arrays_give_what_their_log_gives(
         np.testing.assert_allclose(
             found.estimate.values, expected.estimate.values, rtol=2e-3, atol=2e-3
         )
-        assert fit_of(found).channels == fit_of(expected).channels
+        assert found.fit.channels == expected.fit.channels
 
 
 def test_velocities_may_be_left_out(

@@ -66,7 +66,7 @@ pub struct Contradiction {
 
 /// What a calibration takes for true.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(tag = "kind")]
+#[serde(tag = "assumption")]
 pub enum Assumption {
     /// The direction of gravity in the axes of the base.
     #[serde(rename = "gravity_tilted")]

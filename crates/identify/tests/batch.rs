@@ -240,7 +240,7 @@ fn too_short_and_too_sparse_recordings_are_different_errors() {
         error.unwrap_err().to_string()
     };
     let too_short = "too few windows: 0 of 0.0926 s without a gap were found; record longer, or raise the cutoff";
-    assert_eq!(message(0.08, 10.0), too_short);
+    assert!(message(0.08, 10.0).starts_with(too_short));
     let too_sparse = |cutoff_hz| {
         let message = message(1.0, cutoff_hz);
         assert!(

@@ -22,8 +22,13 @@ pub(crate) fn finding_data<N: Notice + Serialize>(
     notice: &N,
 ) -> PyResult<FindingData> {
     let data = pythonize(py, notice)?.cast_into::<PyDict>()?;
-    let kind = data.as_any().get_item("kind")?.extract()?;
-    data.del_item("kind")?;
+    // A contradiction of a calibration is a finding by its assumption.
+    let tag = ["kind", "assumption"]
+        .into_iter()
+        .find(|tag| matches!(data.contains(tag), Ok(true)));
+    let tag = tag.unwrap_or("kind");
+    let kind = data.as_any().get_item(tag)?.extract()?;
+    data.del_item(tag)?;
     Ok((kind, data.unbind()))
 }
 
@@ -39,6 +44,7 @@ fn read(kind: &str, data: &Bound<'_, PyMapping>) -> PyResult<Box<dyn Notice>> {
     if let Ok(found) = depythonize::<MotionShortage>(&given) {
         return Ok(Box::new(found));
     }
+    given.set_item("assumption", kind)?;
     match depythonize::<Contradiction>(&given) {
         Ok(found) => Ok(Box::new(found)),
         Err(_) => Err(ArgumentError::new_err(format!(

@@ -130,12 +130,12 @@ fn contradictions_and_fingerprints_are_checked() {
         ),
         (
             text.replace("\"gravity_tilted\"", "\"gravity_odd\""),
-            Some(line_of("kind = \"gravity_tilted\"")),
+            Some(line_of("assumption = \"gravity_tilted\"")),
             "gravity_odd",
         ),
         (
             text.replace("\"gravity_tilted\"", "\"gravity_tilted\"\nodd = 1"),
-            Some(line_of("kind = \"gravity_tilted\"") + 1),
+            Some(line_of("assumption = \"gravity_tilted\"") + 1),
             "`odd`",
         ),
     ];

@@ -18,9 +18,9 @@ pub(super) fn read(tables: Vec<Table>, text: &str) -> Result<Vec<Contradiction>,
         let found: Contradiction = table
             .clone()
             .try_into()
-            .map_err(|error: toml::de::Error| place.fault("kind", error.message()))?;
-        let known =
-            Table::try_from(&found).map_err(|error| place.fault("kind", &error.to_string()))?;
+            .map_err(|error: toml::de::Error| place.fault("assumption", error.message()))?;
+        let known = Table::try_from(&found)
+            .map_err(|error| place.fault("assumption", &error.to_string()))?;
         match table.keys().find(|key| !known.contains_key(*key)) {
             Some(key) => Err(place.fault(key, "the key is unknown")),
             None => Ok(found),

@@ -85,7 +85,9 @@ def _schema(description: str, *indices: int) -> Schema:
 def _finding(variant: Schema) -> Schema:
     """Returns the schema of one kind of finding as a document has it."""
     properties = {**variant["properties"]}
-    kind = properties.pop("kind")["const"]
+    # A contradiction of a calibration is a finding by its assumption.
+    tag = "kind" if "kind" in properties else "assumption"
+    kind = properties.pop(tag)["const"]
     data = {key: {"description": CHOICE} | _plain(part) for key, part in properties.items()}
     head = {
         "kind": {"const": kind, "description": KIND},

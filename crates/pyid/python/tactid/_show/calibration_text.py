@@ -119,7 +119,7 @@ def _delay(arm: CalibrationData) -> str:
 
 def text(arm: CalibrationData) -> str:
     """Returns the whole as text, for a reader who writes Python."""
-    return "\n".join([heading(arm), as_text(rich_table(arm)), *lines(arm)])
+    return "\n".join([heading(arm), as_text(rich_table(arm)), "", *lines(arm)])
 
 
 def _hold_out(arm: CalibrationData, recording: CalibrationRecording) -> str:
