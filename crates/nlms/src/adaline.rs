@@ -273,6 +273,6 @@ mod tests {
         assert!(Lms::<4>::new(0.0).is_err());
         assert!(Lms::<4>::new(f64::INFINITY).is_err());
         let message = Nlms::<4>::new(2.5, 0.9).unwrap_err().to_string();
-        assert_eq!(message, "alpha is 2.5, but must lie in (0, 2)");
+        assert_eq!(message, "`alpha` is 2.5, but must lie in (0, 2)");
     }
 }
