@@ -30,7 +30,7 @@ use crate::finding::{Hypothesis, LARGEST_MASS_CHANGE, LARGEST_SHIFT_M, WrongAssu
 use crate::fit::Fit;
 
 /// What is material: the least decrease of the mean square of the residuals by a cause, relative to what stays and to the errors
-/// of a sound model. A cause that decreases it by a tenth is material, too, if it changes the mass or the centre of mass by this
+/// of a sound model. A cause that decreases it by a twentieth is material, too, if it changes the mass or the centre of mass by this
 /// fraction of what shows a result to be wrong. Cross-talk of half a percent decreases it by a third.
 const MATERIAL: f64 = 0.5;
 
@@ -172,7 +172,7 @@ impl Search<'_> {
             let (mass_change, shift_m) = report::certain_changes(over, of, self.measurements);
             mass_change > MATERIAL * LARGEST_MASS_CHANGE || shift_m > MATERIAL * LARGEST_SHIFT_M
         };
-        let is_notable = decrease > MATERIAL || (decrease > SLIGHT && changes_values());
+        let is_notable = decrease > MATERIAL || (decrease > MATERIAL * SLIGHT && changes_values());
         is_notable && self.gain(of, over, best, 0.0) > LEAST_GAIN
     }
 
@@ -203,17 +203,15 @@ impl Search<'_> {
         let explained = (SLIGHT * self.mean_square(present)).min(MATERIAL.recip());
         let gain = |fitted: &Fitted, over: &Fitted| self.gain(fitted, over, &least, explained);
         self.prefer_positive_mass(&mut fits, present);
+        fits.retain(|(_, fitted)| self.is_better(fitted, present, &least));
         fits.sort_by(|a, b| gain(&b.1, present).total_cmp(&gain(&a.1, present)));
         let mut ranked = fits.into_iter();
         let (hypothesis, best) = ranked.next()?;
-        if !self.is_better(&best, present, &least) {
-            return None;
-        }
         let runner_up = ranked.find(|(_, fitted)| {
             let lost = loss(self.mean_square(fitted).max(explained))
                 - loss(self.mean_square(&best).max(explained));
             let independent = self.measurements / least.correlation;
-            independent * lost < LEAST_GAIN && self.is_better(fitted, present, &least)
+            independent * lost < LEAST_GAIN
         });
         let cause = Cause {
             hypothesis,
