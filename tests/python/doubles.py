@@ -64,6 +64,7 @@ def offset_finding(
         "names": ["force x", "force y", "force z", "moment x", "moment y", "moment z"],
         "values": [force, 0.0, 0.0, moment, 0.0, 0.0],
         "std_devs": [0.1, 0.1, 0.1, 0.01, 0.01, 0.01],
+        "assumed": [0.0] * 6,
         "frame": "tool0",
         "residual_ratio": 0.1,
         "mass_kg": 2.0,

@@ -36,6 +36,7 @@ FINDINGS = [
             "names": ["force x", "force y", "force z", "moment x", "moment y", "moment z"],
             "values": [1.5, 0.0, 0.2, 0.0, 0.01, 0.0],
             "std_devs": [0.1, 0.1, 0.1, 0.01, 0.01, 0.01],
+            "assumed": [0.0] * 6,
             "frame": "tool0",
             "residual_ratio": 0.1,
             "mass_kg": 2.0,

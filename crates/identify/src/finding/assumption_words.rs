@@ -48,12 +48,7 @@ fn statement(found: &WrongAssumption, reader: Reader) -> String {
     match found.cause {
         Hypothesis::Offset => offset(found, &entries(1.0), &explained, reader),
         Hypothesis::Weight => weight(found, &entries(1.0), &explained),
-        Hypothesis::Gravity => format!(
-            "Gravity of ({}) m/s² in world axes explains the wrenches far better than the given \
-             one ({explained}), with a mass of {} kg.",
-            entries(1.0).join(", "),
-            with_interval(found.mass_kg, found.mass_std_dev_kg)
-        ),
+        Hypothesis::Gravity => gravity(found, &entries(1.0), &explained),
         Hypothesis::SensorPlace => format!(
             "The sensor is elsewhere: its origin is at ({}) mm in the frame {frame} ({explained}).",
             entries(1e3).join(", ")
@@ -65,7 +60,7 @@ fn statement(found: &WrongAssumption, reader: Reader) -> String {
         ),
         Hypothesis::AxisGains => format!(
             "Gains of the sensor's axes differ ({explained}): {}.",
-            listed(&far_from(found, 1.0, 1.0, ""))
+            listed(&far_from(found, 1.0, ""))
         ),
         Hypothesis::Delay => format!(
             "The wrenches are later than the motion by {} s ({explained}).",
@@ -73,7 +68,7 @@ fn statement(found: &WrongAssumption, reader: Reader) -> String {
         ),
         Hypothesis::JointZeros => format!(
             "The zeros of joints are off ({explained}); the true positions are larger by {}.",
-            listed(&far_from(found, 0.0, 180.0 / PI, " degrees"))
+            listed(&far_from(found, 180.0 / PI, " degrees"))
         ),
         Hypothesis::Axes => axes(found, &explained),
     }
@@ -116,6 +111,25 @@ fn axes(found: &WrongAssumption, explained: &str) -> String {
     )
 }
 
+/// Says which gravity explains the wrenches.
+fn gravity(found: &WrongAssumption, entries: &[String], explained: &str) -> String {
+    let product = |a: &[f64], b: &[f64]| -> f64 { a.iter().zip(b).map(|(a, b)| a * b).sum() };
+    let (shown, given) = (&found.values, &found.assumed);
+    let sizes = (product(shown, shown) * product(given, given)).sqrt();
+    // Within 11 degrees.
+    let what = if product(shown, given) < -0.98 * sizes {
+        "Gravity of the opposite sign,"
+    } else {
+        "Another gravity,"
+    };
+    format!(
+        "{what} ({}) m/s² in world axes, explains the wrenches far better than the given one \
+         ({explained}), with a mass of {} kg.",
+        entries.join(", "),
+        with_interval(found.mass_kg, found.mass_std_dev_kg)
+    )
+}
+
 /// Says which weight was subtracted, or added.
 fn weight(found: &WrongAssumption, entries: &[String], explained: &str) -> String {
     let [mass, center @ ..] = entries else {
@@ -135,16 +149,16 @@ fn weight(found: &WrongAssumption, entries: &[String], explained: &str) -> Strin
     )
 }
 
-/// Returns the values that are certainly not the expected one, each with its name.
-fn far_from(found: &WrongAssumption, expected: f64, factor: f64, unit: &str) -> Vec<String> {
-    let values = found.values.iter().zip(&found.std_devs).zip(&found.names);
-    let far =
-        |(value, std_dev): (&f64, &f64), least: f64| (value - expected).abs() > least * std_dev;
+/// Returns the values that are certainly not the assumed ones, each with its name.
+fn far_from(found: &WrongAssumption, factor: f64, unit: &str) -> Vec<String> {
     let said = |least: f64| -> Vec<String> {
-        values
-            .clone()
-            .filter(|(pair, _)| far(*pair, least))
-            .map(|((value, std_dev), name)| {
+        let values = found.values.iter().zip(&found.std_devs);
+        let named = values.zip(found.assumed.iter().zip(&found.names));
+        named
+            .filter(|((value, std_dev), (assumed, _))| {
+                (*value - *assumed).abs() > least * **std_dev
+            })
+            .map(|((value, std_dev), (_, name))| {
                 let value = with_interval(factor * value, factor * std_dev);
                 format!("{name} {value}{unit}")
             })

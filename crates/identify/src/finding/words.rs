@@ -359,6 +359,7 @@ mod tests {
                 names: CHANNELS.map(str::to_owned).to_vec(),
                 values: vec![12.0, 0.0, 0.0, 0.1, 0.0, 0.0],
                 std_devs: vec![0.1; 6],
+                assumed: vec![0.0; 6],
                 frame: "tool0".into(),
                 residual_ratio: 0.1,
                 mass_kg: 2.0,

@@ -45,6 +45,9 @@ pub struct WrongAssumption {
     pub values: Vec<f64>,
     /// Standard deviations of the values (N and N m, kg and m, m/s², m, rad or s), infinite where the data do not determine a value; zero for axes.
     pub std_devs: Vec<f64>,
+    /// What is assumed in the place of the values, in their units (N and N m, kg and m, m/s², m, rad
+    /// or s).
+    pub assumed: Vec<f64>,
     /// Frame of the sensor, in which it does not move; the tool frame where there are several.
     pub frame: Arc<str>,
     /// Residual with this cause relative to that without it, without a unit.

@@ -45,6 +45,11 @@ pub(super) fn causes(
             cause: cause.hypothesis,
             runner_up: cause.runner_up,
             names,
+            assumed: match cause.hypothesis {
+                Hypothesis::Gravity => stream.gravity().as_slice().to_vec(),
+                Hypothesis::AxisGains | Hypothesis::Axes => vec![1.0; values.len()],
+                _ => vec![0.0; values.len()],
+            },
             values,
             std_devs,
             frame: stream.offset_frame().name().clone(),
