@@ -34,7 +34,7 @@ def test_json_and_exit_code_agree(identify: Identify, log: Path) -> None:
     assert sound["is_contradicted"] is False
     wrong = identify(log, "--gravity", "0", "0", "9.81")
     assert wrong["is_contradicted"] is True
-    assert wrong["remarks"][0].startswith("No gravity at all, (0, 0, 0) m/s², explains the wrench")
+    assert wrong["remarks"][0].startswith("No gravity at all, (")
 
 
 def test_the_help_says_what_the_codes_mean(command: TactidCommand) -> None:

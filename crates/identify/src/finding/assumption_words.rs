@@ -115,9 +115,11 @@ fn axes(found: &WrongAssumption, explained: &str) -> String {
 fn gravity(found: &WrongAssumption, entries: &[String], explained: &str) -> String {
     let product = |a: &[f64], b: &[f64]| -> f64 { a.iter().zip(b).map(|(a, b)| a * b).sum() };
     let (shown, given) = (&found.values, &found.assumed);
+    // Within 5 % of the size, or 11 degrees.
     let sizes = (product(shown, shown) * product(given, given)).sqrt();
-    // Within 11 degrees.
-    let what = if product(shown, given) < -0.98 * sizes {
+    let what = if product(shown, shown) < 0.0025 * product(given, given) {
+        "No gravity at all,"
+    } else if product(shown, given) < -0.98 * sizes {
         "Gravity of the opposite sign,"
     } else {
         "Another gravity,"

@@ -245,6 +245,11 @@ impl Search<'_> {
         match hypothesis {
             Hypothesis::Axes if is_given => starts = vec![self.best_axes(axes::candidates())?],
             Hypothesis::Axes => return None,
+            // Without the weight that there is, or with one that there is not, the mass of a fit is next to nothing.
+            Hypothesis::Gravity => starts.extend([-1.0, -2.0].map(|scale| Model {
+                gravity: self.gravity * scale,
+                ..present.model.clone()
+            })),
             Hypothesis::SensorRotation if present.active.is_empty() => {
                 let turned = axes::turns().map(|turn| axes::of_both(&turn, &turn));
                 let best = self.best_axes(turned)?;
