@@ -3,10 +3,13 @@
 use nalgebra::Vector3;
 use tactid_dynamics::BaseKind;
 
-use tactid_identify::IdentifyError;
+use tactid_identify::{IdentifyError, Range};
 
-/// Range of [`CalibrationSettings::gain_std_dev`], in words.
-const GAIN_STD_DEV: &str = "at least zero and less than one (0.2 for 20 %), because a gain is positive: rough gains must be given where efforts have another unit";
+/// Range of [`CalibrationSettings::gain_std_dev`].
+const GAIN: Range = Range {
+    expected: "at least zero and less than one (0.2 for 20 %), because a gain is positive: rough gains must be given where efforts have another unit",
+    ..Range::GAIN_STD_DEV
+};
 
 /// How efforts are recorded and calibrated. Recordings can be combined if gravity and cutoff agree.
 #[derive(Clone, Debug, PartialEq)]
@@ -54,28 +57,10 @@ impl CalibrationSettings {
     /// # Errors
     /// Returns [`IdentifyError::Option`] with the name of a setting that is out of range.
     pub fn check(&self) -> Result<(), IdentifyError> {
-        let checks = [
-            ("cutoff_hz", self.cutoff_hz, self.cutoff_hz > 0.0),
-            ("max_gap_s", self.max_gap_s, self.max_gap_s > 0.0),
-            (
-                "gain_std_dev",
-                self.gain_std_dev,
-                (0.0..1.0).contains(&self.gain_std_dev),
-            ),
-        ];
-        for (name, given, is_valid) in checks {
-            if !(is_valid && given.is_finite()) {
-                let expected = if name == "gain_std_dev" {
-                    GAIN_STD_DEV
-                } else {
-                    "more than zero"
-                };
-                return Err(IdentifyError::out_of_range(name, given, expected));
-            }
-        }
-        match self.gravity().iter().find(|entry| !entry.is_finite()) {
-            Some(&given) => Err(IdentifyError::out_of_range("gravity", given, "finite")),
-            None => Ok(()),
-        }
+        Range::CUTOFF_HZ.check("cutoff_hz", &[self.cutoff_hz])?;
+        Range::GAP_S.check("max_gap_s", &[self.max_gap_s])?;
+        Range::FINITE.check("max_gap_s", &[self.max_gap_s])?;
+        GAIN.check("gain_std_dev", &[self.gain_std_dev])?;
+        Range::FINITE.check("gravity", self.gravity().as_slice())
     }
 }

@@ -36,7 +36,7 @@ pub(crate) fn identification(
 /// does not determine the value.
 ///
 /// Args:
-///     forecast: The fields of a :class:`tactid.Forecast`.
+///     forecast: The fields of a :class:`tactid.Forecast`; None where there is none, and all times are NaN.
 ///     values: The ten values.
 ///     std_devs: Their standard deviations.
 ///     within: The target as a fraction of the largest value of its kind.
@@ -45,7 +45,7 @@ pub(crate) fn identification(
 ///     ArgumentError: ``within`` is not positive.
 #[pyfunction]
 pub(crate) fn remaining(
-    forecast: &Bound<'_, PyAny>,
+    forecast: Option<&Bound<'_, PyAny>>,
     values: [f64; 10],
     std_devs: [f64; 10],
     within: f64,
@@ -55,6 +55,9 @@ pub(crate) fn remaining(
             "`within` is {within}: expected a positive fraction, such as 0.01"
         )));
     }
+    let Some(forecast) = forecast else {
+        return Ok([f64::NAN; 10]);
+    };
     let forecast: Forecast = pythonize::depythonize(forecast)?;
     Ok(forecast.remaining_s(&values, &std_devs, within))
 }

@@ -78,21 +78,21 @@ pub fn identify_logs<P: AsRef<Path>>(
     }
     request.check()?;
     if request.estimator == Some(EstimatorKind::Nlms) {
-        return Err(needs_least_squares());
+        return Err(not_by_the_filter());
     }
     let paths: Vec<&Path> = paths.iter().map(AsRef::as_ref).collect();
     let identify_one = |index: usize, observer: &mut Observer<'_>| {
         let run = identify_log(paths[index], request, observer);
         let run = run.map_err(|error| error.in_recording(paths[index]))?;
         let run = run.into_least_squares();
-        run.ok_or_else(needs_least_squares)
+        run.ok_or_else(not_by_the_filter)
     };
     let is_last = |run: &Identification| run.recording.interrupted;
     in_parallel(paths.len(), observer, identify_one, is_last)
 }
 
-/// Returns the error of the paper's filter for several recordings.
-fn needs_least_squares() -> RecordingError {
+/// Returns the error of several recordings that the paper's filter is to identify.
+fn not_by_the_filter() -> RecordingError {
     RecordingError::Option {
         option: "estimator",
         what: "`estimator` must be least squares for several recordings, because the paper's filter estimates no uncertainty by \

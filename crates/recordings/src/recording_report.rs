@@ -53,11 +53,9 @@ impl RecordingReport {
         run: Run,
         noticed: impl IntoIterator<Item = Finding>,
     ) -> Self {
-        let sources = plan.sources;
-        let mut findings = sources.findings.clone();
-        findings.extend(plan.findings);
-        findings.extend(run.findings);
+        let mut findings = run.noticed(&plan);
         findings.extend(noticed);
+        let sources = plan.sources;
         Self {
             method: plan.equations.method,
             estimator: plan.estimator,

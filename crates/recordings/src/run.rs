@@ -98,6 +98,15 @@ impl Run {
         }
     }
 
+    /// Returns what was noticed about the recording before anything was estimated: by its sources, its plan and its samples.
+    pub(crate) fn noticed(&self, plan: &Plan<'_>) -> Vec<Finding> {
+        [&plan.sources.findings, &plan.findings, &self.findings]
+            .into_iter()
+            .flatten()
+            .cloned()
+            .collect()
+    }
+
     fn of_pass(totals: Totals, reading: Reading) -> Self {
         let mut faults = reading.faults;
         if totals.incomplete > 0 {

@@ -23,6 +23,12 @@ pub use twist_rates::{TwistAxes, TwistContradiction, TwistRates};
 /// Differences and residuals are no noise where their rms is this many times that of the noise between neighbouring
 /// instants. Filtered or interpolated measurements share noise with their neighbours, which shows less than there is.
 pub(crate) const BEYOND_NOISE: f64 = 3.0;
+
+/// Error of a sound model, relative to the measured load (rms over the channels): gains of force sensors and
+/// inertias of robot models are rarely known better. What it explains is neither a payload change nor a load that
+/// is unexplained.
+pub(crate) const MODEL_ERROR: f64 = 0.03;
+
 /// Relative rms difference between the change of a position and the integral of its velocity from which they
 /// contradict each other without a known cause.
 const UNEXPLAINED_CONTRADICTION: f64 = 0.5;

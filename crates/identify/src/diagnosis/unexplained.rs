@@ -1,11 +1,10 @@
 //! A load that the model does not explain, although the sensors would show it.
 
 use crate::Method;
-use crate::checks::BEYOND_NOISE;
+use crate::checks::{BEYOND_NOISE, MODEL_ERROR};
 use crate::equations::{Channels, Equation};
 use crate::finding::{Finding, UnexplainedLoad};
 use crate::fit::Fit;
-use crate::hypotheses::LARGE_RESIDUAL;
 
 /// Weighted sums of squares over consecutive channels of one unit.
 #[derive(Default)]
@@ -37,7 +36,7 @@ pub(crate) fn unexplained_load(
     let fraction =
         |(_, residual, load, _): &(_, f64, f64, _)| residual / load.max(f64::MIN_POSITIVE);
     let (unit, residual_rms, load_rms, noise_rms) = groups
-        .filter(|group| fraction(group) > LARGE_RESIDUAL && group.1 > BEYOND_NOISE * group.3)
+        .filter(|group| fraction(group) > MODEL_ERROR && group.1 > BEYOND_NOISE * group.3)
         .max_by(|a, b| fraction(a).total_cmp(&fraction(b)))?;
     Some(Finding::LoadUnexplained(UnexplainedLoad {
         joint: None,

@@ -7,9 +7,7 @@ use super::windows::{SLIGHT, Windows};
 use crate::finding::Hypothesis;
 use crate::fit::CONVERGED_ENOUGH;
 use crate::fit::least_squares::MAX_PASSES;
-
-/// Ridge of the information in unit columns: directions below it are not determined.
-const RIDGE: f64 = 1e-10;
+use crate::solve::subspace::EIGENVALUE_RATIO;
 
 /// A model that explains the windows best, given which assumptions may be wrong.
 #[derive(Clone)]
@@ -104,10 +102,11 @@ fn information(sums: &Sums, active: &[Hypothesis], joints: usize) -> Option<Info
         if length.is_normal() { length } else { 1.0 }
     });
     let scaled = DMatrix::from_fn(count, count, |i, j| {
+        // A ridge, below which directions are not determined.
         let ridge = match i == j {
             // The zero of the last joint is not determined but for the errors of the mean geometry of a window.
-            true if zeros.contains(&i) => RIDGE.sqrt(),
-            true => RIDGE,
+            true if zeros.contains(&i) => EIGENVALUE_RATIO.sqrt(),
+            true => EIGENVALUE_RATIO,
             false => 0.0,
         };
         sums.products[(i, j)] / (lengths[i] * lengths[j]) + ridge
@@ -134,7 +133,7 @@ impl Information {
         let undetermined: Vec<bool> = inverse
             .diagonal()
             .iter()
-            .map(|variance| *variance > SLIGHT / RIDGE)
+            .map(|variance| *variance > SLIGHT / EIGENVALUE_RATIO)
             .collect();
         for (k, length) in self.lengths.iter().enumerate() {
             inverse.row_mut(k).scale_mut(length.recip());

@@ -23,7 +23,6 @@ use self::axes::AxesSearch;
 use self::fitted::Fitted;
 use self::model::Model;
 use self::report::Cause;
-pub(crate) use self::report::LARGE_RESIDUAL;
 use self::windows::{SLIGHT, Windows};
 use crate::equations::{Equation, EquationStream};
 use crate::finding::{Hypothesis, LARGEST_MASS_CHANGE, LARGEST_SHIFT_M, WrongAssumption};
@@ -34,7 +33,8 @@ use crate::fit::Fit;
 /// fraction of what shows a result to be wrong. Cross-talk of half a percent decreases it by a third.
 const MATERIAL: f64 = 0.5;
 
-/// Least gain of a cause in twice the log-likelihood, beyond that of its unknowns: less than one in 1e6 by chance.
+/// Least gain of a cause in twice the log-likelihood, beyond the logarithm of the number of measurements for each of its
+/// unknowns.
 const LEAST_GAIN: f64 = 30.0;
 
 impl Hypothesis {

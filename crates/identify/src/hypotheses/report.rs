@@ -4,14 +4,10 @@ use nalgebra::{Matrix6, Rotation3};
 
 use super::fitted::Fitted;
 use super::windows::Windows;
-use crate::checks::BEYOND_NOISE;
+use crate::checks::{BEYOND_NOISE, MODEL_ERROR};
 use crate::equations::EquationStream;
 use crate::finding::{CHANNELS, Hypothesis, WrongAssumption};
 use crate::solve::uncertainty::{HALF_WIDTH_95, value_jacobian, values_of};
-
-/// Fraction of the load that a model must leave unexplained to be reported, rms over the channels of one unit. The gains
-/// of calibrated force-torque sensors are wrong by less.
-pub(crate) const LARGE_RESIDUAL: f64 = 0.03;
 
 /// A cause that was found.
 pub(super) struct Cause {
@@ -25,7 +21,7 @@ pub(super) struct Cause {
 /// Returns whether a fit leaves next to nothing of the load unexplained.
 pub(super) fn explains_load(windows: &Windows, found: &Fitted) -> bool {
     let ratio = (found.squares / windows.measurements()).sqrt();
-    let is_small = |k: usize| ratio * windows.std_devs[k] < LARGE_RESIDUAL * windows.loads[k / 3];
+    let is_small = |k: usize| ratio * windows.std_devs[k] < MODEL_ERROR * windows.loads[k / 3];
     ratio < BEYOND_NOISE || (0..6).all(is_small)
 }
 
@@ -40,16 +36,17 @@ pub(super) fn causes(
     let covariance = found.parameter_covariance(measurements);
     let (mass_change, shift_m) = certain_changes(given, found, measurements);
     let report = |cause: &Cause| {
-        let (names, values, std_devs) = shown(stream, measurements, found, cause.hypothesis);
+        let Shown {
+            names,
+            assumed,
+            values,
+            std_devs,
+        } = shown(stream, measurements, found, cause.hypothesis);
         WrongAssumption {
             cause: cause.hypothesis,
             runner_up: cause.runner_up,
             names,
-            assumed: match cause.hypothesis {
-                Hypothesis::Gravity => stream.gravity().as_slice().to_vec(),
-                Hypothesis::AxisGains | Hypothesis::Axes => vec![1.0; values.len()],
-                _ => vec![0.0; values.len()],
-            },
+            assumed,
             values,
             std_devs,
             frame: stream.offset_frame().name().clone(),
@@ -85,8 +82,13 @@ pub(super) fn certain_changes(given: &Fitted, found: &Fitted, measurements: f64)
     (mass_change, (moved - HALF_WIDTH_95 * std_dev).max(0.0))
 }
 
-/// Names, values and standard deviations of what the data show of a cause.
-type Shown = (Vec<String>, Vec<f64>, Vec<f64>);
+/// What the data show of a cause, an entry for each of its values.
+struct Shown {
+    names: Vec<String>,
+    assumed: Vec<f64>,
+    values: Vec<f64>,
+    std_devs: Vec<f64>,
+}
 
 fn shown(
     stream: &EquationStream,
@@ -95,50 +97,60 @@ fn shown(
     hypothesis: Hypothesis,
 ) -> Shown {
     let model = &found.model;
-    let std_devs = found.std_devs_of(hypothesis, measurements);
+    let mut std_devs = found.std_devs_of(hypothesis, measurements);
     let named = |names: &[&str]| names.iter().map(|name| (*name).to_owned()).collect();
-    let axes = ["x", "y", "z"];
-    match hypothesis {
-        Hypothesis::Offset => (named(&CHANNELS), model.offset.as_slice().to_vec(), std_devs),
+    let axes = || named(&["x", "y", "z"]);
+    let mut assumed = vec![0.0; std_devs.len()];
+    let (names, values) = match hypothesis {
+        Hypothesis::Offset => (named(&CHANNELS), model.offset.as_slice().to_vec()),
         Hypothesis::Weight => {
             let mass_kg = model.weight[0];
             let scale = |k: usize| if k == 0 { 1.0 } else { mass_kg.recip() };
+            for (k, std_dev) in std_devs.iter_mut().enumerate() {
+                *std_dev *= scale(k).abs();
+            }
             (
                 named(&["mass", "com.x", "com.y", "com.z"]),
                 (0..4).map(|k| model.weight[k] * scale(k)).collect(),
-                (0..4).map(|k| std_devs[k] * scale(k).abs()).collect(),
             )
         }
         Hypothesis::Gravity => {
+            assumed = stream.gravity().as_slice().to_vec();
             let gravity = stream.gravity() + model.gravity;
-            (named(&axes), gravity.as_slice().to_vec(), std_devs)
+            (axes(), gravity.as_slice().to_vec())
         }
-        Hypothesis::SensorPlace => (named(&axes), model.place.as_slice().to_vec(), std_devs),
+        Hypothesis::SensorPlace => (axes(), model.place.as_slice().to_vec()),
         Hypothesis::SensorRotation => {
             let turn = Rotation3::from_matrix_unchecked(model.rotation.transpose());
-            (
-                named(&axes),
-                turn.scaled_axis().as_slice().to_vec(),
-                std_devs,
-            )
+            (axes(), turn.scaled_axis().as_slice().to_vec())
         }
-        Hypothesis::AxisGains => (named(&CHANNELS), model.gains.as_slice().to_vec(), std_devs),
-        Hypothesis::Delay => (named(&["delay"]), vec![model.delay_s], std_devs),
+        Hypothesis::AxisGains => {
+            assumed.fill(1.0);
+            (named(&CHANNELS), model.gains.as_slice().to_vec())
+        }
+        Hypothesis::Delay => (named(&["delay"]), vec![model.delay_s]),
         Hypothesis::JointZeros => (
             stream.robot().joint_names().to_vec(),
             model.zeros.as_slice().to_vec(),
-            std_devs,
         ),
-        Hypothesis::Axes => shown_axes(&model.axes),
+        Hypothesis::Axes => {
+            (assumed, std_devs) = (vec![1.0; 6], vec![0.0; 6]);
+            shown_axes(&model.axes)
+        }
+    };
+    Shown {
+        names,
+        assumed,
+        values,
+        std_devs,
     }
 }
 
-/// Returns for each true channel the measured one that has it, and its sign.
-fn shown_axes(axes: &Matrix6<f64>) -> Shown {
+/// Returns for each true channel the name of the measured one that has it, and its sign.
+fn shown_axes(axes: &Matrix6<f64>) -> (Vec<String>, Vec<f64>) {
     let places = axes.row_iter().filter_map(|row| {
         let place = row.iter().position(|entry| *entry != 0.0)?;
         Some((CHANNELS[place].to_owned(), row[place]))
     });
-    let (names, signs): (Vec<_>, Vec<_>) = places.unzip();
-    (names, signs, vec![0.0; 6])
+    places.unzip()
 }

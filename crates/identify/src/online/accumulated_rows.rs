@@ -2,8 +2,9 @@
 
 use tactid_nlms::{Estimator, Rls};
 
-use super::innovation::{Innovation, MODEL_ERROR, Prediction, WhitenedRow, WhitenedWindow};
+use super::innovation::{Innovation, Prediction, WhitenedRow, WhitenedWindow};
 use super::noise_tracker::NoiseTracker;
+use crate::checks::MODEL_ERROR;
 use crate::equations::window::NOISE_CORRELATION;
 use crate::solve::information::{Information, inverse_of_upper};
 use crate::solve::subspace::{Matrix, Vector, bounded_lengths};

@@ -6,13 +6,6 @@ use crate::solve::subspace::Vector;
 /// Regressor and target of one channel, in units of the noise of its window once they are whitened.
 pub(crate) type WhitenedRow = (Vector, f64);
 
-/// Standard deviation of the error of the model in each channel, relative to the predicted measurements
-/// (rms over all channels): 3 %.
-///
-/// Gains of force sensors and inertias of robot models are rarely known better. An innovation that this error
-/// explains is no sign of a payload change.
-pub(crate) const MODEL_ERROR: f64 = 0.03;
-
 /// The rows of one averaging window, one for each channel, to be brought to units of their noise.
 #[derive(Clone, Debug)]
 pub(crate) struct WhitenedWindow {
@@ -78,7 +71,7 @@ pub(crate) struct Innovation {
     /// Squared Mahalanobis distance: sum over the channels of the squared innovation over its variance, which
     /// is that of the noise and of the parameters.
     pub(crate) distance: f64,
-    /// Squared Mahalanobis distance where the variance includes that of the [model error](MODEL_ERROR), too.
+    /// Squared Mahalanobis distance where the variance includes that of the [model error](crate::checks::MODEL_ERROR), too.
     pub(crate) distance_beyond_model: f64,
     /// Variance of the prediction over that of the noise, the mean over the channels.
     pub(crate) leverage: f64,

@@ -2,10 +2,11 @@
 
 use nalgebra::DMatrix;
 
-use super::innovation::{MODEL_ERROR, Prediction, WhitenedRow, WhitenedWindow};
+use super::innovation::{Prediction, WhitenedRow, WhitenedWindow};
 use super::residual_correlation::{
     ResidualCorrelation, SLOW_GAIN, WHITE_SLOW_SQUARE, correlation_of, mean_gain,
 };
+use crate::checks::MODEL_ERROR;
 use crate::equations::Channels;
 use crate::equations::Equation;
 use crate::equations::window::{NOISE_CORRELATION, PRODUCT_CORRELATION};

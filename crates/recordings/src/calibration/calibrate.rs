@@ -358,9 +358,7 @@ fn read_recording(
     if run.interrupted {
         return Err(RecordingError::Interrupted);
     }
-    let mut findings = plan.sources.findings.clone();
-    findings.extend(plan.findings);
-    findings.extend(run.findings.iter().cloned());
+    let findings = run.noticed(&plan);
     check_radians(&findings)?;
     windows
         .check_efforts(payload.as_ref())

@@ -12,9 +12,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from tactid import _native
-from tactid._base.errors import ArgumentError
 from tactid._base.values import Array, listed_fields
-from tactid._native import VALUE_NAMES
 from tactid._results import records
 from tactid._results.payload import Payload, PayloadEstimate
 from tactid._results.records import History, PaperHistory, PrincipalMoments
@@ -76,10 +74,6 @@ class IdentificationData(records.Identification, Recorded):
         Raises:
             ArgumentError: ``within`` is not positive.
         """
-        if not within > 0:
-            raise ArgumentError(f"`within` is {within}: expected a positive fraction, such as 0.01")
-        if self.forecast is None:
-            return np.full(len(VALUE_NAMES), np.nan)
         values, std_devs = self.estimate.values.tolist(), self.estimate.std_devs.tolist()
-        forecast = listed_fields(self.forecast)
+        forecast = None if self.forecast is None else listed_fields(self.forecast)
         return np.array(_native.remaining(forecast, values, std_devs, within))
