@@ -1,8 +1,9 @@
-//! How options are declared: each once, as a field with its documentation, its values and its range.
+//! How options are declared: each once, as a field with its documentation, its values and its
+//! range.
 //!
 //! The macro [`options`] writes a struct whose fields are options. From the same declaration follow
-//! the table of options, which other interfaces read ([`Declaration`]), the reading of values that are
-//! given by name, and the check of their ranges.
+//! the table of options, which other interfaces read ([`Declaration`]), the reading of values that
+//! are given by name, and the check of their ranges.
 
 mod value;
 

@@ -6,7 +6,8 @@ use tactid_identify::{BoundingBox, Finding, KnownMass, LinearEstimate, PriorKnow
 use crate::combine::{Combination, combine_estimates};
 use crate::{Identification, RecordingError};
 
-/// What the result of one recording contributes to a combination: fields of its [`Identification`] and of the estimate in it.
+/// What the result of one recording contributes to a combination: fields of its [`Identification`]
+/// and of the estimate in it.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct CombinedRun {
@@ -28,8 +29,8 @@ pub struct CombinedRun {
     pub gaps: u64,
 }
 
-/// Combines the results of several recordings of one payload, which were identified with the same request, as [`combine_runs`]
-/// does; errors and findings call them `recording 1` and so on.
+/// Combines the results of several recordings of one payload, which were identified with the same
+/// request, as [`combine_runs`] does; errors and findings call them `recording 1` and so on.
 ///
 /// # Errors
 /// Returns the errors of [`combine_runs`].
@@ -48,15 +49,15 @@ pub fn combine(results: &[Identification]) -> Result<Combination, RecordingError
     combine_runs(&runs)
 }
 
-/// Combines what several recordings of one payload, logs or arrays, contribute: see [`combine_estimates`] for the weights, the
-/// verdict and the intervals.
+/// Combines what several recordings of one payload, logs or arrays, contribute: see
+/// [`combine_estimates`] for the weights, the verdict and the intervals.
 ///
-/// The numbers of windows, rejected samples and gaps of the estimate are the sums over the recordings. A known mass and a bounding
-/// box count once.
+/// The numbers of windows, rejected samples and gaps of the estimate are the sums over the
+/// recordings. A known mass and a bounding box count once.
 ///
 /// # Errors
-/// Returns [`RecordingError::Together`] if there is no recording, or the recordings have different frames, known masses or
-/// bounding boxes.
+/// Returns [`RecordingError::Together`] if there is no recording, or the recordings have different
+/// frames, known masses or bounding boxes.
 pub fn combine_runs(runs: &[CombinedRun]) -> Result<Combination, RecordingError> {
     let estimates: Vec<_> = runs.iter().map(|run| run.linear.clone()).collect();
     let first = runs.first();

@@ -13,7 +13,8 @@ use crate::{Finding, RecordingError, RecordingReport};
 
 /// Time between two points of the history, s.
 const HISTORY_STEP_S: f64 = 0.1;
-/// Time between two points near the end of the recording, where figures show the filter's ripple, s.
+/// Time between two points near the end of the recording, where figures show the filter's ripple,
+/// s.
 const FINE_STEP_S: f64 = 0.01;
 /// Length of the fine part of the history, s.
 const FINE_SPAN_S: f64 = 10.0;
@@ -24,7 +25,8 @@ const FINE_SPAN_S: f64 = 10.0;
 pub struct PaperIdentification {
     /// Payload at the end of the recording, in the frame `estimate.frame`.
     pub estimate: PaperEstimate,
-    /// Principal moments of inertia of the payload, ascending, kg m²; `None` where its inertia is not finite.
+    /// Principal moments of inertia of the payload, ascending, kg m²; `None` where its inertia is
+    /// not finite.
     pub principal_moments: Option<[f64; 3]>,
     /// Estimate over time, with a point at least every 0.1 s of each presentation.
     #[schemars(extend("kept" = "file"))]
@@ -45,7 +47,8 @@ pub struct PaperHistory {
     pub epoch: Vec<u32>,
     /// Times on the clock of the samples, s, (H,). They begin again with each epoch.
     pub times_s: Vec<f64>,
-    /// The ten values at each point, in the order and the units of the estimate's, (H, 10); not averaged.
+    /// The ten values at each point, in the order and the units of the estimate's, (H, 10); not
+    /// averaged.
     pub values: Vec<[f64; 10]>,
 }
 

@@ -24,7 +24,8 @@ pub struct RecordingReport {
     #[serde(with = "serial::vector")]
     #[schemars(with = "[f64; 3]")]
     pub gravity_m_s2: Vector3<f64>,
-    /// Delay of the wrenches' stamps that was corrected, s; positive where they are later than the motion.
+    /// Delay of the wrenches' stamps that was corrected, s; positive where they are later than the
+    /// motion.
     pub delay_s: f64,
     /// Where the times came from.
     pub clock: Clock,

@@ -1,5 +1,5 @@
-//! Why a recording gives too little for an estimate: stamps of another clock or unit, times that do not increase, gaps,
-//! samples that come too seldom, damage.
+//! Why a recording gives too little for an estimate: stamps of another clock or unit, times that do
+//! not increase, gaps, samples that come too seldom, damage.
 
 use tactid_identify::equations::window;
 use tactid_identify::{EquationStream, IdentifyError, three_digits};
@@ -9,11 +9,12 @@ use crate::fault::FaultKind;
 use crate::plan::Plan;
 use crate::run::Run;
 
-/// Times between two samples of common recordings, s. Times whose samples would be as far apart in another unit are
-/// taken to be in this unit, if they are longer than [`LONGEST_PERIOD_S`].
+/// Times between two samples of common recordings, s. Times whose samples would be as far apart in
+/// another unit are taken to be in this unit, if they are longer than [`LONGEST_PERIOD_S`].
 const COMMON_PERIODS_S: std::ops::RangeInclusive<f64> = 1e-4..=0.2;
 
-/// Units that are taken for seconds by mistake, with their lengths in s, from the longest to the shortest.
+/// Units that are taken for seconds by mistake, with their lengths in s, from the longest to the
+/// shortest.
 const OTHER_UNITS: [(&str, f64); 3] = [
     ("milliseconds", 1e-3),
     ("microseconds", 1e-6),
@@ -26,7 +27,8 @@ const LONGEST_PERIOD_S: f64 = 1.0;
 /// Checks that a recording that was run through gave the estimator any windows.
 ///
 /// # Errors
-/// Returns [`RecordingError::NoOverlap`] if the streams share no time, and otherwise the errors of [`explain`].
+/// Returns [`RecordingError::NoOverlap`] if the streams share no time, and otherwise the errors of
+/// [`explain`].
 pub(crate) fn check_windows(
     windows: u64,
     stream: &EquationStream,
@@ -67,10 +69,12 @@ fn share_no_time(streams: &[&str], delay_s: Option<f64>) -> String {
     )
 }
 
-/// Returns the cause of an error that says that there are too few windows or samples; other errors as they are.
+/// Returns the cause of an error that says that there are too few windows or samples; other errors
+/// as they are.
 ///
-/// The cause is [`RecordingError::Interrupted`] where the reading was interrupted, and otherwise [`RecordingError::Data`]
-/// with what the times show; of a damaged log it is in [`RecordingError::DamagedEarly`].
+/// The cause is [`RecordingError::Interrupted`] where the reading was interrupted, and otherwise
+/// [`RecordingError::Data`] with what the times show; of a damaged log it is in
+/// [`RecordingError::DamagedEarly`].
 pub(crate) fn explain(error: RecordingError, plan: &Plan<'_>, run: &Run) -> RecordingError {
     let found = match &error {
         RecordingError::Identify(IdentifyError::TooLittle(_)) => {
@@ -135,8 +139,8 @@ fn times_not_increasing(run: &Run) -> Option<RecordingError> {
     })
 }
 
-/// Gaps are the cause where not even neighbouring samples are bridged, or where a recording that is long enough as a
-/// whole is too short between them.
+/// Gaps are the cause where not even neighbouring samples are bridged, or where a recording that is
+/// long enough as a whole is too short between them.
 fn too_many_gaps(plan: &Plan<'_>, run: &Run) -> Option<RecordingError> {
     let (_, gaps) = most_faults(run, &FaultKind::Gap)?;
     let (max_gap_s, window_s) = (plan.equations.max_gap_s, window_s(plan));

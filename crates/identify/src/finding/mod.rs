@@ -36,12 +36,13 @@ const LARGEST_DISTANCE_OF_MASS: f64 = 100.0;
 /// (`bench/contradicted.py`).
 const LARGEST_DISTANCE_OF_BODY: f64 = 25.0;
 
-/// Relative change of the mass by wrong assumptions from which the result is wrong. Gains of 5 %, drifts of 1
-/// N and mountings of 2 degrees change it by up to 4 % (`bench/contradicted.py`).
+/// Relative change of the mass by wrong assumptions from which the result is wrong. Gains of 5 %,
+/// drifts of 1 N and mountings of 2 degrees change it by up to 4 % (`bench/contradicted.py`).
 pub(crate) const LARGEST_MASS_CHANGE: f64 = 0.05;
 
-/// Shift of the centre of mass by wrong assumptions, m, from which the result is wrong. Where changes are smaller in
-/// both measures, the centre of mass is right to 4 mm (`bench/contradicted.py`).
+/// Shift of the centre of mass by wrong assumptions, m, from which the result is wrong. Where
+/// changes are smaller in both measures, the centre of mass is right to 4 mm
+/// (`bench/contradicted.py`).
 pub(crate) const LARGEST_SHIFT_M: f64 = 0.01;
 
 /// Distance in standard deviations from which a contradiction is reported.
@@ -193,8 +194,8 @@ pub enum Finding {
         /// Mass of the whole load from the data alone, kg.
         load_kg: f64,
     },
-    /// The data contradict an assumption about the wrench sensor, gravity or the joints, and show what
-    /// holds in its place.
+    /// The data contradict an assumption about the wrench sensor, gravity or the joints, and show
+    /// what holds in its place.
     WrongAssumption(WrongAssumption),
     /// The model leaves much of the load unexplained, far more than the noise of the measurements:
     /// its error is not in the standard deviations. Usual reasons are friction in the joints where

@@ -342,8 +342,8 @@ mod tests {
         assert_eq!(finding.severity(), Severity::Contradicts);
     }
 
-    /// A wrong assumption contradicts where it certainly changes the mass or the centre of mass by much, and one that is
-    /// taken into account is a note.
+    /// A wrong assumption contradicts where it certainly changes the mass or the centre of mass by
+    /// much, and one that is taken into account is a note.
     #[test]
     fn a_certain_and_large_change_contradicts() {
         for (mass_change, shift_m, is_applied, expected) in [

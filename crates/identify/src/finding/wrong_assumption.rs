@@ -11,7 +11,8 @@ use serde::{Deserialize, Serialize};
 pub enum Hypothesis {
     /// The wrenches have a constant offset.
     Offset,
-    /// The weight of a body was subtracted from the wrenches, or added, but not the forces that accelerate it.
+    /// The weight of a body was subtracted from the wrenches, or added, but not the forces that
+    /// accelerate it.
     Weight,
     /// Gravity has another direction or size in the axes of the world.
     Gravity,
@@ -38,15 +39,17 @@ pub struct WrongAssumption {
     pub runner_up: Option<Hypothesis>,
     /// Names of the values: channels, joints or components.
     pub names: Vec<String>,
-    /// What the data show: an offset in N and N m, with the sign of the measured wrenches; a subtracted mass in kg and its centre
-    /// in the tool frame in m; gravity in world axes in m/s²; the true origin of the sensor in its assumed frame in m; the
-    /// rotation vector of its true axes in this frame in rad; gains, or 1 and -1 for axes; the delay in s; the zeros of joints in
-    /// rad, which are to be added to the measured positions.
+    /// What the data show: an offset in N and N m, with the sign of the measured wrenches; a
+    /// subtracted mass in kg and its centre in the tool frame in m; gravity in world axes in m/s²;
+    /// the true origin of the sensor in its assumed frame in m; the rotation vector of its true
+    /// axes in this frame in rad; gains, or 1 and -1 for axes; the delay in s; the zeros of joints
+    /// in rad, which are to be added to the measured positions.
     pub values: Vec<f64>,
-    /// Standard deviations of the values (N and N m, kg and m, m/s², m, rad or s), infinite where the data do not determine a value; zero for axes.
+    /// Standard deviations of the values (N and N m, kg and m, m/s², m, rad or s), infinite where
+    /// the data do not determine a value; zero for axes.
     pub std_devs: Vec<f64>,
-    /// What is assumed in the place of the values, in their units (N and N m, kg and m, m/s², m, rad
-    /// or s).
+    /// What is assumed in the place of the values, in their units (N and N m, kg and m, m/s², m,
+    /// rad or s).
     pub assumed: Vec<f64>,
     /// Frame of the sensor, in which it does not move; the tool frame where there are several.
     pub frame: Arc<str>,
@@ -56,7 +59,8 @@ pub struct WrongAssumption {
     pub mass_kg: f64,
     /// Standard deviation of this mass, kg.
     pub mass_std_dev_kg: f64,
-    /// By how much the mass certainly changes with the causes, relative to the mass with them, without a unit.
+    /// By how much the mass certainly changes with the causes, relative to the mass with them,
+    /// without a unit.
     pub mass_change: f64,
     /// By how much the centre of mass certainly moves with the causes, m.
     pub shift_m: f64,
@@ -71,7 +75,8 @@ pub(crate) const CHANNELS: [&str; 6] = [
 ];
 
 impl WrongAssumption {
-    /// States an offset with the opposite sign, that of wrenches which act on the sensor. No other value has a sign of the wrenches.
+    /// States an offset with the opposite sign, that of wrenches which act on the sensor. No other
+    /// value has a sign of the wrenches.
     pub fn negate_wrenches(&mut self) {
         if self.cause == Hypothesis::Offset {
             for value in &mut self.values {

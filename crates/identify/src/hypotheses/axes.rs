@@ -14,8 +14,8 @@ pub(super) struct AxesSearch {
 }
 
 impl AxesSearch {
-    /// Sums over all windows. The axes of a force have the same noise, and so have those of a moment. `None` where the motion
-    /// determines hardly anything.
+    /// Sums over all windows. The axes of a force have the same noise, and so have those of a
+    /// moment. `None` where the motion determines hardly anything.
     pub(super) fn new(windows: &Windows) -> Option<Self> {
         let size = |first: usize| windows.std_devs.fixed_rows::<3>(first).norm_squared() / 3.0;
         let precisions = [size(0), size(3)].map(f64::recip);
@@ -47,7 +47,8 @@ impl AxesSearch {
         candidates.max_by(|a, b| self.explained(a).total_cmp(&self.explained(b)))
     }
 
-    /// Returns the squares that the payload explains of wrenches whose channels are brought to their places.
+    /// Returns the squares that the payload explains of wrenches whose channels are brought to
+    /// their places.
     fn explained(&self, axes: &Matrix6<f64>) -> f64 {
         self.target(axes).dot(&(self.inverse * self.target(axes)))
     }
@@ -69,7 +70,8 @@ impl AxesSearch {
     }
 }
 
-/// Returns all signed permutations that turn force and moment by the same multiple of a right angle about each axis.
+/// Returns all signed permutations that turn force and moment by the same multiple of a right angle
+/// about each axis.
 pub(super) fn turns() -> impl Iterator<Item = Matrix3<f64>> {
     const PERMUTATIONS: [[usize; 3]; 6] = [
         [0, 1, 2],
@@ -97,8 +99,8 @@ pub(super) fn of_both(force: &Matrix3<f64>, moment: &Matrix3<f64>) -> Matrix6<f6
     axes
 }
 
-/// Returns all axes that are tried but those as given: exchanged ones, which turn force and moment alike or with the opposite
-/// sign, and signs of channels.
+/// Returns all axes that are tried but those as given: exchanged ones, which turn force and moment
+/// alike or with the opposite sign, and signs of channels.
 pub(super) fn candidates() -> impl Iterator<Item = Matrix6<f64>> {
     let exchanged = turns().flat_map(|turn| [of_both(&turn, &turn), of_both(&turn, &-turn)]);
     let signs = (1..32u32).map(|bits| {

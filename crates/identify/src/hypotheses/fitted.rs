@@ -57,7 +57,8 @@ impl Fitted {
         })
     }
 
-    /// Variance of a whitened residual whose neighbours are independent, given the number of measurements.
+    /// Variance of a whitened residual whose neighbours are independent, given the number of
+    /// measurements.
     pub(super) fn variance(&self, measurements: f64) -> f64 {
         let freedom = (measurements - self.covariance.nrows() as f64).max(1.0);
         self.squares / freedom * self.correlation
@@ -104,7 +105,8 @@ fn information(sums: &Sums, active: &[Hypothesis], joints: usize) -> Option<Info
     let scaled = DMatrix::from_fn(count, count, |i, j| {
         // A ridge, below which directions are not determined.
         let ridge = match i == j {
-            // The zero of the last joint is not determined but for the errors of the mean geometry of a window.
+            // The zero of the last joint is not determined but for the errors of the mean geometry
+            // of a window.
             true if zeros.contains(&i) => EIGENVALUE_RATIO.sqrt(),
             true => EIGENVALUE_RATIO,
             false => 0.0,
@@ -116,7 +118,8 @@ fn information(sums: &Sums, active: &[Hypothesis], joints: usize) -> Option<Info
 }
 
 impl Information {
-    /// Returns the step to the least squares, with the decrease of the squares if the model is linear.
+    /// Returns the step to the least squares, with the decrease of the squares if the model is
+    /// linear.
     fn step(&self, sums: &Sums) -> Option<(DVector<f64>, f64)> {
         let count = self.lengths.len();
         let target = DVector::from_fn(count, |k, _| sums.products[(k, count)] / self.lengths[k]);
@@ -148,8 +151,8 @@ impl Information {
     }
 }
 
-/// Returns the sum over all lags of the correlation of residuals, one at least: how many windows say what one of independent
-/// ones would.
+/// Returns the sum over all lags of the correlation of residuals, one at least: how many windows
+/// say what one of independent ones would.
 ///
 /// It is the variance of means over sections, relative to that of as many independent residuals.
 fn correlation(residuals: &[Vector6<f64>]) -> f64 {

@@ -1,15 +1,17 @@
 //! One test for wrong assumptions about a wrench sensor and the motion of the tool.
 //!
-//! Each hypothesis adds unknowns to those of the payload: an offset of the sensor, a weight that the controller subtracts,
-//! another direction of gravity, another place or rotation of the sensor, gains of its axes, a delay, zeros of the joints.
-//! Signs and places of the axes are searched as signed permutations ([`axes`]). [`model`] has the measured wrench as a
-//! function of all unknowns, [`fitted`] the fit by Gauss-Newton iterations, and this module selects: the hypothesis with the
-//! largest gain in likelihood is a cause, and the next one is searched beside it (forward selection), as long as a gain is
-//! both significant and of a size that a sound sensor does not have.
+//! Each hypothesis adds unknowns to those of the payload: an offset of the sensor, a weight that
+//! the controller subtracts, another direction of gravity, another place or rotation of the sensor,
+//! gains of its axes, a delay, zeros of the joints. Signs and places of the axes are searched as
+//! signed permutations ([`axes`]). [`model`] has the measured wrench as a function of all unknowns,
+//! [`fitted`] the fit by Gauss-Newton iterations, and this module selects: the hypothesis with the
+//! largest gain in likelihood is a cause, and the next one is searched beside it (forward
+//! selection), as long as a gain is both significant and of a size that a sound sensor does not
+//! have.
 //!
-//! The likelihood is that of residuals of unknown size, so that a gain is measured against what stays unexplained. Residuals
-//! that stay the same for several windows count as one. No residual counts for less than the error that a sound model has
-//! beside its noise.
+//! The likelihood is that of residuals of unknown size, so that a gain is measured against what
+//! stays unexplained. Residuals that stay the same for several windows count as one. No residual
+//! counts for less than the error that a sound model has beside its noise.
 
 mod axes;
 mod fitted;
@@ -28,13 +30,14 @@ use crate::equations::{Equation, EquationStream};
 use crate::finding::{Hypothesis, LARGEST_MASS_CHANGE, LARGEST_SHIFT_M, WrongAssumption};
 use crate::fit::Fit;
 
-/// What is material: the least decrease of the mean square of the residuals by a cause, relative to what stays and to the errors
-/// of a sound model. A cause that decreases it by a twentieth is material, too, if it changes the mass or the centre of mass by this
-/// fraction of what shows a result to be wrong. Cross-talk of half a percent decreases it by a third.
+/// What is material: the least decrease of the mean square of the residuals by a cause, relative to
+/// what stays and to the errors of a sound model. A cause that decreases it by a twentieth is
+/// material, too, if it changes the mass or the centre of mass by this fraction of what shows a
+/// result to be wrong. Cross-talk of half a percent decreases it by a third.
 const MATERIAL: f64 = 0.5;
 
-/// Least gain of a cause in twice the log-likelihood, beyond the logarithm of the number of measurements for each of its
-/// unknowns.
+/// Least gain of a cause in twice the log-likelihood, beyond the logarithm of the number of
+/// measurements for each of its unknowns.
 const LEAST_GAIN: f64 = 30.0;
 
 impl Hypothesis {
@@ -68,7 +71,8 @@ impl Hypothesis {
         match self {
             // A common factor is one of the payload.
             Self::AxisGains => 5.0,
-            // The best of some eighty, and no simpler than gravity of the opposite sign, which is that of forces alone.
+            // The best of some eighty, and no simpler than gravity of the opposite sign, which is
+            // that of forces alone.
             Self::Axes => Self::Gravity.columns(joints) as f64,
             _ => self.columns(joints) as f64,
         }
@@ -83,9 +87,11 @@ pub(crate) struct Explanation {
     pub(crate) explains_load: bool,
 }
 
-/// Returns the wrong assumptions that explain what a fit leaves unexplained; none where it leaves nothing.
+/// Returns the wrong assumptions that explain what a fit leaves unexplained; none where it leaves
+/// nothing.
 ///
-/// Cost: some ten iterations over at most 400 windows for each hypothesis, only where something is unexplained.
+/// Cost: some ten iterations over at most 400 windows for each hypothesis, only where something is
+/// unexplained.
 pub(crate) fn explanation(
     equations: &[Equation],
     fit: &Fit,
@@ -150,8 +156,9 @@ impl Search<'_> {
         fitted.squares / self.measurements
     }
 
-    /// Gain of a fit over another one in twice the log-likelihood, less what its further unknowns gain by chance. `best` is
-    /// the fit whose residuals are taken to be errors alone. Mean squares below `least` count as `least`.
+    /// Gain of a fit over another one in twice the log-likelihood, less what its further unknowns
+    /// gain by chance. `best` is the fit whose residuals are taken to be errors alone. Mean squares
+    /// below `least` count as `least`.
     fn gain(&self, of: &Fitted, over: &Fitted, best: &Fitted, least: f64) -> f64 {
         let independent = (self.measurements / best.correlation).max(2.0);
         let unknowns = |fitted: &Fitted| -> f64 {
@@ -163,8 +170,8 @@ impl Search<'_> {
         independent * (loss(over) - loss(of)) - further * independent.ln()
     }
 
-    /// Returns whether a fit is better than another one by more than what a sound sensor may show by chance: the gain is
-    /// significant, and explains much or changes values.
+    /// Returns whether a fit is better than another one by more than what a sound sensor may show
+    /// by chance: the gain is significant, and explains much or changes values.
     fn is_better(&self, of: &Fitted, over: &Fitted, best: &Fitted) -> bool {
         let [of_square, over_square] = [of, over].map(|fitted| self.mean_square(fitted));
         let decrease = (over_square - of_square) / of_square.max(1.0);
@@ -221,13 +228,15 @@ impl Search<'_> {
         Some((best, cause))
     }
 
-    /// Returns whether gravity has a possible size: where nothing accelerates, that and the mass are not determined.
+    /// Returns whether gravity has a possible size: where nothing accelerates, that and the mass
+    /// are not determined.
     fn is_possible(&self, fitted: &Fitted) -> bool {
         let gravity = self.gravity + fitted.model.gravity;
         gravity.norm() <= (1.0 + MATERIAL) * self.gravity.norm()
     }
 
-    /// Drops fits of a negative mass, which need a wrong sign as well, where one of a positive mass explains most.
+    /// Drops fits of a negative mass, which need a wrong sign as well, where one of a positive mass
+    /// explains most.
     fn prefer_positive_mass(&self, fits: &mut Vec<(Hypothesis, Fitted)>, present: &Fitted) {
         let is_positive = |fitted: &Fitted| fitted.model.parameters[0] > 0.0;
         let most = SLIGHT * present.squares;
@@ -245,7 +254,8 @@ impl Search<'_> {
         match hypothesis {
             Hypothesis::Axes if is_given => starts = vec![self.best_axes(axes::candidates())?],
             Hypothesis::Axes => return None,
-            // Without the weight that there is, or with one that there is not, the mass of a fit is next to nothing.
+            // Without the weight that there is, or with one that there is not, the mass of a fit is
+            // next to nothing.
             Hypothesis::Gravity => starts.extend([-1.0, -2.0].map(|scale| Model {
                 gravity: self.gravity * scale,
                 ..present.model.clone()
@@ -312,7 +322,8 @@ impl Search<'_> {
     }
 }
 
-/// Loss of residuals of a mean square, twice the negative log-likelihood of each: of errors whose variance is one at least.
+/// Loss of residuals of a mean square, twice the negative log-likelihood of each: of errors whose
+/// variance is one at least.
 fn loss(mean_square: f64) -> f64 {
     if mean_square > 1.0 {
         mean_square.ln()

@@ -42,7 +42,8 @@ struct Chain {
     after_place: Matrix6<f64>,
 }
 
-/// The sum over all windows of the products of the whitened columns, of which the last one is the residual.
+/// The sum over all windows of the products of the whitened columns, of which the last one is the
+/// residual.
 pub(super) struct Sums {
     /// Products of the columns, with the residual as the last column.
     pub(super) products: DMatrix<f64>,
@@ -53,15 +54,18 @@ pub(super) struct Sums {
 }
 
 impl Sums {
-    /// Sum of the squares of the residuals beyond the noise of these parameters, and of the noise of the given ones.
+    /// Sum of the squares of the residuals beyond the noise of these parameters, and of the noise
+    /// of the given ones.
     ///
-    /// Parameters that take less part in the motion have less of its noise, and would seem to explain the wrenches better.
+    /// Parameters that take less part in the motion have less of its noise, and would seem to
+    /// explain the wrenches better.
     pub(super) fn squares(&self) -> f64 {
         let last = self.products.nrows() - 1;
         self.products[(last, last)].max(0.0) + self.noise_squares
     }
 
-    /// Subtracts the products of the noise of a window's columns (Fuller 1987), which are those of the parameters and the residual.
+    /// Subtracts the products of the noise of a window's columns (Fuller 1987), which are those of
+    /// the parameters and the residual.
     fn subtract_noise(&mut self, columns: &[Vector6<f64>]) {
         let last = self.products.nrows() - 1;
         let place = |k: usize| if k < 10 { k } else { last };
@@ -124,7 +128,8 @@ impl Model {
         }
     }
 
-    /// Returns the regressor of the wrench in the tool frame with this gravity and these zeros of the joints.
+    /// Returns the regressor of the wrench in the tool frame with this gravity and these zeros of
+    /// the joints.
     fn regressor(&self, window: &Window) -> SMatrix<f64, 6, 10> {
         let mut regressor = window.regressor;
         for (derivative, zero) in window.of_zeros.iter().zip(&self.zeros) {
@@ -241,7 +246,8 @@ impl Model {
         Vector6::new(fx, fy, fz, nx, ny, nz)
     }
 
-    /// Returns the derivative of a wrench with respect to a rotation of the sensor, given the wrench in its true axes.
+    /// Returns the derivative of a wrench with respect to a rotation of the sensor, given the
+    /// wrench in its true axes.
     fn of_rotation(&self, wrench: &Vector6<f64>) -> SMatrix<f64, 6, 3> {
         let mut columns = SMatrix::<f64, 6, 3>::zeros();
         for first in [0, 3] {

@@ -25,7 +25,8 @@ pub(super) fn explains_load(windows: &Windows, found: &Fitted) -> bool {
     ratio < BEYOND_NOISE || (0..6).all(is_small)
 }
 
-/// Returns what is reported of causes, given the number of measurements and the fits without and with all of them.
+/// Returns what is reported of causes, given the number of measurements and the fits without and
+/// with all of them.
 pub(super) fn causes(
     stream: &EquationStream,
     measurements: f64,
@@ -61,8 +62,8 @@ pub(super) fn causes(
     causes.iter().map(report).collect()
 }
 
-/// Returns by how much the mass, relative to that of `found`, and the centre of mass, m, certainly change, given the number of
-/// measurements.
+/// Returns by how much the mass, relative to that of `found`, and the centre of mass, m, certainly
+/// change, given the number of measurements.
 pub(super) fn certain_changes(given: &Fitted, found: &Fitted, measurements: f64) -> (f64, f64) {
     let covariance = found.parameter_covariance(measurements);
     let parameters = &found.model.parameters;

@@ -9,10 +9,12 @@ use crate::fit::Fit;
 /// Most windows of the test, evenly thinned: a cause that needs more to be seen harms no value.
 const MOST_WINDOWS: usize = 400;
 
-/// Error of a sound model in each channel, relative to the load: cross-talk and gains of a calibrated sensor.
+/// Error of a sound model in each channel, relative to the load: cross-talk and gains of a
+/// calibrated sensor.
 const OWN_ERROR: f64 = 0.005;
 
-/// Moment of cross-talk for each newton of force, m, relative to that in a channel of force: half of the size of a sensor.
+/// Moment of cross-talk for each newton of force, m, relative to that in a channel of force: half
+/// of the size of a sensor.
 const LEVER_M: f64 = 0.1;
 
 /// Fraction of errors, or of what a fit leaves, that is little.
@@ -32,9 +34,11 @@ pub(super) struct Window {
     pub(super) target_noise: Vector6<f64>,
     /// Derivative of the measured wrench, N/s and N m/s.
     pub(super) rate: Vector6<f64>,
-    /// Mean rotation from the inertial frame to the tool frame; where the geometry is not kept, of gravity alone.
+    /// Mean rotation from the inertial frame to the tool frame; where the geometry is not kept, of
+    /// gravity alone.
     pub(super) tool_from_world: Matrix3<f64>,
-    /// Derivative of the regressor with respect to the position of each joint, 1/rad; empty where it is not known.
+    /// Derivative of the regressor with respect to the position of each joint, 1/rad; empty where
+    /// it is not known.
     pub(super) of_zeros: Vec<SMatrix<f64, 6, 10>>,
     /// Root of the robust weight.
     pub(super) root: f64,
@@ -56,7 +60,8 @@ pub(super) struct Windows {
 }
 
 impl Windows {
-    /// Takes the first six channels of equations, with the robust weights of a fit. `None` without any load.
+    /// Takes the first six channels of equations, with the robust weights of a fit. `None` without
+    /// any load.
     pub(super) fn new(equations: &[Equation], fit: &Fit, stream: &EquationStream) -> Option<Self> {
         let sensor_from_tool = stream.offset_frame().map();
         let step = equations.len().div_ceil(MOST_WINDOWS).max(1);
@@ -98,7 +103,8 @@ impl Windows {
         WRENCH as f64 * weights.sum::<f64>()
     }
 
-    /// Returns whether the residuals of a fit are larger than the noise, which stays hidden where these are the whole error.
+    /// Returns whether the residuals of a fit are larger than the noise, which stays hidden where
+    /// these are the whole error.
     pub(super) fn are_unexplained(&self, fit: &Fit) -> bool {
         let offset = fit
             .offsets
@@ -114,8 +120,8 @@ impl Windows {
         squares > (1.0 + SLIGHT) * self.measurements()
     }
 
-    /// Computes the derivatives with respect to the positions of the joints from the geometry of the equations, where it is
-    /// kept.
+    /// Computes the derivatives with respect to the positions of the joints from the geometry of
+    /// the equations, where it is kept.
     pub(super) fn add_joints(&mut self, equations: &[Equation], stream: &EquationStream) {
         let step = equations.len().div_ceil(MOST_WINDOWS).max(1);
         let mut rows = stream.motion_rows();
@@ -158,8 +164,8 @@ impl Window {
     }
 }
 
-/// Returns the derivative of the regressor of a wrench in the tool frame with respect to the position of each joint, 1/rad, by
-/// differences.
+/// Returns the derivative of the regressor of a wrench in the tool frame with respect to the
+/// position of each joint, 1/rad, by differences.
 fn derivatives(rows: &mut MotionRows, geometry: Geometry<'_>) -> Option<Vec<SMatrix<f64, 6, 10>>> {
     let joints = geometry.joints();
     // Rounding and the second derivative are of similar size.

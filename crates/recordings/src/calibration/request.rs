@@ -1,4 +1,5 @@
-//! Requests: what calibrates an arm. Every option is declared here, once, beside those of an identification.
+//! Requests: what calibrates an arm. Every option is declared here, once, beside those of an
+//! identification.
 
 use std::path::PathBuf;
 
@@ -14,8 +15,9 @@ const CALIBRATION: &[Use] = &[Use::Calibration];
 const RECORDINGS: &str = "Recordings";
 
 options! {
-    /// From which recordings an arm is calibrated, and what is known of their payloads. The paths are for whoever reads the
-    /// options: [`CalibrationSources`](crate::CalibrationSources) has the recordings, which may be arrays.
+    /// From which recordings an arm is calibrated, and what is known of their payloads. The paths
+    /// are for whoever reads the options: [`CalibrationSources`](crate::CalibrationSources) has the
+    /// recordings, which may be arrays.
     pub struct CalibrationRequest {
         /// Recordings without a payload that move all joints in both directions.
         #[option(RECORDINGS, CALIBRATION)]
@@ -33,15 +35,15 @@ options! {
         /// (L, 3), to a millimetre.
         #[option(RECORDINGS, CALIBRATION, unit = "m", default = "not known")]
         pub payload_com: Option<Vec<[f64; 3]>>,
-        /// Inertia of the payload of each loaded recording about its centre of mass, along the axes of
-        /// the tip's frame, (3, 3) or (L, 3, 3), to some percent. It needs ``payload_com``.
+        /// Inertia of the payload of each loaded recording about its centre of mass, along the axes
+        /// of the tip's frame, (3, 3) or (L, 3, 3), to some percent. It needs ``payload_com``.
         #[option(RECORDINGS, CALIBRATION, unit = "kg m²", default = "not known")]
         pub payload_inertia: Option<Vec<[[f64; 3]; 3]>>,
         /// Recordings without a payload that are not used, but compared with the calibrated model.
         #[option(RECORDINGS, CALIBRATION)]
         pub hold_out: Option<Vec<PathBuf>>,
-        /// Standard deviation of the gain of each joint before the calibration: a fraction in Python,
-        /// 0.05, and a percentage on the command line, 5%; 0 where efforts are torques.
+        /// Standard deviation of the gain of each joint before the calibration: a fraction in
+        /// Python, 0.05, and a percentage on the command line, 5%; 0 where efforts are torques.
         #[option(
             RECORDINGS, CALIBRATION,
             default = "20 % with loaded recordings; without any, 5 % where ``effort_gain`` is \
@@ -56,7 +58,8 @@ impl CalibrationRequest {
     /// Returns what is known of the payload of each of some loaded recordings.
     ///
     /// # Errors
-    /// Returns [`RecordingError::Option`] for options that do not fit each other or the number of recordings.
+    /// Returns [`RecordingError::Option`] for options that do not fit each other or the number of
+    /// recordings.
     pub fn payloads(&self, loaded: usize) -> Result<Vec<KnownPayload>, RecordingError> {
         if loaded == 0 {
             let mut given = self.given().map(|given| given.option.name);

@@ -25,12 +25,12 @@ pub struct PaperSettings {
     pub alpha: f64,
     /// Regularisation β of (54), without a unit, in (0, 1). Default: 0.9, as in the paper.
     pub beta: f64,
-    /// Time over which the estimate is averaged, up to the last sample, s; 0 for the latest value. A gradient
-    /// filter never settles. Default: 10, as in the paper's Table 2.
+    /// Time over which the estimate is averaged, up to the last sample, s; 0 for the latest value.
+    /// A gradient filter never settles. Default: 10, as in the paper's Table 2.
     pub average_s: f64,
-    /// Number of times that a recording is presented to the filter. While the centre of mass is still wrong,
-    /// the inertia is, too, and is corrected only where the motion recurs. [`PaperFilter`] itself does not
-    /// repeat anything: see [`PaperFilter::rewind`]. Default: 2.
+    /// Number of times that a recording is presented to the filter. While the centre of mass is
+    /// still wrong, the inertia is, too, and is corrected only where the motion recurs.
+    /// [`PaperFilter`] itself does not repeat anything: see [`PaperFilter::rewind`]. Default: 2.
     pub epochs: u32,
 }
 
@@ -65,8 +65,8 @@ impl PaperSettings {
         Ok(())
     }
 
-    /// Checks the settings of the equations: the filter has ten parameters and needs the force and the moment on the
-    /// end-effector.
+    /// Checks the settings of the equations: the filter has ten parameters and needs the force and
+    /// the moment on the end-effector.
     fn check_equations(equations: &EquationSettings) -> Result<(), IdentifyError> {
         let gives_noise = !(equations.wrench_noise.is_empty() && equations.effort_noise.is_empty());
         let beyond_filter = [
@@ -98,11 +98,12 @@ pub(crate) fn needs_least_squares(what: &str) -> IdentifyError {
     }
 }
 
-/// The paper's two-stage filter: the normalised LMS filter (54) on the rows of (48), then on those of (46) with
-/// the present centre of mass.
+/// The paper's two-stage filter: the normalised LMS filter (54) on the rows of (48), then on those
+/// of (46) with the present centre of mass.
 ///
-/// It estimates no uncertainty, detects no payload change and needs exact measurements; for anything but a
-/// comparison with the paper use [`Identifier`](tactid_identify::Identifier). Nothing is allocated after construction.
+/// It estimates no uncertainty, detects no payload change and needs exact measurements; for
+/// anything but a comparison with the paper use [`Identifier`](tactid_identify::Identifier).
+/// Nothing is allocated after construction.
 #[derive(Clone, Debug)]
 pub struct PaperFilter {
     settings: PaperSettings,
@@ -128,13 +129,14 @@ struct Latest {
 }
 
 impl PaperFilter {
-    /// Creates a filter for a robot whose end-effector frame is the link `tool` and whose wrenches are
-    /// measured in the links `sensors`.
+    /// Creates a filter for a robot whose end-effector frame is the link `tool` and whose wrenches
+    /// are measured in the links `sensors`.
     ///
     /// # Errors
-    /// Returns the errors of [`EquationStream::new`], [`IdentifyError::Option`] if a setting of the filter is out of
-    /// range or the settings contain what only least squares can use, and [`IdentifyError::Method`] if the method does not
-    /// compute the force and the moment on the end-effector.
+    /// Returns the errors of [`EquationStream::new`], [`IdentifyError::Option`] if a setting of the
+    /// filter is out of range or the settings contain what only least squares can use, and
+    /// [`IdentifyError::Method`] if the method does not compute the force and the moment on the
+    /// end-effector.
     pub fn new(
         robot: &Manipulator,
         tool: &str,
@@ -168,8 +170,9 @@ impl PaperFilter {
     /// Cost: one pass over the robot's bodies; no allocation.
     ///
     /// # Errors
-    /// Returns [`IdentifyError::State`] if a slice does not fit the robot, and [`IdentifyError::Wrenches`] if the
-    /// wrenches do not fit the sensors. Bad data are no error: see [`PushOutcome`].
+    /// Returns [`IdentifyError::State`] if a slice does not fit the robot, and
+    /// [`IdentifyError::Wrenches`] if the wrenches do not fit the sensors. Bad data are no error:
+    /// see [`PushOutcome`].
     pub fn push(&mut self, sample: &Sample<'_>) -> Result<PushOutcome, IdentifyError> {
         let (outcome, equation) = self.stream.push(sample)?;
         if let Some(equation) = equation {
@@ -185,8 +188,8 @@ impl PaperFilter {
         Ok(outcome)
     }
 
-    /// Prepares for another presentation of the same samples: the parameters stay, while times, counts and
-    /// averages start again.
+    /// Prepares for another presentation of the same samples: the parameters stay, while times,
+    /// counts and averages start again.
     pub fn rewind(&mut self) {
         self.stream.rewind();
         self.products = RowProducts::new();
@@ -194,7 +197,8 @@ impl PaperFilter {
         self.recent = recent_mean(&self.settings);
     }
 
-    /// Returns the estimate: the mean over the last [`PaperSettings::average_s`], or the latest value.
+    /// Returns the estimate: the mean over the last [`PaperSettings::average_s`], or the latest
+    /// value.
     #[must_use]
     pub fn estimate(&self) -> PaperEstimate {
         let mean = self.recent.as_ref().and_then(RecentMean::mean);
@@ -217,16 +221,18 @@ impl PaperFilter {
         self.latest.body
     }
 
-    /// Returns the strength with which the motion has excited mass and inertia. Cost: two eigenvalue problems.
+    /// Returns the strength with which the motion has excited mass and inertia. Cost: two
+    /// eigenvalue problems.
     #[must_use]
     pub fn singular_values(&self) -> SingularValues {
         self.products.assess().0
     }
 
-    /// Returns what the filter noticed about the data: a mass that is negative, because of a wrong sign or of a known
-    /// body of `known_bodies_kg`, such as a tool changer, that is heavier than the load; a motion that does not determine the
-    /// mass says nothing. Other findings about the data need least squares. What is wrong in the robot's description comes
-    /// last, as far as the method uses it.
+    /// Returns what the filter noticed about the data: a mass that is negative, because of a wrong
+    /// sign or of a known body of `known_bodies_kg`, such as a tool changer, that is heavier than
+    /// the load; a motion that does not determine the mass says nothing. Other findings about the
+    /// data need least squares. What is wrong in the robot's description comes last, as far as the
+    /// method uses it.
     #[must_use]
     pub fn findings(&self, known_bodies_kg: f64) -> Vec<Finding> {
         let estimate = self.estimate();

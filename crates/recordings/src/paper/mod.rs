@@ -1,5 +1,5 @@
-//! The paper's two-stage filter: (48) for mass and centre of mass, then (46) for the inertia, each by the
-//! normalised LMS filter (54).
+//! The paper's two-stage filter: (48) for mass and centre of mass, then (46) for the inertia, each
+//! by the normalised LMS filter (54).
 
 mod estimate;
 mod filter;

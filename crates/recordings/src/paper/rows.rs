@@ -1,15 +1,15 @@
 //! The rows of the paper's two stages, read from an averaged equation.
 //!
-//! `tactid_dynamics` forms the same rows from the motion at one instant. The filter needs the means over a window of
-//! their products, which only the averaged equation has.
+//! `tactid_dynamics` forms the same rows from the motion at one instant. The filter needs the means
+//! over a window of their products, which only the averaged equation has.
 
 use nalgebra::{Matrix3x4, Matrix3x6, Vector3};
 use tactid_dynamics::Rows;
 
 use tactid_identify::equations::Equation;
 
-/// Returns the rows of (48), for the inverse of the mass, 1/kg, and the centre of mass, m, from the force in the
-/// first three channels.
+/// Returns the rows of (48), for the inverse of the mass, 1/kg, and the centre of mass, m, from the
+/// force in the first three channels.
 pub(crate) fn mass_rows(equation: &Equation) -> Rows<4> {
     let mut rows = Rows {
         matrix: Matrix3x4::zeros(),
@@ -26,8 +26,8 @@ pub(crate) fn mass_rows(equation: &Equation) -> Rows<4> {
     rows
 }
 
-/// Returns the rows of (46), for the inertia about the centre of mass, kg m², from force and moment in the first six
-/// channels. The force enters in proportion to the given centre of mass, m.
+/// Returns the rows of (46), for the inertia about the centre of mass, kg m², from force and moment
+/// in the first six channels. The force enters in proportion to the given centre of mass, m.
 pub(crate) fn inertia_rows(equation: &Equation, center_of_mass: &Vector3<f64>) -> Rows<6> {
     let force = Vector3::from_fn(|k, _| equation.rows[k].target);
     let moment = Vector3::from_fn(|k, _| equation.rows[3 + k].target);

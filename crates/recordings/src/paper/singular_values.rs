@@ -1,4 +1,5 @@
-//! Strength with which the motion excites mass and inertia: the singular values of the paper's rows.
+//! Strength with which the motion excites mass and inertia: the singular values of the paper's
+//! rows.
 
 use nalgebra::{Matrix4, Matrix6, SMatrix, SVector, SymmetricEigen, Vector3};
 use schemars::JsonSchema;
@@ -8,10 +9,12 @@ use super::rows::{inertia_rows, mass_rows};
 use tactid_identify::Observability;
 use tactid_identify::equations::Equation;
 
-/// A direction whose singular value is less than this fraction of the largest counts as unobservable.
+/// A direction whose singular value is less than this fraction of the largest counts as
+/// unobservable.
 ///
-/// At the posture of the paper's Table 1 the smallest is 0.6 % of the largest, and the paper's filter does not
-/// converge in its direction. At a posture that excites all axes the smallest is 40 %.
+/// At the posture of the paper's Table 1 the smallest is 0.6 % of the largest, and the paper's
+/// filter does not converge in its direction. At a posture that excites all axes the smallest is 40
+/// %.
 const WEAK: f64 = 0.02;
 
 /// A parameter is not identifiable where more than this fraction of its squared unit vector lies in
@@ -21,12 +24,12 @@ const UNOBSERVABLE_FRACTION: f64 = 0.01;
 /// Singular values below this are rounding: rad/s² for the inertia, m/s² for the mass.
 const ROUNDING: f64 = 1e-6;
 
-/// Singular values of the rows, divided by the root of the number of windows: the rms strength with which each
-/// direction of the parameters is excited, descending.
+/// Singular values of the rows, divided by the root of the number of windows: the rms strength with
+/// which each direction of the parameters is excited, descending.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, JsonSchema)]
 pub struct SingularValues {
-    /// Singular values of `A_3`, (48), in m/s². Its force column is divided by the mass that the data imply, so
-    /// that all four columns have this unit for a centre of mass 1 m away.
+    /// Singular values of `A_3`, (48), in m/s². Its force column is divided by the mass that the
+    /// data imply, so that all four columns have this unit for a centre of mass 1 m away.
     pub mass: [f64; 4],
     /// Singular values of `A_4`, (46), in rad/s².
     pub inertia: [f64; 6],
@@ -65,12 +68,14 @@ impl RowProducts {
         self.windows += 1;
     }
 
-    /// Returns the singular values, and the observability of each of the ten values, in the order of
-    /// [`VALUE_NAMES`](tactid_identify::VALUE_NAMES); none is uncertain. Cost: two eigenvalue problems.
+    /// Returns the singular values, and the observability of each of the ten values, in the order
+    /// of [`VALUE_NAMES`](tactid_identify::VALUE_NAMES); none is uncertain. Cost: two eigenvalue
+    /// problems.
     pub(crate) fn assess(&self) -> (SingularValues, [Observability; 10]) {
         let count = (self.windows as f64).max(1.0);
         let force_squares = self.mass[(0, 0)];
-        // Without rotation b_3 / f_K is the inverse of the mass. It brings the force column to m/s².
+        // Without rotation b_3 / f_K is the inverse of the mass. It brings the force column to
+        // m/s².
         let inverse_mass = if force_squares > 0.0 {
             (self.target_squares / force_squares).sqrt()
         } else {
@@ -97,8 +102,8 @@ impl RowProducts {
     }
 }
 
-/// Returns the descending singular values of rows with this Gram matrix, and whether each parameter lies in
-/// observable directions.
+/// Returns the descending singular values of rows with this Gram matrix, and whether each parameter
+/// lies in observable directions.
 fn spectrum<const N: usize>(gram: SymmetricEigen<f64, nalgebra::Const<N>>) -> ([f64; N], [bool; N])
 where
     nalgebra::Const<N>: nalgebra::DimSub<nalgebra::U1>,
