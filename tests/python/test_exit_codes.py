@@ -34,7 +34,12 @@ def test_json_and_exit_code_agree(identify: Identify, log: Path) -> None:
     assert sound["is_contradicted"] is False
     wrong = identify(log, "--gravity", "0", "0", "9.81")
     assert wrong["is_contradicted"] is True
-    assert wrong["remarks"][0].startswith("No gravity at all, (")
+    first = wrong["remarks"][0]
+    assert first.startswith("No gravity at all, (")
+    assert "m/s² in world axes, explains the wrenches far better than the given one" in first
+    (found,) = (each for each in wrong["findings"] if each["kind"] == "wrong_assumption")
+    assert found["text"] == first
+    assert max(map(abs, found["values"])) < 0.01
 
 
 def test_the_help_says_what_the_codes_mean(command: TactidCommand) -> None:
