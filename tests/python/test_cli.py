@@ -222,7 +222,8 @@ def test_a_fault_of_tactid_itself_is_one_line(kind: str) -> None:
     """A panic of the native part arrives as a BaseException of this name."""
     code = f"""
 import sys
-from tactid import __main__, cli
+from tactid import __main__
+from tactid._cli import cli
 
 class PanicException({kind}):
     pass
