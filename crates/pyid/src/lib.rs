@@ -36,6 +36,7 @@ mod shapes;
 mod simulate;
 mod states;
 mod table;
+mod table_log;
 mod text;
 mod urdf;
 mod workspaces;
@@ -83,6 +84,8 @@ mod _native {
     use crate::schemas::record_schemas;
     #[pymodule_export]
     use crate::simulate::{Experiment, read_motion, simulate};
+    #[pymodule_export]
+    use crate::table_log::write_samples;
 
     /// Reports a panic, which is a fault of tactid, in one line.
     #[pymodule_init]

@@ -56,6 +56,7 @@ __all__ = [
     "simulate",
     "wrench_regressor",
     "write_estimates",
+    "write_samples",
     "write_trajectory",
 ]
 
@@ -265,6 +266,13 @@ def design_excitation(
     read_mesh: Callable[[str, Path | None], bytes | str],
     progress: _Progress = None,
 ) -> _Data: ...
+def write_samples(
+    path: _Path,
+    *,
+    joints: tuple[str, Sequence[str], ArrayLike, ArrayLike, ArrayLike | None, ArrayLike | None]
+    | None = None,
+    wrench: tuple[str, ArrayLike, ArrayLike] | None = None,
+) -> None: ...
 def write_trajectory(
     path: _Path,
     *,

@@ -3,7 +3,7 @@
 import os
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
-from typing import Any, TypeAlias
+from typing import Any, TypeAlias, cast
 
 from numpy.typing import ArrayLike
 
@@ -13,6 +13,7 @@ from tactid._base.findings import DataFault, Finding
 from tactid._native import Manipulator
 from tactid._options.declaration import with_options
 from tactid._options.options import OPTIONS, OWN, Options, collect, take_own
+from tactid._read.recordings import opened
 from tactid._results.calibration_data import CalibrationRecording
 
 _Source: TypeAlias = str | os.PathLike[str] | Mapping[str, ArrayLike]
@@ -64,15 +65,24 @@ def calibrate(  # noqa: D417 - options are documented by their declarations
     keywords["unloaded"] = unloaded
     own = take_own(keywords, "calibration")
     collected = collect(options, keywords, "calibration", ("robot", "options", "progress"))
-    run = _native.calibrate_arm(own, collected.plain(), progress, robot)
-    logs = (log for role in ROLES for log in _logs(own.get(role, ())))
-    inputs: dict[str, Any] = {f"the log {path}": path for path in logs}
+    given = {role: _listed(own[role]) for role in ROLES if role in own}
+    with opened([each for role in given.values() for each in role], collected, progress) as (
+        logs,
+        reader,
+    ):
+        remaining = iter(logs)
+        own |= {role: [next(remaining) for _ in each] for role, each in given.items()}
+        run = _native.calibrate_arm(own, reader.options.plain(), reader.progress, robot)
+    paths = [each for role in given.values() for each in role if not isinstance(each, Mapping)]
+    inputs: dict[str, Any] = {f"the log {path}": path for path in paths}
     if isinstance(collected.urdf, str | os.PathLike):
         inputs |= {} if str(collected.urdf).lstrip().startswith("<") else {"`urdf`": collected.urdf}
     return from_model(
         run["model"],
         gain_prior=run["gain_prior"],
-        recordings=[_recording(each) for each in run["recordings"]],
+        recordings=[
+            _recording(each | {"path": reader.original(each["path"])}) for each in run["recordings"]
+        ],
         inputs={words: Path(path).absolute() for words, path in inputs.items()},
     )
 
@@ -81,10 +91,9 @@ ROLES = ("unloaded", "loaded", "hold_out")
 """The options that are recordings."""
 
 
-def _logs(given: _Source | Sequence[_Source]) -> list[str | os.PathLike[str]]:
-    """Returns the paths among the recordings of one role."""
-    each = [given] if isinstance(given, str | os.PathLike | Mapping) else given
-    return [one for one in each if not isinstance(one, Mapping)]
+def _listed(given: _Source | Sequence[_Source]) -> Sequence[_Source]:
+    """Returns the recordings of one role; what else is given is refused where it is read."""
+    return given if isinstance(given, list | tuple) else [cast(_Source, given)]
 
 
 def _recording(data: dict[str, Any]) -> CalibrationRecording:

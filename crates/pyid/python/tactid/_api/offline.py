@@ -16,12 +16,11 @@ from tactid._native import Manipulator
 from tactid._options.arrays import with_arrays
 from tactid._options.declaration import with_options
 from tactid._options.options import OPTIONS, Options, collect
+from tactid._read.descriptions import as_urdf
+from tactid._read.recordings import LogPath, opened
 
 FROM_ARRAYS = ("robot", "q", "qd", "effort", "wrench", "pose", "twist", "acceleration", "sensors")
 """The keywords of :func:`identify` that belong to arrays."""
-
-
-LogPath = str | os.PathLike[str]
 
 
 @overload
@@ -92,7 +91,8 @@ def identify(  # noqa: D417 - arrays and options are documented by their declara
     """Identifies the payload from a log, from several logs, or from arrays.
 
     A log is the folder of a rosbag2 bag or one of its files, ``.mcap`` or ``.db3``, compressed or
-    not; its topics are found by their types.
+    not; its topics are found by their types. Tables (``.csv``, ``.npz``, ``.parquet``), data sets
+    of LeRobot and ROS 1 bags are read as logs, too.
     The motion is that of joints and a URDF, on a base that odometry moves if there is any; without
     joints, it is that of the sensor itself, by odometry or by an inertial unit. Memory is bounded.
 
@@ -139,13 +139,16 @@ def identify(  # noqa: D417 - arrays and options are documented by their declara
     if isinstance(source, str | os.PathLike):
         collected = collect(options, keywords, "log", own)
         _check_no_arrays(arrays, f"{source} is a log")
-        found = _native.identify_log(source, collected.plain(), progress)
+        with opened([source], collected, progress) as ([log], run):
+            found = _native.identify_log(log, run.options.plain(), run.progress)
         return _identification(found | {"inputs": _inputs(source, collected)})
     if _are_logs(source):
         collected = collect(options, keywords, "log", own)
         _check_no_arrays(arrays, "the source is a list of logs")
         return _from_logs(source, collected, progress)
     collected = collect(options, keywords, "arrays", own)
+    if collected.urdf is not None:
+        collected = collected.replace(urdf=as_urdf(collected.urdf))
     times = cast(ArrayLike, source)
     return _identification(_native.identify_arrays(times, collected.plain(), progress, **arrays))
 
@@ -168,11 +171,12 @@ def _from_logs(
 ) -> Identification | PaperIdentification | Combination:
     if len(logs) == 1:
         return identify(logs[0], options=options, progress=progress)
-    found = _native.identify_logs(logs, options.plain(), progress)
+    with opened(logs, options, progress) as (each, run):
+        found = _native.identify_logs(each, run.options.plain(), run.progress)
     return combine(
         [
-            _identification(run | {"inputs": _inputs(log, options)})
-            for log, run in zip(logs, found, strict=True)
+            _identification(data | {"inputs": _inputs(log, options)})
+            for log, data in zip(logs, found, strict=True)
         ]
     )
 

@@ -32,8 +32,8 @@ from tactid._cli.console import (
     progress,
 )
 from tactid._documents import combination_json, result_json
-from tactid._native import info
 from tactid._options.options import OPTIONS, options_for
+from tactid._read.recordings import log_info
 from tactid._results import table
 from tactid._results.controllers import MAKERS
 from tactid._results.formats import uncontradicted
@@ -94,8 +94,9 @@ def identify_recording(
     logs: Annotated[
         list[Path],
         typer.Argument(
-            help="A rosbag2 folder, or an .mcap or .db3 file. Several recordings of one payload"
-            " give one estimate, and a verdict on whether they agree.",
+            help="A rosbag2 folder, or an .mcap or .db3 file; a table (.csv, .npz, .parquet), a"
+            " data set of LeRobot, or a ROS 1 bag. Several recordings of one payload give one"
+            " estimate, and a verdict on whether they agree.",
             metavar="LOG...",
         ),
     ],
@@ -222,7 +223,7 @@ def _warn_of_disagreement(form: Form, result: AnyResult) -> None:
 def _record(log: Path, result: AnyResult, output: Output) -> dict[str, Any]:
     if isinstance(result, Combination):
         return combination_json.record(result, output.within, "command-line")
-    return result_json.record(result, output.within, "command-line", read_checks(info(log)))
+    return result_json.record(result, output.within, "command-line", read_checks(log_info(log)))
 
 
 def _table(log: Path, result: AnyResult) -> Table:
@@ -266,7 +267,7 @@ def _in_form(form: Form, payload: Payload) -> str:
 
 def truth_in_frame(log: Path, frame: str) -> Truth | None:
     """Returns the truth of a simulated log; None for another log or frame, which is printed."""
-    truth = read_truth(info(log))
+    truth = read_truth(log_info(log))
     if truth is None or truth.frame == frame:
         return truth
     notes.print(
@@ -293,7 +294,7 @@ def _write_result(log: Path, result: AnyResult, within: float, path: Path) -> No
     if isinstance(result, Combination):
         combination_json.write(result, path, within, "command-line")
     else:
-        result_json.write(result, path, within, "command-line", read_checks(info(log)))
+        result_json.write(result, path, within, "command-line", read_checks(log_info(log)))
 
 
 def _write_report(result: AnyResult, within: float, path: Path) -> None:

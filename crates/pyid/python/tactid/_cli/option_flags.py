@@ -39,6 +39,7 @@ _FORMS = {
     "recordings": _Form(list[Path]),
     "calibration": _Form(Path),
     "names": _Form(str, "RECORDED=JOINT,...", option_text.names),
+    "columns": _Form(list[str], None, option_text.columns),
     "vector": _Form(str, "X,Y,Z", option_text.vector),
     "numbers": _Form(str, "N,N,...", option_text.numbers),
     "posture": _Form(str, "N,N,...", option_text.numbers),
@@ -54,7 +55,7 @@ _FORMS = {
     "body": _Form(str, "M,X,Y,Z,XX,XY,XZ,YY,YZ,ZZ", option_text.body),
     "frame": _Form(str, "LINK,X,Y,Z,QX,QY,QZ,QW", option_text.frame),
 }
-"""How options are written, by the names of the kinds in Rust."""
+"""How options are written, by the names of their kinds."""
 
 
 def _form(option: Declaration) -> _Form:

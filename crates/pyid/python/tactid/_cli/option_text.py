@@ -120,6 +120,20 @@ def names(flag: str, text: str) -> dict[str, str]:
     return dict(pairs)
 
 
+def columns(flag: str, texts: list[str]) -> dict[str, list[str]]:
+    """Reads the columns of arrays, as in ``q=joint_1,joint_2``."""
+    found: dict[str, list[str]] = {}
+    for text in texts:
+        array, equals, names = text.partition("=")
+        if not equals or not array.strip() or not all(map(str.strip, names.split(","))):
+            raise ArgumentError(
+                f"{flag} is {text!r}: expected an array, an equals sign and its columns, such as"
+                " time=stamp[ms] or q=joint_*[deg]"
+            )
+        found.setdefault(array.strip(), []).extend(map(str.strip, names.split(",")))
+    return found
+
+
 def fractions(flag: str, text: str) -> list[float]:
     """Reads percentages, each with its sign, as fractions of one.
 

@@ -1,8 +1,8 @@
 """The options of an identification, for Python and for the command line.
 
-Rust declares them; this table of their declarations comes from there. Each is a keyword of
-``tactid.identify`` and a flag of the command ``tactid identify``. All defaults are Rust's: None
-stands for them.
+Rust declares them, and this table of their declarations comes from there; those of files that the
+package reads itself are declared here. Each is a keyword of ``tactid.identify`` and a flag of the
+command ``tactid identify``. All defaults are Rust's: None stands for them.
 """
 
 from __future__ import annotations
@@ -26,9 +26,38 @@ Method = Literal["tactile", "effort", "joint-sensing", "combined"]
 Estimator = Literal["least-squares", "nlms"]
 """How equations become parameters."""
 
-OPTIONS, _OF_DESIGN, _OF_CALIBRATION = (
+_OF_IDENTIFICATION, _OF_DESIGN, _OF_CALIBRATION = (
     {each["name"]: Declaration(**each) for each in table} for table in _native.options()
 )
+
+_FILES: tuple[Declaration, ...] = (
+    Declaration(
+        name="columns",
+        text="Columns of a table that make up an array, where their names do not say so. * stands"
+        " for any text, and a unit in brackets follows the name of a column that has another than"
+        " SI and does not say so itself.",
+        kind="columns",
+        group="Tables",
+        uses=["log", "calibration"],
+        default="the columns whose names are known",
+        placeholder="ARRAY=COLUMN,...",
+        python="A dict of ``time``, ``q``, ``qd``, ``effort`` and ``wrench``, each with a name or a"
+        ' list of names: ``{"q": "joint_*[deg]"}``.',
+    ),
+    Declaration(
+        name="episode",
+        text="Number of the episode of a data set, from 0.",
+        kind="count",
+        group="Tables",
+        uses=["log", "calibration"],
+        default="the only one",
+    ),
+)
+
+FILE_OPTIONS = tuple(each.name for each in _FILES)
+"""Options of recordings that become logs before Rust reads them."""
+
+OPTIONS = _OF_IDENTIFICATION | {each.name: each for each in _FILES}
 """All options of an identification by their names, in the order in which they are documented."""
 
 OWN: Mapping[Use, Declarations] = {"design": _OF_DESIGN, "calibration": _OF_CALIBRATION}

@@ -55,7 +55,7 @@ class Truth:
         ]
 
 
-def read_truth(info: LogInfo) -> Truth | None:
+def read_truth(info: LogInfo | None) -> Truth | None:
     """Returns the truth that a simulated log carries; None for any other log."""
     record = _record(info, "tactid.truth")
     if record is None:
@@ -70,7 +70,7 @@ def read_truth(info: LogInfo) -> Truth | None:
         return None
 
 
-def read_checks(info: LogInfo) -> dict[str, Any]:
+def read_checks(info: LogInfo | None) -> dict[str, Any]:
     """Returns how the run behind a simulated log went; empty for any other log."""
     record = _record(info, "tactid.report")
     if record is None:
@@ -86,7 +86,9 @@ def momentum_drift(report: RunReport) -> str:
     return f"linear {linear:.1e}, angular {angular:.1e} of the largest of a single body"
 
 
-def _record(info: LogInfo, name: str) -> dict[str, Any] | None:
+def _record(info: LogInfo | None, name: str) -> dict[str, Any] | None:
+    if info is None:  # a recording in another form
+        return None
     try:
         record = json.loads(info.metadata[name]["json"])
     except (KeyError, ValueError):

@@ -1,0 +1,97 @@
+"""Data sets of LeRobot: the features of an episode as a table.
+
+``meta/info.json`` names the features, and the Parquet files below ``data`` have their values, of
+all episodes one after the other (version 3) or a file an episode (version 2).
+"""
+
+import json
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+from typing import Any
+
+from tactid._base.errors import ArgumentError, LogError
+from tactid._base.values import Array
+from tactid._read.tables import ParquetTable, Progress, Table
+
+INFO = Path("meta", "info.json")
+"""Where a data set describes itself."""
+
+EPISODE = "episode_index"
+"""The column that says which episode a row belongs to."""
+
+
+class LeRobotTable(Table):
+    """An episode of a data set; each entry of a feature with names is a column, too.
+
+    Args:
+        folder: The folder of the data set.
+        episode: Which episode; None where there is one.
+    """
+
+    def __init__(self, folder: Path, episode: int | None) -> None:
+        info = _info(folder)
+        chosen = _episode(folder, info.get("total_episodes"), episode)
+        self._table = ParquetTable(folder, folder / "data", [(EPISODE, "==", chosen)])
+        self._entries = dict(_entries(info["features"]))
+        features = [name for name in self._table.names if name in info["features"]]
+        inside = [name for name, (feature, _) in self._entries.items() if feature in features]
+        super().__init__(folder, [*features, *inside])
+
+    def read(self, names: Sequence[str], progress: Progress = None) -> dict[str, Array]:
+        """Reads features, or entries of theirs: see :meth:`Table.read`."""
+        sources = [self._entries.get(name, (name, None)) for name in names]
+        features = list(dict.fromkeys(feature for feature, _ in sources))
+        values = self._table.read(features, progress)
+        found = {}
+        for name, (feature, entry) in zip(names, sources, strict=True):
+            array = values[feature]
+            if entry is not None and (array.ndim < 2 or array.shape[1] <= entry):
+                raise LogError(f"{self.path}: `{feature}` has fewer numbers than {INFO} names")
+            found[name] = array if entry is None else array[:, entry]
+        return found
+
+
+def is_dataset(path: Path) -> bool:
+    """Returns whether a folder is a data set of LeRobot."""
+    return (path / INFO).is_file()
+
+
+def _info(folder: Path) -> dict[str, Any]:
+    path = folder / INFO
+    try:
+        info = json.loads(path.read_text(encoding="utf-8"))
+        if not isinstance(info["features"], dict):
+            raise TypeError
+    except (ValueError, KeyError, TypeError):
+        raise LogError(f"{path} describes no data set of LeRobot: it has no `features`") from None
+    if not (folder / "data").is_dir():
+        raise LogError(f"{folder} has {INFO}, but no folder `data` with the episodes")
+    return dict(info)
+
+
+def _episode(folder: Path, total: object, episode: int | None) -> int:
+    """Returns the number of the episode that is read."""
+    if not isinstance(total, int) or total < 1:
+        raise LogError(f"{folder / INFO} has no `total_episodes`: how many episodes there are")
+    if episode is None and total > 1:
+        raise ArgumentError(
+            f"{folder} has {total} episodes: `episode` chooses one, from 0 to {total - 1}",
+            option="episode",
+        )
+    if episode is not None and not 0 <= episode < total:
+        raise ArgumentError(
+            f"`episode` is {episode}: expected 0 to {total - 1}, which {folder} has",
+            option="episode",
+        )
+    return episode or 0
+
+
+def _entries(features: dict[str, Any]) -> Iterator[tuple[str, tuple[str, int]]]:
+    """Yields the entries that the features name, with their feature and place."""
+    for feature, about in features.items():
+        names = about.get("names") if isinstance(about, dict) else None
+        if isinstance(names, dict):  # such as {"motors": [...]}
+            names = next(iter(names.values()), None)
+        if isinstance(names, list) and about.get("dtype") not in ("video", "image"):
+            for place, name in enumerate(names):
+                yield f"{feature}.{name}", (feature, place)

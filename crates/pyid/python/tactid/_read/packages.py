@@ -1,0 +1,36 @@
+"""Packages that only some recordings need, imported where they are used."""
+
+from importlib import import_module
+from typing import Any
+
+from tactid._base.errors import ArgumentError
+
+INSTALLED_WITH = {
+    "pyarrow": "pyarrow",
+    "rosbags": "rosbags mcap",
+    "mcap": "rosbags mcap",
+    "xacro": "xacro",
+}
+"""What pip installs for a package: those that one kind of file needs, together."""
+
+
+def package(module: str, what: str, option: str | None = None) -> Any:
+    """Imports a module of a package that need not be installed.
+
+    Args:
+        module: The module, such as ``pyarrow.parquet``.
+        what: What needs the package, as the beginning of an error.
+        option: The option that names the file.
+
+    Raises:
+        ArgumentError: The package is not installed.
+    """
+    try:
+        return import_module(module)
+    except ImportError:
+        name = module.partition(".")[0]
+        raise ArgumentError(
+            f"{what}, which the Python package {name} reads, but it is not installed: pip install"
+            f" {INSTALLED_WITH[name]}",
+            option=option,
+        ) from None

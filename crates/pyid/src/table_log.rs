@@ -1,0 +1,175 @@
+//! Rows of a table as a log of joint states and wrenches, so that whatever reads logs reads tables.
+
+use std::fs::File;
+use std::io::BufWriter;
+use std::path::PathBuf;
+
+use pyo3::prelude::*;
+use tactid_logs::messages::{Header, JointState, Time, Wrench, WrenchStamped};
+use tactid_logs::{Durability, LogError, LogWriter, Message};
+
+use crate::arrays::{Series, common_length};
+use crate::errors::{IntoPyErr, detached};
+use crate::interruption::InterruptionCheck;
+
+/// Number of messages that are written between two checks for user interruption.
+const CHECK_EVERY: usize = 4_096;
+
+type Log = LogWriter<BufWriter<File>>;
+type Given<'py> = Bound<'py, PyAny>;
+
+/// The topic of the joints and their names; times, s; positions, velocities and efforts.
+type GivenJoints<'py> = (
+    String,
+    Vec<String>,
+    Given<'py>,
+    Given<'py>,
+    Option<Given<'py>>,
+    Option<Given<'py>>,
+);
+
+/// The topic of the wrenches; times, s; forces and moments.
+type GivenWrenches<'py> = (String, Given<'py>, Given<'py>);
+
+/// Writes rows of a table as a log, in which each row is a message with the row's time as its stamp.
+///
+/// Times are later than zero. Where they decrease, the times of logging do not, so that the messages stay in the order
+/// of the rows. The wrenches name no frame.
+#[pyfunction]
+#[pyo3(signature = (path, *, joints=None, wrench=None))]
+pub(crate) fn write_samples(
+    py: Python<'_>,
+    path: PathBuf,
+    joints: Option<GivenJoints<'_>>,
+    wrench: Option<GivenWrenches<'_>>,
+) -> PyResult<()> {
+    let joints = joints.map(JointRows::read).transpose()?;
+    let wrench = wrench.map(WrenchRows::read).transpose()?;
+    let mut interruption = InterruptionCheck::new(None);
+    let written = detached(py, || {
+        let mut log = LogWriter::create(&path)?;
+        if let Some(rows) = &joints {
+            let message = |k| rows.message(k);
+            write(
+                &mut log,
+                &rows.topic,
+                &rows.time,
+                message,
+                &mut interruption,
+            )?;
+        }
+        if let Some(rows) = &wrench {
+            let message = |k| rows.message(k);
+            write(
+                &mut log,
+                &rows.topic,
+                &rows.time,
+                message,
+                &mut interruption,
+            )?;
+        }
+        log.finish().map(|_| ())
+    })?;
+    interruption.finish(py, written.map_err(IntoPyErr::into_py_err))
+}
+
+/// Joint states, a row each.
+struct JointRows {
+    topic: String,
+    names: Vec<String>,
+    time: Series,
+    q: Series,
+    qd: Series,
+    effort: Series,
+}
+
+impl JointRows {
+    fn read((topic, names, time, q, qd, effort): GivenJoints<'_>) -> PyResult<Self> {
+        let time = Series::read(&time, "time", &[])?;
+        let q = Series::read(&q, "q", &[names.len()])?;
+        let qd = Series::read_or_empty(qd.as_ref(), "qd", names.len())?;
+        let effort = Series::read_or_empty(effort.as_ref(), "effort", names.len())?;
+        common_length(&[&time, &q, &qd, &effort])?;
+        Ok(Self {
+            topic,
+            names,
+            time,
+            q,
+            qd,
+            effort,
+        })
+    }
+
+    fn message(&self, k: usize) -> JointState {
+        JointState {
+            header: header(self.time.at(k)[0]),
+            name: self.names.clone(),
+            position: self.q.at(k).to_vec(),
+            velocity: self.qd.at(k).to_vec(),
+            effort: self.effort.at(k).to_vec(),
+        }
+    }
+}
+
+/// Wrenches, a row each.
+struct WrenchRows {
+    topic: String,
+    time: Series,
+    wrench: Series,
+}
+
+impl WrenchRows {
+    fn read((topic, time, wrench): GivenWrenches<'_>) -> PyResult<Self> {
+        let time = Series::read(&time, "time", &[])?;
+        let wrench = Series::read(&wrench, "wrench", &[6])?;
+        common_length(&[&time, &wrench])?;
+        Ok(Self {
+            topic,
+            time,
+            wrench,
+        })
+    }
+
+    fn message(&self, k: usize) -> WrenchStamped {
+        let vector = |first| <[f64; 3]>::from(self.wrench.vector(k, first)).into();
+        WrenchStamped {
+            header: header(self.time.at(k)[0]),
+            wrench: Wrench {
+                force: vector(0),
+                torque: vector(3),
+            },
+        }
+    }
+}
+
+/// Writes the rows of one topic, unless the user interrupts.
+fn write<M: Message>(
+    log: &mut Log,
+    topic: &str,
+    times_s: &Series,
+    message: impl Fn(usize) -> M,
+    interruption: &mut InterruptionCheck,
+) -> Result<(), LogError> {
+    let channel = log.channel::<M>(topic, Durability::Volatile)?;
+    let mut logged_ns = 0;
+    for (k, &time_s) in times_s.as_slice().iter().enumerate() {
+        if k.is_multiple_of(CHECK_EVERY) && interruption.check(0.0).is_break() {
+            break; // the check has the exception
+        }
+        logged_ns = nanoseconds(time_s).max(logged_ns);
+        log.write(&channel, logged_ns, &message(k))?;
+    }
+    Ok(())
+}
+
+fn header(time_s: f64) -> Header {
+    Header {
+        stamp: Time::from_ns(nanoseconds(time_s)),
+        ..Header::default()
+    }
+}
+
+/// Returns a time later than zero in ns.
+fn nanoseconds(time_s: f64) -> u64 {
+    (time_s * 1e9).round() as u64
+}
