@@ -48,7 +48,7 @@ def test_every_option_has_its_documentation_everywhere(help_text: str) -> None:
 
 def test_the_help_groups_the_options_by_what_they_are_about(help_text: str) -> None:
     panels = {
-        "Robot": ["urdf", "tip", "rename_joints", "sensor_frame"],
+        "Robot": ["urdf", "tip", "rename_joints", "sensor_frame", "wrench_axes"],
         "Topics": [name for name in option_names() if name.endswith("_topic")],
         "Measurements": [
             "method",
@@ -58,7 +58,13 @@ def test_the_help_groups_the_options_by_what_they_are_about(help_text: str) -> N
             "max_gap_s",
             "wrench_offset",
         ],
-        "Signs": ["gravity", "wrench_acts_on", "effort_gain", "effort_gain_std_dev"],
+        "Signs": [
+            "gravity",
+            "wrench_acts_on",
+            "efforts_are",
+            "effort_gain",
+            "effort_gain_std_dev",
+        ],
         "Prior knowledge": ["known_tool", "known_mass_kg", "known_mass_std_dev_kg", "bounding_box"],
         "Noise and filter": ["estimator", "cutoff_hz", "wrench_noise", "effort_noise"],
         "Paper's filter": ["alpha", "beta", "average_s", "epochs"],

@@ -96,8 +96,8 @@ pub use tactid_dynamics::{BaseKind, Manipulator, ModelError, Wrench};
 
 pub use batch::{BatchIdentifier, BatchResult, BatchSettings, FitReport, Forecast};
 pub use equations::{
-    BaseState, Channel, Channels, EquationSettings, EquationStream, MotionRows, PushOutcome,
-    Sample, states_of_poses,
+    BaseState, Channel, Channels, EffortContent, EquationSettings, EquationStream, MotionRows,
+    PushOutcome, Sample, WORLD, states_of_poses,
 };
 pub use error::{IdentifyError, digits, three_digits};
 pub use finding::{

@@ -5,7 +5,7 @@
 
 use tactid_dynamics::ModelFinding;
 use tactid_identify::{
-    BaseKind, EquationSettings, EquationStream, IdentifyError, Manipulator, Method,
+    BaseKind, EffortContent, EquationSettings, EquationStream, IdentifyError, Manipulator, Method,
 };
 
 const MASSLESS: &str = r#"<robot name="arm"><link name="base"/><link name="arm"/><link name="tool0"/>
@@ -29,7 +29,7 @@ fn wrenches_and_net_efforts_need_no_masses() {
     for base in [BaseKind::Fixed, BaseKind::Floating] {
         assert!(stream(base, &with(Method::Tactile)).is_ok());
         let net = EquationSettings {
-            effort_is_net: true,
+            effort_content: EffortContent::External,
             ..with(Method::Effort)
         };
         assert!(stream(base, &net).is_ok());

@@ -7,7 +7,7 @@ use nalgebra::{Matrix3, Vector3};
 use serde::de::Error;
 use serde::{Deserialize, Deserializer};
 use tactid_dynamics::{MassProperties, Urdf};
-use tactid_identify::{BoundingBox, Method};
+use tactid_identify::{BoundingBox, EffortContent, Method};
 
 use crate::Kind;
 
@@ -237,6 +237,17 @@ impl Value for MassProperties {
             .chain(vectors)
             .copied()
             .collect()
+    }
+}
+
+impl Value for EffortContent {
+    read_as!(
+        Kind::Choice(&["measured", "without-gravity", "external"]),
+        Self
+    );
+
+    fn is_effective(&self) -> bool {
+        *self != Self::Measured
     }
 }
 

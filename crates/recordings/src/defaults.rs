@@ -2,7 +2,7 @@
 
 use nalgebra::Vector3;
 use tactid_dynamics::{BaseKind, Manipulator, list_similar};
-use tactid_identify::{EquationSettings, Method};
+use tactid_identify::{EffortContent, EquationSettings, Method};
 
 use crate::{ActsOn, EstimatorKind, Finding, NotUsedBecause, RecordingError, Request};
 
@@ -87,7 +87,9 @@ impl Options {
         // The paper's filter assumes clocks that agree, and has the paper's filter settings.
         let is_paper = estimator == EstimatorKind::Nlms;
         let mut equations = request.equation_settings(method);
-        equations.effort_is_net = contents.has_unloaded;
+        if contents.has_unloaded {
+            equations.effort_content = EffortContent::External;
+        }
         if !method.uses_wrench() {
             equations.wrench_noise.clear();
         }

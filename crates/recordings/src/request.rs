@@ -6,7 +6,7 @@ use std::path::PathBuf;
 use nalgebra::Vector3;
 use tactid_calibrate::CalibrationSettings;
 use tactid_dynamics::{MassProperties, Urdf};
-use tactid_identify::{BoundingBox, EquationSettings, KnownMass, Method, Range};
+use tactid_identify::{BoundingBox, EffortContent, EquationSettings, KnownMass, Method, Range};
 use tactid_options::{About, Kind, Use, options};
 
 use crate::arm_calibration::ArmCalibration;
@@ -38,6 +38,7 @@ const METHODS: &[Use] = &[
     Use::PaperFilter,
     Use::Design,
 ];
+const SAMPLES: &[Use] = &[Use::Log, Use::Arrays, Use::Online, Use::PaperFilter];
 const PAPER: &[Use] = &[Use::Log, Use::Arrays, Use::PaperFilter];
 const STREAM: &[Use] = &[
     Use::Log,
@@ -105,6 +106,17 @@ options! {
             about = About::Wrenches
         )]
         pub sensor_frame: Option<SensorFrame>,
+        /// Link along whose axes the wrenches are expressed, or `world` for those of the world, such
+        /// as the base of a controller that gives the wrench on the tool in the axes of the base.
+        /// The moments are about the origin of the sensor's frame in any case.
+        #[option(
+            ROBOT, SAMPLES,
+            default = "the sensor's own; where the messages are in a frame that does not move with \
+                the tip, those of this frame, about the origin of the tip",
+            placeholder = "LINK",
+            about = About::Wrenches
+        )]
+        pub wrench_axes: Option<String>,
         /// Topic of joint states; several where each has some of the joints.
         #[option(TOPICS, LOGS, default = "found by its type")]
         pub joint_topic: Option<Vec<String>>,
@@ -196,6 +208,11 @@ options! {
         /// the sensor.
         #[option(SIGNS, RECORDING, default = "payload", about = About::Wrenches)]
         pub wrench_acts_on: Option<ActsOn>,
+        /// What the joint efforts contain: all that moves and holds arm and payload (measured), all
+        /// but what holds the arm itself against gravity (without-gravity), or what the payload
+        /// needs alone, as in external torques (external).
+        #[option(SIGNS, SAMPLES, default = "measured", about = About::Efforts)]
+        pub efforts_are: Option<EffortContent>,
         /// Effort of each joint for one unit of the recorded value, in the robot's order.
         #[option(
             SIGNS, EFFORTS,
@@ -321,6 +338,8 @@ impl Request {
             cutoff_hz: self.cutoff_hz.unwrap_or(defaults.cutoff_hz),
             max_gap_s: self.max_gap_s.unwrap_or(defaults.max_gap_s),
             wrench_offset: self.wrench_offset == Some(OffsetChoice::Yes),
+            wrench_axes: self.wrench_axes.clone(),
+            effort_content: self.efforts_are.unwrap_or_default(),
             wrench_noise: self.wrench_noise.clone().unwrap_or_default(),
             effort_noise: self.effort_noise.clone().unwrap_or_default(),
             ..defaults

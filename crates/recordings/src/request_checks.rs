@@ -15,7 +15,8 @@ impl Request {
     /// # Errors
     /// Returns [`RecordingError::Option`] with the first such field.
     pub(crate) fn check_calibration(&self) -> Result<(), RecordingError> {
-        const SET_OR_EXCLUDED: [&str; 5] = [
+        const SET_OR_EXCLUDED: [&str; 6] = [
+            "efforts_are",
             "effort_gain",
             "effort_gain_std_dev",
             "effort_noise",
@@ -188,6 +189,7 @@ fn why_not_with_calibration(option: &str) -> &'static str {
     match option {
         "method" => "is for the effort method",
         "estimator" => "needs least squares",
+        "efforts_are" => "is for efforts as they are measured",
         "effort_noise" => "has the noise of the joint efforts",
         _ => "has its own",
     }

@@ -13,7 +13,7 @@ use super::equation::{Equation, Row};
 use super::geometry;
 use super::instant::Instant;
 use super::sample::Sample;
-use super::settings::EquationSettings;
+use super::settings::{EffortContent, EquationSettings};
 use super::sources::{RobotState, Source, sources_of};
 use super::window::WindowMean;
 use crate::{IdentifyError, Method};
@@ -22,6 +22,8 @@ use crate::{IdentifyError, Method};
 #[derive(Clone, Debug)]
 pub(crate) struct Model {
     gravity: Vector3<f64>,
+    /// Gravitational acceleration in the efforts of the arm, m/s².
+    arm_gravity: Vector3<f64>,
     method: Method,
     sensor_count: usize,
     sources: Vec<Source>,
@@ -72,11 +74,18 @@ impl Model {
             robot.clone()
         } else {
             let sensors = sensors.iter().map(|name| robot.frame(name));
-            let frames: Result<Vec<_>, _> = iter::once(Ok(tool)).chain(sensors).collect();
+            let axes = settings.axes_link(robot)?.map(Ok);
+            let frames: Result<Vec<_>, ModelError> =
+                iter::once(Ok(tool)).chain(sensors).chain(axes).collect();
             robot.locked_beyond(&frames?)
         };
+        let gravity = settings.gravity_for(robot.base_kind());
         let mut model = Self {
-            gravity: settings.gravity_for(robot.base_kind()),
+            gravity,
+            arm_gravity: match settings.effort_content {
+                EffortContent::WithoutGravity if settings.method.uses_effort() => Vector3::zeros(),
+                _ => gravity,
+            },
             method: settings.method,
             sensor_count: sensors.len(),
             entries: vec![0.0; row_count + others.sum::<usize>()],
@@ -193,7 +202,12 @@ impl Model {
             acceleration: &instant.joint_acceleration,
         };
         if self.sources.iter().any(|source| source.needs_forces()) {
-            inverse_dynamics(&mut self.workspace, &instant.base, joints, &self.gravity)?; // (1)-(41)
+            inverse_dynamics(
+                &mut self.workspace,
+                &instant.base,
+                joints,
+                &self.arm_gravity,
+            )?; // (1)-(41)
         } else {
             motion_under_gravity(&mut self.workspace, &instant.base, joints, &self.gravity)?; // (1)-(20)
         }

@@ -1,7 +1,9 @@
 //! Settings of the equation stream, and their checks against a robot.
 
 use nalgebra::Vector3;
-use tactid_dynamics::{BaseKind, Manipulator};
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+use tactid_dynamics::{BaseKind, FrameId, Manipulator};
 
 use super::sample::is_measurable;
 use crate::{IdentifyError, Method, Range};
@@ -11,6 +13,22 @@ const MEASURABLE: Range = Range {
     contains: is_measurable,
     expected: "finite, and below 1e30",
 };
+
+/// Name of the axes of the inertial frame, unless a link has it.
+pub const WORLD: &str = "world";
+
+/// What measured joint efforts contain.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum EffortContent {
+    /// All that moves and holds arm and payload: `measured`.
+    #[default]
+    Measured,
+    /// All but what holds the arm itself against gravity: `without-gravity`.
+    WithoutGravity,
+    /// What the payload needs alone, without the arm's own efforts: `external`.
+    External,
+}
 
 /// How samples become equations: the measurements that are used, gravity, the filter, and what is known of
 /// the sensors. Every solver takes these settings; those of one solver are in a type of its own.
@@ -28,9 +46,13 @@ pub struct EquationSettings {
     /// Longest time between two samples across which the motion is differentiated, s. A longer time is a
     /// gap. Default: 0.1.
     pub max_gap_s: f64,
-    /// Whether the efforts of the samples are those of the payload alone, because the arm's own efforts are
-    /// already subtracted. Used by [`Method::Effort`] and [`Method::Combined`]. Default: false.
-    pub effort_is_net: bool,
+    /// What the efforts of the samples contain. Used by [`Method::Effort`] and [`Method::Combined`].
+    /// Default: [`EffortContent::Measured`].
+    pub effort_content: EffortContent,
+    /// The link along whose axes the wrenches of all sensors are expressed, or [`WORLD`] for the axes of
+    /// the inertial frame. Their moments are about the origin of the sensor's frame in any case. Default
+    /// (`None`): the axes of each sensor's own frame.
+    pub wrench_axes: Option<String>,
     /// Whether the sum of the sensors' wrenches has an unknown constant offset in the tool frame, such as a
     /// sensor zero that was not set. Least squares then has six more unknowns, so the motion must
     /// distinguish the payload from them: by its accelerations, or by turning the payload under gravity.
@@ -61,7 +83,8 @@ impl Default for EquationSettings {
             gravity: None,
             cutoff_hz: 10.0,
             max_gap_s: 0.1,
-            effort_is_net: false,
+            effort_content: EffortContent::Measured,
+            wrench_axes: None,
             wrench_offset: false,
             wrench_noise: Vec::new(),
             effort_noise: Vec::new(),
@@ -100,7 +123,32 @@ impl EquationSettings {
                  ground: use the tactile or the effort method, or give the motion of the base if it is not fixed"
                     .to_owned(),
             )),
+            // The forces on the base contain gravity.
+            Method::Combined { effort: true }
+                if !is_fixed
+                    && self.effort_content == EffortContent::WithoutGravity
+                    && self.gravity_for(robot.base_kind()) != Vector3::zeros() =>
+            {
+                Err(IdentifyError::Method(
+                    "the combined method of a floating base under gravity needs efforts with gravity: use another \
+                     method"
+                        .to_owned(),
+                ))
+            }
             _ => Ok(()),
+        }
+    }
+
+    /// Returns the link along whose axes the wrenches are expressed; `None` for those of the sensors or of
+    /// the inertial frame.
+    ///
+    /// # Errors
+    /// Returns [`IdentifyError::Model`] if the robot does not have it.
+    pub(crate) fn axes_link(&self, robot: &Manipulator) -> Result<Option<FrameId>, IdentifyError> {
+        match self.wrench_axes.as_deref() {
+            None => Ok(None),
+            Some(WORLD) if robot.frame(WORLD).is_err() => Ok(None),
+            Some(link) => Ok(Some(robot.frame(link)?)),
         }
     }
 

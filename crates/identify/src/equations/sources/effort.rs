@@ -10,7 +10,7 @@ use super::source::{MeasurementSource, RobotState};
 use crate::equations::channels::Channel;
 use crate::equations::equation::Row;
 use crate::equations::instant::Instant;
-use crate::equations::settings::{EquationSettings, expand};
+use crate::equations::settings::{EffortContent, EquationSettings, expand};
 
 /// Number of entries of a joint beside its target: the regressor of the parameters, that of gravity, and the gain error.
 const JOINT_ENTRIES: usize = 15;
@@ -26,8 +26,8 @@ pub(crate) struct EffortSource {
     noise: Vec<f64>,
     /// Standard deviation of the relative error of the gain of each joint of the robot; empty where the gains are exact.
     gain_std_devs: Vec<f64>,
-    /// Whether the measured efforts are those of the payload alone.
-    is_net: bool,
+    /// Whether the measured efforts contain those of the arm itself, as far as the workspace has them.
+    contains_arm: bool,
     /// Columns of the tool's Jacobian, one for each joint of the robot.
     jacobian: Vec<Vector6<f64>>,
 }
@@ -49,7 +49,7 @@ impl EffortSource {
             loaded_joints,
             noise: expand(&settings.effort_noise, robot.dof()),
             gain_std_devs: expand(&settings.effort_gain_std_dev, robot.dof()),
-            is_net: settings.effort_is_net,
+            contains_arm: settings.effort_content != EffortContent::External,
             jacobian: vec![Vector6::zeros(); robot.dof()],
         }
     }
@@ -90,7 +90,7 @@ impl MeasurementSource for EffortSource {
             *target = instant.joint_effort[joint];
             let of_gain = self.gain_std_devs.get(joint).copied();
             others[4] = of_gain.unwrap_or(0.0) * *target;
-            if !self.is_net {
+            if self.contains_arm {
                 *target -= workspace.joint_torques()?[joint];
             }
         }
@@ -116,6 +116,6 @@ impl MeasurementSource for EffortSource {
     }
 
     fn needs_forces(&self) -> bool {
-        !self.is_net
+        self.contains_arm
     }
 }

@@ -1,7 +1,7 @@
 //! The wrenches of the fingers or of a wrist sensor, (47): the payload alone.
 
-use nalgebra::{DMatrix, SMatrix, SVector};
-use tactid_dynamics::{FrameId, Manipulator, StateError, Wrench};
+use nalgebra::{DMatrix, SMatrix, SVector, UnitQuaternion};
+use tactid_dynamics::{FrameId, Manipulator, StateError, Workspace, Wrench};
 
 use super::regressor::{columns_expressed_in, set_wrench};
 use super::source::{MeasurementSource, RobotState};
@@ -19,6 +19,25 @@ pub(crate) struct WrenchSource {
     /// where they are unknown.
     noise: Vec<SVector<f64, 6>>,
     has_offsets: bool,
+    /// Axes of the wrenches; `None` for those of the sensors.
+    axes: Option<Axes>,
+}
+
+/// Axes of wrenches, other than those of the sensors.
+#[derive(Clone, Copy, Debug)]
+enum Axes {
+    Link(FrameId),
+    World,
+}
+
+impl Axes {
+    /// Returns the rotation from these axes to those of a sensor.
+    fn to_sensor(self, workspace: &Workspace, sensor: FrameId) -> UnitQuaternion<f64> {
+        match self {
+            Self::Link(link) => workspace.relative_pose(sensor, link).rotation,
+            Self::World => workspace.pose(sensor).rotation.inverse(),
+        }
+    }
 }
 
 impl WrenchSource {
@@ -33,7 +52,12 @@ impl WrenchSource {
     ) -> Result<Self, IdentifyError> {
         let frames = sensors.iter().map(|name| robot.frame(name));
         let noise = expand(&settings.wrench_noise, sensors.len());
+        let axes = match settings.axes_link(robot)? {
+            Some(link) => Some(Axes::Link(link)),
+            None => settings.wrench_axes.as_ref().map(|_| Axes::World),
+        };
         Ok(Self {
+            axes,
             sensors: frames.collect::<Result<_, _>>()?,
             noise: noise.into_iter().map(SVector::from).collect(),
             has_offsets: settings.wrench_offset,
@@ -57,7 +81,13 @@ impl MeasurementSource for WrenchSource {
         // (47): f_U and n_U are the sums over all fingers.
         let (workspace, tool) = (robot.workspace, robot.tool);
         let sum = wrenches.fold(Wrench::zero(), |sum, (&sensor, wrench)| {
-            sum + workspace.wrench_in_frame(tool, sensor, wrench)
+            let mut wrench = *wrench;
+            if let Some(axes) = self.axes {
+                let rotation = axes.to_sensor(workspace, sensor);
+                wrench.force = rotation * wrench.force;
+                wrench.moment = rotation * wrench.moment;
+            }
+            sum + workspace.wrench_in_frame(tool, sensor, &wrench)
         });
         set_wrench(targets, &sum);
         entries.copy_from_slice(robot.terms.as_slice());
@@ -71,8 +101,11 @@ impl MeasurementSource for WrenchSource {
         }
         let mut covariance = SMatrix::<f64, 6, 6>::zeros();
         for (&sensor, std_devs) in self.sensors.iter().zip(&self.noise) {
-            let tool_from_sensor = robot.workspace.relative_pose(robot.tool, sensor);
-            let root = columns_expressed_in(&SMatrix::from_diagonal(std_devs), &tool_from_sensor);
+            let mut tool_from_axes = robot.workspace.relative_pose(robot.tool, sensor);
+            if let Some(axes) = self.axes {
+                tool_from_axes.rotation *= axes.to_sensor(robot.workspace, sensor);
+            }
+            let root = columns_expressed_in(&SMatrix::from_diagonal(std_devs), &tool_from_axes);
             covariance += root * root.transpose();
         }
         Some(DMatrix::from_column_slice(6, 6, covariance.as_slice()))
