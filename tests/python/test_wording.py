@@ -106,6 +106,20 @@ FINDINGS = [
         "option_not_used", {"option": "effort_noise", "because": "method", "method": "tactile"}
     ),
     Finding("frame_assumed", {"topic": "/wrench", "frame": "tool0"}),
+    Finding("frame_followed", {"frame": "tcp", "link": "tool0", "origin_m": [0.0, 0.0, 0.05]}),
+    Finding("axes_assumed", {"topic": "/wrench", "axes": "base_link", "point": "tool0"}),
+    Finding(
+        "topic_recognized",
+        {
+            "topic": "/xarm/uf_ftsensor_ext_states",
+            "content": "xArm's wrench",
+            "option": "wrench_topic",
+            "value": "/xarm/uf_ftsensor_raw_states",
+        },
+    ),
+    Finding("axes_contradicted", {"axes": "base", "residual_ratio": 0.05}),
+    Finding("point_contradicted", {"frame": "base", "residual_ratio": 0.05}),
+    Finding("effort_content_contradicted", {"content": "external", "residual_ratio": 0.08}),
     Finding("wrenches_summed", {"topics": ["/left", "/right"]}),
     Finding("joints_renamed", {"names": [("fer_1", "panda_1"), ("fer_2", "panda_2")]}),
     Finding("effort_noisier", {"joints": ["elbow"], "noise_ratios": [3.26]}),
@@ -250,6 +264,32 @@ SENTENCES = {
         " method does not use with this recording."
     ),
     "frame_assumed": ("/wrench names no frame: its wrenches are taken to be in `tool0`."),
+    "frame_followed": (
+        "The frame `tcp` is in no description of the robot: /tf shows it fixed to `tool0`, at (0.0,"
+        " 0.0, 50.0) mm."
+    ),
+    "axes_assumed": (
+        "/wrench is in `base_link`, which does not move with the tool: its wrenches are taken to"
+        " have the axes of `base_link`, and moments about the origin of `tool0`. `wrench_axes` and"
+        " `sensor_frame` state other ones."
+    ),
+    "topic_recognized": (
+        "By its name, /xarm/uf_ftsensor_ext_states is xArm's wrench: if so, give"
+        " `/xarm/uf_ftsensor_raw_states` as `wrench_topic`."
+    ),
+    "axes_contradicted": (
+        "The wrenches have the axes of `base`, not of the sensor: read so, their residuals are"
+        " 5.0 % as large. To accept this, give `base` as `wrench_axes`."
+    ),
+    "point_contradicted": (
+        "The moments of the wrenches are about the origin of `base`: read so, their residuals are"
+        " 5.0 % as large. To accept this, give `base` with the origin 0, 0, 0 and the quaternion"
+        " 0, 0, 0, 1 as `sensor_frame`."
+    ),
+    "effort_content_contradicted": (
+        "The joint efforts contain only what the payload needs, nothing of the arm's own: read so,"
+        " their residuals are 8.0 % as large. To accept this, give `external` as `efforts_are`."
+    ),
     "wrenches_summed": ("The wrenches of /left and /right are summed."),
     "joints_renamed": (
         "No joint in the log has the name of one in the URDF, so joints were matched behind their"
@@ -459,6 +499,9 @@ CONTRADICTIONS = (
     "gravity_contradicted",
     "calibration_contradicted",
     "joint_zero_moved",
+    "axes_contradicted",
+    "point_contradicted",
+    "effort_content_contradicted",
     "negative_mass",
     "known_bodies_too_heavy",
     "mass_contradicted",

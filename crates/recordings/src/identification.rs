@@ -3,6 +3,7 @@
 use schemars::JsonSchema;
 use serde::{Serialize, Serializer};
 use tactid_calibrate::{ArmChange, MotionShortage};
+use tactid_dynamics::{Notice, Subject};
 use tactid_identify::{
     BatchIdentifier, BatchResult, BoundingBox, Delay, Finding as Data, FitReport, Forecast,
     HistoryPoint, KnownMass, LinearEstimate, PayloadEstimate, PrincipalMoments, serial::TenValues,
@@ -195,6 +196,21 @@ fn keep_worst_unexplained(findings: &mut Vec<Data>, still: &[&str]) {
     });
 }
 
+/// Returns whether a finding of the data is that of a wrong assumption, or may follow from one, and says nothing of how
+/// the values of the result were found.
+fn follows_from_assumptions(finding: &Finding) -> bool {
+    match finding {
+        Finding::Data(Data::WrongAssumption(found)) => !found.is_applied,
+        Finding::Data(
+            Data::NothingHeld { .. } | Data::NegativeMass { .. } | Data::KnownBodiesTooHeavy { .. },
+        ) => true,
+        Finding::Data(data) => {
+            matches!(data.subject(), Subject::Assumption | Subject::Consequence)
+        }
+        _ => false,
+    }
+}
+
 /// States the offset of the wrenches with the sign of wrenches that act on the sensor.
 fn negate_offsets(result: &mut BatchResult) {
     if let Some(offset) = &mut result.fit.wrench_offset {
@@ -241,6 +257,20 @@ impl Identification {
         found.recording.findings.extend(fit.changes());
         found.calibrated = Some(fit);
         found
+    }
+
+    /// Returns whether the data contradict an assumption, or leave something unexplained.
+    pub(crate) fn is_contradicted(&self) -> bool {
+        self.recording.findings.iter().any(follows_from_assumptions)
+    }
+
+    /// Puts the finding of a wrong reading, if there is one, in the place of what follows from it.
+    pub(crate) fn replace_consequences(&mut self, reading: Option<Finding>) {
+        if let Some(reading) = reading {
+            let findings = &mut self.recording.findings;
+            findings.retain(|finding| !follows_from_assumptions(finding));
+            findings.push(reading);
+        }
     }
 
     fn assemble(plan: Plan<'_>, run: Run, mut result: BatchResult) -> Self {

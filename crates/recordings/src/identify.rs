@@ -8,6 +8,7 @@ use crate::log::LogRecording;
 use crate::paper_identification::PaperRun;
 use crate::parallel::in_parallel;
 use crate::plan::Plan;
+use crate::readings::contradicted_reading;
 use crate::recording::Recording;
 use crate::run::Run;
 use crate::same_log::same_log;
@@ -148,7 +149,11 @@ fn identify(
         EstimatorKind::LeastSquares => {
             let mut batch = plan.batch_identifier()?;
             let run = Run::new(recording, &plan, &mut batch, observer)?;
-            let found = Identification::new(plan, run, &batch)?;
+            let mut found = Identification::new(plan.clone(), run, &batch)?;
+            if found.is_contradicted() {
+                let reading = contradicted_reading(recording, &plan, observer)?;
+                found.replace_consequences(reading);
+            }
             Ok(Identified::LeastSquares(Box::new(found)))
         }
         EstimatorKind::Nlms => {

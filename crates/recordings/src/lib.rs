@@ -82,6 +82,7 @@ mod plan;
 mod preview;
 mod progress;
 mod rates;
+mod readings;
 mod recording;
 mod recording_report;
 mod request;
@@ -118,7 +119,7 @@ pub use progress::{Observer, Progress};
 pub use recording_report::RecordingReport;
 pub use request::Request;
 pub use tactid_identify::{
-    BoundingBox, Delay, FitReport, Forecast, HALF_WIDTH_95, HistoryPoint, KnownMass,
+    BoundingBox, Delay, EffortContent, FitReport, Forecast, HALF_WIDTH_95, HistoryPoint, KnownMass,
     LinearEstimate, Method, Observability, PayloadEstimate, PrincipalMoments, PriorKnowledge,
     VALUE_NAMES,
 };

@@ -338,6 +338,22 @@ impl Preview<'_> {
         Ok((explains_better || is_quieter).then_some(finding))
     }
 
+    /// Returns the size of the residuals for one delay and cutoff, with an offset of the wrenches among the unknowns;
+    /// `None` where the equations are too few.
+    pub(crate) fn residual_at(
+        &self,
+        streams: &Streams,
+        delay_s: f64,
+        cutoff_hz: f64,
+    ) -> Result<Option<f64>, RecordingError> {
+        let (equations, channels) = self.equations_at(streams, delay_s, cutoff_hz)?;
+        let has_wrench = channels.begin_with_wrench();
+        Ok(residual_size(
+            &equations,
+            &channels.with_offsets(has_wrench),
+        ))
+    }
+
     /// Returns all equations of the beginning for one delay and cutoff, with their channels.
     fn equations_at(
         &self,

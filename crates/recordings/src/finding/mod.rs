@@ -1,5 +1,6 @@
 //! Findings: what a reader of the result should know of the recording, for a program to match.
 
+mod reading_words;
 mod words;
 
 use std::borrow::Cow;
@@ -7,7 +8,7 @@ use std::borrow::Cow;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use tactid_calibrate::Contradiction;
-use tactid_identify::Method;
+use tactid_identify::{EffortContent, Method};
 
 /// Largest change of a joint's gain, a fraction, that may have its cause in the arm itself:
 /// temperature changes gains by a few percent.
@@ -48,6 +49,57 @@ pub enum Finding {
         topic: String,
         /// The assumed frame.
         frame: String,
+    },
+    /// A frame is in no description of the robot, but `/tf` shows the link that carries it.
+    FrameFollowed {
+        /// The frame.
+        frame: String,
+        /// The link.
+        link: String,
+        /// Mean origin of the frame in the frame of the link, m.
+        origin_m: [f64; 3],
+    },
+    /// A topic is in a frame that does not move with the tool: its wrenches are taken to have the
+    /// axes of this frame, and to be about the origin of another one.
+    AxesAssumed {
+        /// Topic of the wrenches.
+        topic: String,
+        /// The frame of the axes.
+        axes: String,
+        /// The frame whose origin the moments are about.
+        point: String,
+    },
+    /// The name of a topic is that of a driver whose values need an option.
+    TopicRecognized {
+        /// The topic.
+        topic: String,
+        /// What the driver publishes there.
+        content: Cow<'static, str>,
+        /// Name of the field of [`Request`](crate::Request) that reads it rightly.
+        option: Cow<'static, str>,
+        /// Its value.
+        value: String,
+    },
+    /// The wrenches have other axes than those that are assumed.
+    AxesContradicted {
+        /// The link whose axes they have, or `world`; the frame of the sensor for `None`.
+        axes: Option<String>,
+        /// Residual with these axes relative to that with the assumed ones, without a unit.
+        residual_ratio: f64,
+    },
+    /// The moments of the wrenches are about another point than what is assumed.
+    PointContradicted {
+        /// The link about whose origin they are, and whose axes the wrenches have.
+        frame: String,
+        /// Residual with this point relative to that with the assumed one, without a unit.
+        residual_ratio: f64,
+    },
+    /// The joint efforts contain something else than what is assumed.
+    EffortContentContradicted {
+        /// What they contain.
+        content: EffortContent,
+        /// Residual with this content relative to that with the assumed one, without a unit.
+        residual_ratio: f64,
     },
     /// The wrenches of several topics are summed.
     WrenchesSummed {

@@ -13,7 +13,11 @@ impl Notice for Finding {
     fn severity(&self) -> Severity {
         match self {
             Self::Data(finding) => finding.severity(),
-            Self::CalibrationContradicted(_) | Self::JointZeroMoved { .. } => Severity::Contradicts,
+            Self::CalibrationContradicted(_)
+            | Self::JointZeroMoved { .. }
+            | Self::AxesContradicted { .. }
+            | Self::PointContradicted { .. }
+            | Self::EffortContentContradicted { .. } => Severity::Contradicts,
             Self::FrictionChanged(changed) if changed.has_other_friction() => Severity::Contradicts,
             Self::GainsChanged(changed) if changed.has_other_gains() => Severity::Contradicts,
             Self::RecordingCalibrated { .. } => Severity::Doubts,
@@ -26,6 +30,9 @@ impl Notice for Finding {
             Self::Data(finding) => finding.subject(),
             Self::CalibrationContradicted(_)
             | Self::JointZeroMoved { .. }
+            | Self::AxesContradicted { .. }
+            | Self::PointContradicted { .. }
+            | Self::EffortContentContradicted { .. }
             | Self::RecordingCalibrated { .. } => Subject::Assumption,
             Self::EffortNoisier { .. } | Self::FrictionChanged(_) | Self::GainsChanged(_) => {
                 Subject::Consequence
@@ -49,6 +56,12 @@ impl Notice for Finding {
             Self::OptionNotUsed { .. }
             | Self::AccelerationNotUsed { .. }
             | Self::JointsRenamed { .. } => self.of_options(reader),
+            Self::FrameFollowed { .. }
+            | Self::AxesAssumed { .. }
+            | Self::TopicRecognized { .. }
+            | Self::AxesContradicted { .. }
+            | Self::PointContradicted { .. }
+            | Self::EffortContentContradicted { .. } => self.of_readings(reader),
             Self::FrameAssumed { .. }
             | Self::WrenchesSummed { .. }
             | Self::UnknownJoints { .. }

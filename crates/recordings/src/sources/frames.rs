@@ -1,13 +1,10 @@
-//! Frames of sensors: links of the robot, or fixed to one by `/tf_static`.
+//! Frames of sensors: links of the robot, or fixed to one by the transforms of a log.
 
-use std::collections::BTreeMap;
+use tactid_dynamics::{BaseKind, Manipulator, list_similar};
 
-use nalgebra::{Isometry3, Quaternion, Translation3, UnitQuaternion};
-use tactid_dynamics::{Manipulator, list_similar};
-use tactid_logs::LogReader;
-use tactid_logs::messages::TFMessage;
-
-use crate::{RecordingError, SensorFrame};
+use super::moving_frames::find_moving;
+use super::transforms::Transforms;
+use crate::{Finding, RecordingError, SensorFrame};
 
 /// Name of a frame that a request places, where the sensor has none of its own.
 const PLACED_FRAME: &str = "sensor_frame";
@@ -39,69 +36,72 @@ pub(crate) fn place_sensor(
     Ok((placed, name.to_owned()))
 }
 
-/// Static transforms of a log: the parent of each frame, and `parent_from_frame`.
-pub(crate) struct StaticTransforms(BTreeMap<String, (String, Isometry3<f64>)>);
+/// What a frame belongs to, for an error.
+#[derive(Clone, Copy)]
+pub(crate) enum FrameOf<'a> {
+    /// The end-effector.
+    Tip,
+    /// The wrenches of a topic.
+    Wrenches(&'a str),
+    /// The axes of the wrenches, which a request names.
+    Axes,
+}
 
-impl StaticTransforms {
-    pub(crate) fn read(log: &LogReader) -> Result<Self, RecordingError> {
-        let mut transforms = BTreeMap::new();
-        let topics = log.topics_of::<TFMessage>();
-        let names: Vec<&str> = topics
-            .map(|topic| topic.name.as_str())
-            .filter(|name| name.ends_with("tf_static"))
-            .collect();
-        for message in log.messages_on(names)? {
-            for stamped in message?.decode::<TFMessage>()?.transforms {
-                let (t, q) = (stamped.transform.translation, stamped.transform.rotation);
-                let pose = Isometry3::from_parts(
-                    Translation3::new(t.x, t.y, t.z),
-                    UnitQuaternion::new_normalize(Quaternion::new(q.w, q.x, q.y, q.z)),
-                );
-                transforms.insert(stamped.child_frame_id, (stamped.header.frame_id, pose));
-            }
-        }
-        Ok(Self(transforms))
+/// Returns a robot with a further frame, which is fixed to one of its links, and a finding where only transforms that may
+/// change show that.
+///
+/// # Errors
+/// Returns [`RecordingError::Data`] if no transform leads to the frame, or [`RecordingError::Tip`] for that of the
+/// end-effector.
+pub(super) fn place_frame(
+    transforms: &Transforms<'_>,
+    robot: &Manipulator,
+    frame: &str,
+    of: FrameOf<'_>,
+) -> Result<(Manipulator, Option<Finding>), RecordingError> {
+    if let Some((link, link_from_frame)) = transforms.link_of(robot, frame) {
+        return Ok((robot.with_frame(frame, link, &link_from_frame), None));
     }
+    let moving = find_moving(transforms, robot, frame)?;
+    let moving = moving.ok_or_else(|| unknown(robot, frame, of))?;
+    let link = robot.frame(&moving.link)?;
+    let placed = robot.with_frame(frame, link, &moving.link_from_frame);
+    let finding = Finding::FrameFollowed {
+        frame: frame.to_owned(),
+        link: moving.link,
+        origin_m: moving.link_from_frame.translation.vector.into(),
+    };
+    Ok((placed, Some(finding)))
+}
 
-    /// Returns the robot with a frame, which is one of its links already or is fixed to one.
-    ///
-    /// # Errors
-    /// Returns [`RecordingError::Data`], with the `topic` that names the frame, or [`RecordingError::Tip`] without one, if no
-    /// transform leads to it.
-    pub(crate) fn place(
-        &self,
-        robot: Manipulator,
-        frame: &str,
-        topic: Option<&String>,
-    ) -> Result<Manipulator, RecordingError> {
-        if robot.frame(frame).is_ok() {
-            return Ok(robot);
+/// Returns the error of a frame that no transform leads to.
+fn unknown(robot: &Manipulator, frame: &str, of: FrameOf<'_>) -> RecordingError {
+    let whose = match of {
+        FrameOf::Tip => "the end-effector",
+        FrameOf::Wrenches(topic) => topic,
+        FrameOf::Axes => "the axes of the wrenches",
+    };
+    let what = format!(
+        "the frame `{frame}` of {whose} is neither a link nor fixed to one by /tf_static or /tf; the links are: {}",
+        list_similar(frame, robot.frame_names())
+    );
+    match of {
+        FrameOf::Tip => RecordingError::Tip(what),
+        FrameOf::Wrenches(_) => {
+            RecordingError::data_of("sensor_frame", what + "; `sensor_frame` places the sensor")
         }
-        let unknown = || {
-            let whose = topic.map_or("the end-effector", String::as_str);
-            let what = format!(
-                "the frame `{frame}` of {whose} is neither a link nor fixed to one by /tf_static; the links are: {}",
-                list_similar(frame, robot.frame_names())
-            );
-            match topic {
-                None => RecordingError::Tip(what),
-                Some(_) => {
-                    let what = what + "; `sensor_frame` places the sensor";
-                    RecordingError::data_of("sensor_frame", what)
-                }
-            }
-        };
-        let mut ancestor = frame;
-        let mut ancestor_from_frame = Isometry3::identity();
-        // A chain longer than the number of transforms is a ring.
-        for _ in 0..self.0.len() {
-            let (parent, parent_from_ancestor) = self.0.get(ancestor).ok_or_else(unknown)?;
-            ancestor = parent;
-            ancestor_from_frame = parent_from_ancestor * ancestor_from_frame;
-            if let Ok(link) = robot.frame(ancestor) {
-                return Ok(robot.with_frame(frame, link, &ancestor_from_frame));
-            }
-        }
-        Err(unknown())
+        FrameOf::Axes => RecordingError::Option {
+            option: "wrench_axes",
+            what,
+        },
     }
+}
+
+/// Returns whether a frame of a robot is fixed to its base, which is fixed to the ground, while the tip moves.
+pub(super) fn is_fixed_to_ground(robot: &Manipulator, frame: &str, tip: &str) -> bool {
+    let is_fixed = |name: &str| {
+        let frame = robot.frame(name).ok();
+        frame.is_some_and(|frame| robot.fixed_transform(robot.base_frame(), frame).is_some())
+    };
+    robot.base_kind() == BaseKind::Fixed && is_fixed(frame) && !is_fixed(tip)
 }

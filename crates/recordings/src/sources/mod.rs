@@ -1,19 +1,24 @@
 //! Sources of a log: topics, robot and frames of the sensors.
 
+mod drivers;
 mod frames;
+mod moving_frames;
 mod robot;
 mod topics;
+mod transforms;
 
 use tactid_dynamics::{FrameId, Manipulator, ModelError};
+use tactid_identify::WORLD;
 use tactid_logs::LogReader;
 use tactid_logs::messages::{Imu, JointState, Odometry, WrenchStamped};
 
 use crate::defaults::{Contents, Options, check_tip};
 use crate::{Finding, RecordingError, Request, SensorFrame};
-use frames::StaticTransforms;
 pub(crate) use frames::place_sensor;
+use frames::{FrameOf, is_fixed_to_ground, place_frame};
 pub(crate) use topics::{MeasuredTopics, MotionTopics, joint_topics, several_topics, times_ns};
 use topics::{first, missing, slowest_period_s};
+use transforms::Transforms;
 
 /// Name of the frame of a sensor that is carried about, where nothing names one.
 pub(crate) const SENSOR_FRAME: &str = "sensor";
@@ -35,17 +40,8 @@ impl LogSources {
     pub(crate) fn find(log: &LogReader, request: &Request) -> Result<Self, RecordingError> {
         let topics = MeasuredTopics::find(log, request)?;
         let frames = NamedFrames::read(log, &topics)?;
-        let contents = Contents {
-            motion: topics.motion_kind(),
-            has_wrenches: !topics.wrenches.is_empty(),
-            has_efforts: topics.has_efforts,
-            has_unloaded: request.unloaded.is_some(),
-            sensor_frame: frames.sensor(),
-            motion_period_s: slowest_period_s(log, &topics.motion_topics()),
-            acceleration_period_s: slowest_period_s(log, topics.acceleration()),
-            wrench_period_s: slowest_period_s(log, &topics.wrenches),
-        };
-        let options = Options::resolve(request, &contents);
+        let contents = contents(log, request, &topics, &frames);
+        let mut options = Options::resolve(request, &contents);
         let robot = match &topics.motion {
             MotionTopics::Joints { base_odometry, .. } => {
                 let robot = robot::robot(log, request.urdf.as_ref(), base_odometry.as_ref())?;
@@ -61,17 +57,27 @@ impl LogSources {
             Some(_) => frames.body(),
             None => options.tip.clone(),
         };
-        let placed = match &request.sensor_frame {
+        let transforms = Transforms::read(log, topics.joints())?;
+        let mut placed = Placed::new(robot, transforms);
+        match &request.sensor_frame {
             Some(given) if !topics.wrenches.is_empty() => {
-                Placed::by_request(log, &robot, &frames.wrenches, given)?
+                placed.place_by_request(&frames.wrenches, given)?;
+                placed.place(&options.tip, FrameOf::Tip)?;
             }
-            _ => Placed::new(log, robot, &topics.wrenches, frames.wrenches, &assumed)?,
-        };
-        let robot = placed.transforms.place(placed.robot, &options.tip, None)?;
+            _ => {
+                placed.place_wrenches(&topics.wrenches, frames.wrenches, &assumed)?;
+                placed.place(&options.tip, FrameOf::Tip)?;
+                placed.tell_axes_from_place(&topics.wrenches, &mut options);
+            }
+        }
+        placed.place_axes(&options)?;
+        let robot = placed.robot;
         check_sum(&robot, &options.tip, &placed.sensors, &topics, request)?;
         check_base_imu(log, &topics, &robot)?;
         request.check_counts(&robot, placed.sensors.len())?;
         let mut findings = placed.findings;
+        let read = topics.without_acceleration();
+        findings.extend(drivers::recognized(log, &read, &robot, &options));
         if topics.wrenches.len() > 1 {
             findings.push(Finding::WrenchesSummed {
                 topics: topics.wrenches.clone(),
@@ -85,6 +91,25 @@ impl LogSources {
             robot,
             findings,
         })
+    }
+}
+
+/// Returns what a log contains, as far as the defaults depend on it.
+fn contents(
+    log: &LogReader,
+    request: &Request,
+    topics: &MeasuredTopics,
+    frames: &NamedFrames,
+) -> Contents {
+    Contents {
+        motion: topics.motion_kind(),
+        has_wrenches: !topics.wrenches.is_empty(),
+        has_efforts: topics.has_efforts,
+        has_unloaded: request.unloaded.is_some(),
+        sensor_frame: frames.sensor(),
+        motion_period_s: slowest_period_s(log, &topics.motion_topics()),
+        acceleration_period_s: slowest_period_s(log, topics.acceleration()),
+        wrench_period_s: slowest_period_s(log, &topics.wrenches),
     }
 }
 
@@ -132,60 +157,91 @@ fn first_named<'a>(mut frames: impl Iterator<Item = &'a String>) -> String {
 }
 
 /// The frames of the wrenches among those of a robot.
-struct Placed {
+struct Placed<'a> {
     robot: Manipulator,
     sensors: Vec<String>,
-    transforms: StaticTransforms,
+    transforms: Transforms<'a>,
     findings: Vec<Finding>,
 }
 
-impl Placed {
+impl<'a> Placed<'a> {
+    /// Takes a robot without sensors.
+    fn new(robot: Manipulator, transforms: Transforms<'a>) -> Self {
+        Self {
+            robot,
+            sensors: Vec::new(),
+            transforms,
+            findings: Vec::new(),
+        }
+    }
+
+    /// Adds a frame to those of the robot, unless it has it.
+    fn place(&mut self, frame: &str, of: FrameOf<'_>) -> Result<(), RecordingError> {
+        if self.robot.frame(frame).is_err() {
+            let (placed, finding) = place_frame(&self.transforms, &self.robot, frame, of)?;
+            self.robot = placed;
+            self.findings.extend(finding);
+        }
+        Ok(())
+    }
+
     /// Places the frames of the wrenches; `assumed` is that of a topic that names none.
-    fn new(
-        log: &LogReader,
-        mut robot: Manipulator,
+    fn place_wrenches(
+        &mut self,
         topics: &[String],
         frames: Vec<String>,
         assumed: &str,
-    ) -> Result<Self, RecordingError> {
-        let transforms = StaticTransforms::read(log)?;
-        let mut findings = Vec::new();
-        let mut sensors = Vec::new();
+    ) -> Result<(), RecordingError> {
         for (topic, mut frame) in topics.iter().zip(frames) {
             if frame.is_empty() {
                 assumed.clone_into(&mut frame);
-                findings.push(Finding::FrameAssumed {
+                self.findings.push(Finding::FrameAssumed {
                     topic: topic.clone(),
                     frame: frame.clone(),
                 });
             }
-            robot = transforms.place(robot, &frame, Some(topic))?;
-            sensors.push(frame);
+            self.place(&frame, FrameOf::Wrenches(topic))?;
+            self.sensors.push(frame);
         }
-        Ok(Self {
-            robot,
-            sensors,
-            transforms,
-            findings,
-        })
+        Ok(())
     }
-}
 
-impl Placed {
     /// Places the frame of the only sensor, whose messages name `frames`, as a request says.
-    fn by_request(
-        log: &LogReader,
-        robot: &Manipulator,
+    fn place_by_request(
+        &mut self,
         frames: &[String],
         given: &SensorFrame,
-    ) -> Result<Self, RecordingError> {
-        let (robot, sensor) = place_sensor(robot, given, frames)?;
-        Ok(Self {
-            robot,
-            sensors: vec![sensor],
-            transforms: StaticTransforms::read(log)?,
-            findings: Vec::new(),
-        })
+    ) -> Result<(), RecordingError> {
+        let (robot, sensor) = place_sensor(&self.robot, given, frames)?;
+        self.robot = robot;
+        self.sensors = vec![sensor];
+        Ok(())
+    }
+
+    /// Places the frame along whose axes the wrenches are, unless these axes are those of the world.
+    fn place_axes(&mut self, options: &Options) -> Result<(), RecordingError> {
+        match options.equations.wrench_axes.as_deref() {
+            None | Some(WORLD) => Ok(()),
+            Some(axes) => self.place(axes, FrameOf::Axes),
+        }
+    }
+
+    /// Where the only wrench is in a frame that does not move with the tip, this frame has its axes, and the moments are
+    /// about the origin of the tip: no sensor that stands still feels the payload alone.
+    fn tell_axes_from_place(&mut self, topics: &[String], options: &mut Options) {
+        let (Some(sensor), [topic]) = (self.sensors.first_mut(), topics) else {
+            return;
+        };
+        if !is_fixed_to_ground(&self.robot, sensor, &options.tip) {
+            return;
+        }
+        let frame = std::mem::replace(sensor, options.tip.clone());
+        let axes = options.equations.wrench_axes.get_or_insert(frame);
+        self.findings.push(Finding::AxesAssumed {
+            topic: topic.clone(),
+            axes: axes.clone(),
+            point: options.tip.clone(),
+        });
     }
 }
 

@@ -1,0 +1,180 @@
+//! Other readings of what was recorded: the axes of the wrenches, and what the efforts contain.
+
+use nalgebra::UnitQuaternion;
+use tactid_dynamics::{BaseKind, Manipulator};
+use tactid_identify::{EffortContent, EquationSettings, WORLD};
+
+use crate::alignment::Event;
+use crate::defaults::Options;
+use crate::plan::Plan;
+use crate::preview::Preview;
+use crate::recording::{Recording, Sources};
+use crate::{Finding, Observer, RecordingError};
+
+/// Size of the residuals relative to those of the assumed reading, below which another reading is the right one. Drivers
+/// that state wrenches or efforts otherwise leave some percent (`tests/readings.rs`).
+const FAR_BETTER: f64 = 0.4;
+
+/// Angle between links of the base below which both have the same axes, rad: descriptions round multiples of a right angle.
+const SAME_ORIENTATION: f64 = 1e-3;
+
+/// How measurements are read.
+struct Reading {
+    equations: EquationSettings,
+    /// Frames about whose origins the moments of the wrenches are.
+    sensors: Vec<String>,
+}
+
+/// Returns a finding where another reading of a recording explains its beginning far better than that of the plan.
+///
+/// Cost: the equations of the beginning, and one fit, for each reading. It is meant for where something is unexplained.
+pub(crate) fn contradicted_reading(
+    recording: &impl Recording,
+    plan: &Plan<'_>,
+    observer: &mut Observer<'_>,
+) -> Result<Option<Finding>, RecordingError> {
+    let given = Reading {
+        equations: plan.equations.clone(),
+        sensors: plan.sources.sensors.clone(),
+    };
+    let with = |equations| Reading {
+        equations,
+        sensors: given.sensors.clone(),
+    };
+    let mut others: Vec<Reading> = other_axes(plan).into_iter().map(with).collect();
+    others.extend(other_contents(plan).into_iter().map(with));
+    others.extend(other_point(plan));
+    if others.is_empty() {
+        return Ok(None);
+    }
+    let events = recording.beginning(observer)?;
+    let Some(assumed) = residual(plan, &events, &given)? else {
+        return Ok(None);
+    };
+    let mut best = None;
+    let mut least = FAR_BETTER * assumed;
+    for other in others {
+        if let Some(size) = residual(plan, &events, &other)?.filter(|size| *size < least) {
+            (least, best) = (size, Some(other));
+        }
+    }
+    Ok(best.map(|other| finding(&given, other, least / assumed)))
+}
+
+/// Returns the size of the residuals of the beginning with a reading; `None` where it is too short.
+fn residual(
+    plan: &Plan<'_>,
+    events: &[Event],
+    reading: &Reading,
+) -> Result<Option<f64>, RecordingError> {
+    let sources = Sources {
+        sensors: reading.sensors.clone(),
+        ..plan.sources.clone()
+    };
+    let options = Options {
+        equations: reading.equations.clone(),
+        tip: plan.tip.clone(),
+        ..sources.options.clone()
+    };
+    let preview = Preview {
+        sources: &sources,
+        options: &options,
+        events,
+    };
+    preview.residual_at(&plan.streams, plan.delay_s, plan.equations.cutoff_hz)
+}
+
+/// Returns the finding that another reading explains the recording better than the `given` one.
+fn finding(given: &Reading, other: Reading, residual_ratio: f64) -> Finding {
+    if other.equations.effort_content != given.equations.effort_content {
+        return Finding::EffortContentContradicted {
+            content: other.equations.effort_content,
+            residual_ratio,
+        };
+    }
+    match other.sensors.into_iter().next() {
+        Some(frame) if given.sensors.first() != Some(&frame) => Finding::PointContradicted {
+            frame,
+            residual_ratio,
+        },
+        _ => Finding::AxesContradicted {
+            axes: other.equations.wrench_axes,
+            residual_ratio,
+        },
+    }
+}
+
+/// Returns the reading in which the moments are about the origin of the link whose axes the wrenches have.
+fn other_point(plan: &Plan<'_>) -> Option<Reading> {
+    let axes = plan.equations.wrench_axes.clone()?;
+    let is_link = plan.sources.robot.frame(&axes).is_ok();
+    (is_link && plan.equations.method.uses_wrench()).then(|| Reading {
+        equations: EquationSettings {
+            wrench_axes: None,
+            ..plan.equations.clone()
+        },
+        sensors: vec![axes; plan.sources.sensors.len()],
+    })
+}
+
+/// Returns the settings with other axes of the wrenches: those of the links that are fixed to the base, or of the world,
+/// and those of the sensor.
+fn other_axes(plan: &Plan<'_>) -> Vec<EquationSettings> {
+    let Sources { robot, sensors, .. } = plan.sources;
+    if !plan.equations.method.uses_wrench() || sensors.is_empty() {
+        return Vec::new();
+    }
+    let axes = if robot.base_kind() == BaseKind::Fixed {
+        links_of_base(robot)
+    } else {
+        vec![WORLD.to_owned()]
+    };
+    let axes = axes.into_iter().map(Some).chain([None]);
+    axes.filter(|axes| *axes != plan.equations.wrench_axes)
+        .map(|wrench_axes| EquationSettings {
+            wrench_axes,
+            ..plan.equations.clone()
+        })
+        .collect()
+}
+
+/// Returns the links that are fixed to the base, one for each orientation.
+fn links_of_base(robot: &Manipulator) -> Vec<String> {
+    let mut found: Vec<(String, UnitQuaternion<f64>)> = Vec::new();
+    for name in robot.frame_names() {
+        let frame = robot.frame(name).ok();
+        let pose = frame.and_then(|frame| robot.fixed_transform(robot.base_frame(), frame));
+        let Some(pose) = pose else { continue };
+        let is_same =
+            |other: &(_, UnitQuaternion<f64>)| other.1.angle_to(&pose.rotation) < SAME_ORIENTATION;
+        if !found.iter().any(is_same) {
+            found.push((name.to_owned(), pose.rotation));
+        }
+    }
+    found.into_iter().map(|(name, _)| name).collect()
+}
+
+/// Returns the settings with other contents of the joint efforts that the robot allows.
+fn other_contents(plan: &Plan<'_>) -> Vec<EquationSettings> {
+    let robot = &plan.sources.robot;
+    if !plan.equations.method.uses_effort() || plan.streams.unloaded {
+        return Vec::new();
+    }
+    let has_masses = robot
+        .frame(&plan.tip)
+        .is_ok_and(|tip| robot.check_masses(Some(tip)).is_ok());
+    let contents = [
+        EffortContent::Measured,
+        EffortContent::WithoutGravity,
+        EffortContent::External,
+    ];
+    contents
+        .into_iter()
+        .filter(|content| has_masses || *content == EffortContent::External)
+        .filter(|content| *content != plan.equations.effort_content)
+        .map(|effort_content| EquationSettings {
+            effort_content,
+            ..plan.equations.clone()
+        })
+        .collect()
+}

@@ -1,0 +1,275 @@
+//! What drivers do to wrenches and efforts before they record them: other axes, parts that are subtracted.
+
+#![allow(clippy::unwrap_used, clippy::panic)]
+
+#[path = "../../identify/tests/common/arm.rs"]
+#[allow(dead_code, reason = "each test file uses a part of what is shared")]
+mod arm;
+
+use std::ops::ControlFlow;
+
+use arm::{Instant, JOINTS, Run, TOOL, arm, body};
+use nalgebra::{Isometry3, Vector3};
+use rand::{RngExt, SeedableRng, rngs::SmallRng};
+use tactid_dynamics::{
+    BaseKind, FrameMotion, InertialParameters, JointMotion, Manipulator, MassProperties, Workspace,
+    inverse_dynamics, motion,
+};
+use tactid_recordings::{
+    Arrays, EffortContent, Finding, Identification, Method, Request, SensorFrame, identify_arrays,
+};
+
+const GRAVITY: Vector3<f64> = Vector3::new(0.0, 0.0, -9.81);
+
+fn held() -> MassProperties {
+    body(2.0, [0.02, -0.01, 0.1], [0.1, 0.15, 0.2])
+}
+
+fn instants() -> Vec<Instant> {
+    let run = Run {
+        base: BaseKind::Fixed,
+        rate_hz: 200.0,
+        payloads: vec![(0.0, held())],
+        duration_s: 10.0,
+        gap_s: None,
+        motion_seed: 5,
+    };
+    run.instants()
+}
+
+/// What an arm recorded while it held [`held`].
+struct Recorded {
+    robot: Manipulator,
+    instants: Vec<Instant>,
+    wrenches: Vec<f64>,
+    efforts: Vec<f64>,
+}
+
+impl Recorded {
+    fn new() -> Self {
+        Self {
+            robot: arm(BaseKind::Fixed),
+            instants: instants(),
+            wrenches: Vec::new(),
+            efforts: Vec::new(),
+        }
+    }
+
+    /// With wrenches in axes of the sensor, or of the world.
+    fn with_wrenches(world_axes: bool) -> Self {
+        let mut recorded = Self::new();
+        let mut random = SmallRng::seed_from_u64(7);
+        let tool = recorded.robot.frame(TOOL).unwrap();
+        let mut workspace = Workspace::new(&recorded.robot);
+        let at_rest = FrameMotion::at_rest(Isometry3::identity());
+        for instant in &recorded.instants {
+            motion(&mut workspace, &at_rest, joints(instant)).unwrap();
+            let turn = workspace.pose(tool).rotation;
+            let turned = |v| if world_axes { turn * v } else { v };
+            let (force, moment) = (turned(instant.wrench.force), turned(instant.wrench.moment));
+            for (values, noise) in [(force, 0.2), (moment, 0.02)] {
+                let noisy = values.map(|value| value + noise * random.random_range(-1.0..1.0));
+                recorded.wrenches.extend(noisy.iter());
+            }
+        }
+        recorded
+    }
+
+    /// With efforts that contain some of what the joints bear.
+    fn with_efforts(content: EffortContent) -> Self {
+        let mut recorded = Self::new();
+        let mut random = SmallRng::seed_from_u64(8);
+        let robot = &recorded.robot;
+        let loaded = robot.with_payload(
+            robot.frame(TOOL).unwrap(),
+            &InertialParameters::from(held()),
+        );
+        let [mut loaded, mut unloaded] = [&loaded, robot].map(Workspace::new);
+        let at_rest = FrameMotion::at_rest(Isometry3::identity());
+        for instant in &recorded.instants {
+            let still = JointMotion {
+                velocity: &[0.0; JOINTS],
+                acceleration: &[0.0; JOINTS],
+                ..joints(instant)
+            };
+            inverse_dynamics(&mut loaded, &at_rest, joints(instant), &GRAVITY).unwrap();
+            let all = loaded.joint_torques().unwrap();
+            let subtracted = match content {
+                EffortContent::Measured => None,
+                EffortContent::WithoutGravity => Some(still),
+                EffortContent::External => Some(joints(instant)),
+            };
+            let subtracted = match subtracted {
+                None => vec![0.0; JOINTS],
+                Some(motion) => {
+                    inverse_dynamics(&mut unloaded, &at_rest, motion, &GRAVITY).unwrap();
+                    unloaded.joint_torques().unwrap().to_vec()
+                }
+            };
+            let noisy = all.iter().zip(subtracted);
+            let noisy = noisy.map(|(all, own)| all - own + 0.2 * random.random_range(-1.0..1.0));
+            recorded.efforts.extend(noisy);
+        }
+        recorded
+    }
+
+    fn identify(&self, request: &Request) -> Identification {
+        let flat = |kind: usize| -> Vec<f64> {
+            let rows = self.instants.iter().map(|instant| instant.joints[kind]);
+            rows.flatten().collect()
+        };
+        let times_s: Vec<f64> = self.instants.iter().map(|instant| instant.time_s).collect();
+        let (q, qd) = (flat(0), flat(1));
+        let arrays = Arrays {
+            robot: Some(&self.robot),
+            time: &times_s,
+            q: &q,
+            qd: &qd,
+            wrench: &self.wrenches,
+            effort: &self.efforts,
+            ..Arrays::default()
+        };
+        let request = Request {
+            tip: Some(TOOL.to_owned()),
+            ..request.clone()
+        };
+        let found = identify_arrays(&arrays, &request, &mut |_| ControlFlow::Continue(()));
+        found.unwrap().into_least_squares().unwrap()
+    }
+}
+
+fn joints(instant: &Instant) -> JointMotion<'_> {
+    let [position, velocity, acceleration] = &instant.joints;
+    JointMotion {
+        position,
+        velocity,
+        acceleration,
+    }
+}
+
+/// Asserts that mass and centre of mass are right, and that no wrong reading is found.
+fn assert_right(found: &Identification) {
+    let (body, held) = (&found.estimate.body, held());
+    assert!((body.mass_kg - held.mass_kg).abs() < 0.02, "{body:?}");
+    assert!((body.center_of_mass - held.center_of_mass).norm() < 2e-3);
+    assert!(found.recording.findings.iter().all(|finding| !matches!(
+        finding,
+        Finding::AxesContradicted { .. } | Finding::EffortContentContradicted { .. }
+    )));
+}
+
+fn axes(axes: Option<&str>) -> Request {
+    Request {
+        wrench_axes: axes.map(str::to_owned),
+        ..Request::default()
+    }
+}
+
+#[test]
+fn wrenches_may_have_axes_of_a_link_or_of_the_world() {
+    let in_world = Recorded::with_wrenches(true);
+    for name in ["base", "world"] {
+        assert_right(&in_world.identify(&axes(Some(name))));
+    }
+    let of_sensor = Recorded::with_wrenches(false);
+    for name in [None, Some(TOOL)] {
+        assert_right(&of_sensor.identify(&axes(name)));
+    }
+}
+
+#[test]
+fn wrong_axes_are_named_as_the_cause() {
+    for (in_world, given, right) in [(true, None, Some("base")), (false, Some("base"), None)] {
+        let found = Recorded::with_wrenches(in_world).identify(&axes(given));
+        let cause = |finding: &Finding| match finding {
+            Finding::AxesContradicted {
+                axes,
+                residual_ratio,
+            } => {
+                assert_eq!(axes.as_deref(), right);
+                assert!((0.0..0.4).contains(residual_ratio), "{residual_ratio}");
+                true
+            }
+            _ => false,
+        };
+        let findings = &found.recording.findings;
+        assert!(findings.iter().any(cause), "{findings:?}");
+    }
+}
+
+/// Moments about the origin of the base, as a wrench has them that was transformed to this frame.
+#[test]
+fn a_wrong_point_of_the_moments_is_named_as_the_cause() {
+    let mut recorded = Recorded::with_wrenches(true);
+    let tool = recorded.robot.frame(TOOL).unwrap();
+    let mut workspace = Workspace::new(&recorded.robot);
+    let at_rest = FrameMotion::at_rest(Isometry3::identity());
+    let pairs = recorded.wrenches.chunks_exact_mut(6);
+    for (six, instant) in pairs.zip(&recorded.instants) {
+        motion(&mut workspace, &at_rest, joints(instant)).unwrap();
+        let origin = workspace.pose(tool).translation.vector;
+        let shift = origin.cross(&Vector3::from_column_slice(&six[..3]));
+        six[3..]
+            .iter_mut()
+            .zip(&shift)
+            .for_each(|(moment, shift)| *moment += shift);
+    }
+    let found = recorded.identify(&axes(Some("base")));
+    let is_cause = |finding: &Finding| matches!(finding, Finding::PointContradicted { frame, .. } if frame == "base");
+    let findings = &found.recording.findings;
+    assert!(findings.iter().any(is_cause), "{findings:?}");
+    let unit = [0.0, 0.0, 0.0, 1.0];
+    assert_right(&recorded.identify(&Request {
+        sensor_frame: Some(SensorFrame::new("base", [0.0; 3], unit).unwrap()),
+        ..Request::default()
+    }));
+}
+
+#[test]
+fn axes_of_no_link_are_an_error() {
+    let recorded = Recorded::with_wrenches(false);
+    let arrays = Arrays {
+        robot: Some(&recorded.robot),
+        time: &[0.0],
+        q: &[0.0; JOINTS],
+        wrench: &[0.0; 6],
+        ..Arrays::default()
+    };
+    let request = Request {
+        tip: Some(TOOL.to_owned()),
+        ..axes(Some("pedestal"))
+    };
+    let found = identify_arrays(&arrays, &request, &mut |_| ControlFlow::Continue(()));
+    let message = found.unwrap_err().to_string();
+    assert!(message.contains("pedestal"), "{message}");
+}
+
+const CONTENTS: [EffortContent; 3] = [
+    EffortContent::Measured,
+    EffortContent::WithoutGravity,
+    EffortContent::External,
+];
+
+#[test]
+fn each_content_of_efforts_gives_the_payload_and_a_wrong_one_is_named() {
+    for content in CONTENTS {
+        let recorded = Recorded::with_efforts(content);
+        for given in CONTENTS {
+            let found = recorded.identify(&Request {
+                method: Some(Method::Effort),
+                efforts_are: Some(given),
+                ..Request::default()
+            });
+            if given == content {
+                assert_right(&found);
+                continue;
+            }
+            let named = |finding: &Finding| match finding {
+                Finding::EffortContentContradicted { content, .. } => Some(*content),
+                _ => None,
+            };
+            let named: Vec<_> = found.recording.findings.iter().filter_map(named).collect();
+            assert_eq!(named, [content], "given as {given:?}");
+        }
+    }
+}
