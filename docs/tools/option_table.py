@@ -55,10 +55,11 @@ RUST_HEAD = """\
 ## Rust
 
 A recording is identified by `identify_log` or `identify_arrays` of the crate `tactid-recordings`.
-The fields of its `Request` are the options, with the names of their keywords, and the fields of its
-`Arrays` are the arrays. Online, `Identifier::new` of `tactid-identify` takes `EquationSettings`,
-with fields of the same names, and the tip, the robot and the sensors as arguments;
-`PaperFilter::new` takes the `PaperSettings`, too. Each sample is a `Sample`:
+The fields of its `Request` are the options, with the names of their keywords, but for those of
+tables, which the Python package reads. The fields of its `Arrays` are the arrays. Online,
+`Identifier::new` of `tactid-identify` takes `EquationSettings`, with fields of the same names, and
+the tip, the robot and the sensors as arguments; `PaperFilter::new` takes the `PaperSettings`, too.
+Each sample is a `Sample`:
 """
 
 

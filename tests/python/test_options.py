@@ -68,6 +68,7 @@ def test_the_help_groups_the_options_by_what_they_are_about(help_text: str) -> N
         "Prior knowledge": ["known_tool", "known_mass_kg", "known_mass_std_dev_kg", "bounding_box"],
         "Noise and filter": ["estimator", "cutoff_hz", "wrench_noise", "effort_noise"],
         "Paper's filter": ["alpha", "beta", "average_s", "epochs"],
+        "Tables": ["columns", "episode"],
     }
     assert [name for names in panels.values() for name in names] == option_names()
     places = [help_text.index(f"╭─ {panel} ─") for panel in panels]

@@ -89,6 +89,7 @@ from tactid._native import (
     wrench_regressor,
 )
 from tactid._options.options import Options
+from tactid._read.dh import dh_urdf
 from tactid._results.calibration_data import CalibrationRecording
 from tactid._results.payload import PaperEstimate, PayloadEstimate
 from tactid._results.records import (
@@ -193,6 +194,7 @@ __all__ = [
     "combine",
     "compare",
     "design_excitation",
+    "dh_urdf",
     "identify",
     "info",
     "motion_schema",

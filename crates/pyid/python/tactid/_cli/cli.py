@@ -32,6 +32,8 @@ from tactid._cli.simulate_command import run_simulation
 from tactid._native import VERSION, Experiment, set_log_memory
 from tactid._native import info as log_info
 from tactid._options.options import Estimator
+from tactid._read.recordings import contents
+from tactid._read.tables import Table
 from tactid._results import table
 
 EXIT_CODES = (
@@ -194,17 +196,24 @@ app.command("compare", cls=NumberListCommand)(compare_recording)
 
 @app.command("info")
 def show_info(
-    log: Annotated[Path, typer.Argument(help="A rosbag2 folder, or an .mcap or .db3 file.")],
+    log: Annotated[
+        Path,
+        typer.Argument(
+            help="A rosbag2 folder, or an .mcap or .db3 file; a table, a data set of LeRobot, or a"
+            " ROS 1 bag."
+        ),
+    ],
 ) -> None:
-    """Shows the topics of a log."""
-    contents = log_info(log)
+    """Shows the topics of a log, or the columns of a table and what they are known as."""
+    found = contents(log)
+    is_table = isinstance(found, Table)
     console = Stream()
-    topics = log_contents.topics_table(contents)
+    shown = log_contents.columns_table(found) if is_table else log_contents.topics_table(found)
     if console.is_terminal:
-        console.print(topics, highlight=False)
+        console.print(shown, highlight=False)
     else:
-        print_whole(topics)
-    for line in log_contents.info_lines(contents):
+        print_whole(shown)
+    for line in [] if is_table else log_contents.info_lines(found):
         console.print(line, highlight=False, markup=False, soft_wrap=True)
 
 

@@ -18,6 +18,7 @@ from tactid._documents import motion_files
 from tactid._documents.motion_speed import LEAST_SPEED, SPEED
 from tactid._native import Manipulator
 from tactid._options.options import OWN, options_for
+from tactid._read.descriptions import as_urdf
 from tactid._show import motion_text
 
 REPORT = "report.html"
@@ -81,7 +82,7 @@ def _design(
 ) -> DesignedMotion:
     keywords = option_flags.values(arguments, OWN["design"].values())
     floats = "base_attitude" in keywords or "base_position" in keywords
-    robot = Manipulator.from_urdf(urdf, base or ("floating" if floats else "fixed"))
+    robot = Manipulator.from_urdf(as_urdf(urdf), base or ("floating" if floats else "fixed"))
     for finding in robot.findings:
         notes.print(finding.worded("command-line"), markup=False)
     with interruptible("no motion was written"), progress("designing") as done:

@@ -1,17 +1,22 @@
-"""The contents of a log as ``tactid info`` shows them."""
+"""The contents of a recording as ``tactid info`` shows them."""
 
 from rich.table import Table
 from rich.text import Text
 
+from tactid._base.errors import ArgumentError
 from tactid._base.terminal import printable
 from tactid._base.text_table import empty_table
 from tactid._native import LogInfo
+from tactid._read import columns
+from tactid._read.foreign_logs import BagInfo
+from tactid._read.recordings import ARRAYS
+from tactid._read.tables import Table as Columns
 
 MOST_TOPICS = 1000
 """Rows of the table: a row takes half a millisecond, and a log may name any number of topics."""
 
 
-def topics_table(info: LogInfo) -> Table:
+def topics_table(info: LogInfo | BagInfo) -> Table:
     """Returns the topics of a log, the first :data:`MOST_TOPICS` of many, as a table."""
     table = empty_table()
     table.add_column("topic", overflow="fold")
@@ -25,7 +30,7 @@ def topics_table(info: LogInfo) -> Table:
     return table
 
 
-def info_lines(info: LogInfo) -> list[str]:
+def info_lines(info: LogInfo | BagInfo) -> list[str]:
     """Returns the duration, the metadata and the damage of a log, a line each."""
     duration = "no messages" if info.duration is None else f"{info.duration:.3f} s"
     records = ", ".join(info.metadata) or "none"
@@ -33,3 +38,23 @@ def info_lines(info: LogInfo) -> list[str]:
     if (more := len(info.topics) - MOST_TOPICS) > 0:
         lines.insert(0, f"topics    {more} more, which tactid.info in Python has")
     return lines + [f"damage    {line}" for line in info.damage or ["none"]]
+
+
+def columns_table(table: Columns) -> Table:
+    """Returns the columns of a table, the first of many, with the arrays that they are known as.
+
+    Those that are named after the joints of a robot are known with its URDF only.
+    """
+    known: dict[str | None, str] = {}
+    for array in ARRAYS:
+        try:
+            found = columns.find(table, [array])
+        except ArgumentError:  # several may be the array
+            continue
+        known |= dict.fromkeys(found[array].columns if array in found else (), array)
+    shown = empty_table()
+    shown.add_column("column", overflow="fold")
+    shown.add_column("array")
+    for name in table.names[:MOST_TOPICS]:
+        shown.add_row(Text(printable(name)), known.get(name, "–"))
+    return shown

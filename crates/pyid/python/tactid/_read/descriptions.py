@@ -31,8 +31,7 @@ def as_urdf(given: str | os.PathLike[str]) -> str | os.PathLike[str]:
 def _expanded(path: Path) -> str:
     """Returns the URDF that a xacro file describes."""
     advice = f"xacro {path} > robot.urdf"
-    what = f"{path} is xacro (which {advice} expands, too)"
-    xacro = package("xacro", what, "urdf")
+    xacro = package("xacro", f"{path} is xacro", "urdf", f", or expand it elsewhere: {advice}")
     if not path.is_file():
         raise ArgumentError(f"there is no file {path}", option="urdf")
     try:

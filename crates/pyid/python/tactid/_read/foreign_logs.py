@@ -6,6 +6,7 @@ Their messages are written to an MCAP file as ROS 2 has them, by the packages ro
 import json
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -65,17 +66,61 @@ def bag_messages(path: Path) -> Iterator[tuple[Iterator[Message], int]]:
         ArgumentError: The package rosbags is missing.
     """
     rosbag1 = package("rosbags.rosbag1", f"{path} is a ROS 1 bag")
+    with _bag(rosbag1, path) as reader:
+        kept = [each for each in reader.connections if full_name(each.msgtype) in TYPES]
+        count = sum(each.msgcount for each in kept)
+        yield (
+            (
+                Message(each.topic, full_name(each.msgtype), "ros1", time, data)
+                for each, time, data in (reader.messages(connections=kept) if kept else ())
+            ),
+            count,
+        )
+
+
+@dataclass(frozen=True)
+class BagTopic:
+    """A topic of a ROS 1 bag, as :class:`tactid.Topic` has one."""
+
+    name: str
+    type_name: str
+    count: int
+    frequency: float | None
+
+
+@dataclass(frozen=True)
+class BagInfo:
+    """Contents of a ROS 1 bag, as :class:`tactid.LogInfo` has them."""
+
+    topics: list[BagTopic]
+    duration: float | None
+    metadata: dict[str, dict[str, str]] = field(default_factory=dict)
+    damage: list[str] = field(default_factory=list)
+
+
+def bag_info(path: Path) -> BagInfo:
+    """Returns the contents of a ROS 1 bag."""
+    rosbag1 = package("rosbags.rosbag1", f"{path} is a ROS 1 bag")
+    with _bag(rosbag1, path) as reader:
+        duration = reader.duration * 1e-9 if reader.message_count else None
+        topics = [
+            BagTopic(
+                name,
+                topic.msgtype or "several types",
+                topic.msgcount,
+                (topic.msgcount - 1) / duration if duration and topic.msgcount > 1 else None,
+            )
+            for name, topic in sorted(reader.topics.items())
+        ]
+    return BagInfo(topics, duration)
+
+
+@contextmanager
+def _bag(rosbag1: Any, path: Path) -> Iterator[Any]:
+    """Opens a ROS 1 bag; its errors are those of a log."""
     try:
         with rosbag1.Reader(path) as reader:
-            kept = [each for each in reader.connections if full_name(each.msgtype) in TYPES]
-            count = sum(each.msgcount for each in kept)
-            yield (
-                (
-                    Message(each.topic, full_name(each.msgtype), "ros1", time, data)
-                    for each, time, data in (reader.messages(connections=kept) if kept else ())
-                ),
-                count,
-            )
+            yield reader
     except (rosbag1.ReaderError, AssertionError, UnicodeDecodeError, ValueError, OSError) as error:
         raise LogError(f"{path}: the ROS 1 bag cannot be read: {error}") from None
 
@@ -212,13 +257,22 @@ def opener_of(path: Path, encodings: Callable[[Path], set[str]]) -> Opener | Non
         path: The file.
         encodings: Returns the encodings of the messages of an MCAP file.
     """
-    if not path.is_file():
-        return None
-    with path.open("rb") as file:
-        beginning = file.read(64)
-    if beginning.startswith(BAG_BEGINNING):
+    if is_bag(path):
         return bag_messages
     # An MCAP file begins with its magic, and with a header that begins with the profile.
+    beginning = _beginning(path)
     if beginning.startswith(b"\x89MCAP0\r\n\x01") and beginning[17:25] != b"\4\0\0\0ros2":
         return mcap_messages if encodings(path) & set(ENCODINGS) else None
     return None
+
+
+def is_bag(path: Path) -> bool:
+    """Returns whether a file is a ROS 1 bag, which its first bytes show."""
+    return _beginning(path).startswith(BAG_BEGINNING)
+
+
+def _beginning(path: Path) -> bytes:
+    if not path.is_file():  # a pipe would lose the bytes that are read
+        return b""
+    with path.open("rb") as file:
+        return file.read(64)

@@ -14,13 +14,14 @@ INSTALLED_WITH = {
 """What pip installs for a package: those that one kind of file needs, together."""
 
 
-def package(module: str, what: str, option: str | None = None) -> Any:
+def package(module: str, what: str, option: str | None = None, advice: str = "") -> Any:
     """Imports a module of a package that need not be installed.
 
     Args:
         module: The module, such as ``pyarrow.parquet``.
         what: What needs the package, as the beginning of an error.
         option: The option that names the file.
+        advice: What else helps, as the end of an error.
 
     Raises:
         ArgumentError: The package is not installed.
@@ -31,6 +32,6 @@ def package(module: str, what: str, option: str | None = None) -> Any:
         name = module.partition(".")[0]
         raise ArgumentError(
             f"{what}, which the Python package {name} reads, but it is not installed: pip install"
-            f" {INSTALLED_WITH[name]}",
+            f" {INSTALLED_WITH[name]}{advice}",
             option=option,
         ) from None

@@ -97,6 +97,13 @@ def log_info(path: LogPath) -> Any:
     return None if _form(Path(path), None) is not None else _native.info(path)
 
 
+def contents(path: Path) -> Any:
+    """Returns the contents of a log, of a ROS 1 bag, or of a table, whose columns are read."""
+    if foreign_logs.is_bag(path):
+        return foreign_logs.bag_info(path)
+    return table_of(path, 0) or _native.info(path)
+
+
 def table_of(path: Path, episode: int | None = None) -> Table | None:
     """Returns the table that a path leads to; None for another file."""
     return lerobot.LeRobotTable(path, episode) if lerobot.is_dataset(path) else open_table(path)

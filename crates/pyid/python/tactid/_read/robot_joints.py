@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from tactid._base.errors import ArgumentError
+from tactid._base.naming import counted
 from tactid._native import Manipulator
 from tactid._read.columns import NOT_MEASURED, Quantity
 from tactid._read.tables import Table
@@ -77,8 +78,8 @@ class RobotJoints:
             joints = ", ".join(f"`{name}`" for name in self.arm)
             raise ArgumentError(
                 f"{table.path}: {quantity.words} are {width} numbers a row for `{quantity.array}`,"
-                f" but the robot has {len(self.arm)} joints up to `{self.tip}`: {joints}; name the"
-                " columns in `columns`, in this order",
+                f" but the robot has {counted(len(self.arm), 'joint')} up to `{self.tip}`:"
+                f" {joints}; name the columns in `columns`, in this order",
                 option="columns",
             )
         last = quantity.columns[-1]
