@@ -60,6 +60,8 @@ def test_the_help_groups_the_options_by_what_they_are_about(help_text: str) -> N
         ],
         "Signs": [
             "gravity",
+            "wrench_is",
+            "configured_payload",
             "wrench_acts_on",
             "efforts_are",
             "effort_gain",

@@ -315,6 +315,8 @@ impl Solution<'_> {
             excitation: excitation.strengths.clone(),
             excitation_directions: excitation.directions.iter().map(|v| (*v).into()).collect(),
             wrench_offset: None,
+            gravity: None,
+            subtracted_weight: None,
             stride_s: window::stride_s(arm.cutoff_hz),
             cutoff_hz: arm.cutoff_hz,
             measured: table(measured),

@@ -70,6 +70,22 @@ impl Reader {
             Self::Rust | Self::Python | Self::Online => format!("`{field}`"),
         }
     }
+
+    /// Returns a field of `Request` with a value as the reader would write both.
+    ///
+    /// ```
+    /// use tactid_dynamics::Reader;
+    ///
+    /// assert_eq!(Reader::CommandLine.choice("gravity", "unknown"), "`--gravity unknown`");
+    /// assert_eq!(Reader::Python.choice("gravity", "unknown"), "`gravity=\"unknown\"`");
+    /// ```
+    #[must_use]
+    pub fn choice(self, field: &str, value: &str) -> String {
+        match self {
+            Self::CommandLine => format!("`{} {value}`", self.option(field)),
+            Self::Rust | Self::Python | Self::Online => format!("`{field}=\"{value}\"`"),
+        }
+    }
 }
 
 /// Something that a reader of a result should know.

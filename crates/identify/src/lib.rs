@@ -97,7 +97,7 @@ pub use tactid_dynamics::{BaseKind, Manipulator, ModelError, Wrench};
 pub use batch::{BatchIdentifier, BatchResult, BatchSettings, FitReport, Forecast};
 pub use equations::{
     BaseState, Channel, Channels, EffortContent, EquationSettings, EquationStream, MotionRows,
-    PushOutcome, Sample, WORLD, states_of_poses,
+    PushOutcome, Sample, SubtractedLoad, Unknowns, WORLD, states_of_poses,
 };
 pub use error::{IdentifyError, digits, three_digits};
 pub use finding::{
@@ -111,8 +111,9 @@ pub use online::Identifier;
 pub use prior::{BoundingBox, KnownMass, PriorKnowledge};
 pub use range::Range;
 pub use result::{
-    HistoryPoint, Observability, PayloadEstimate, VALUE_NAMES, WrenchOffset, body_of_values,
-    is_physical, serialize_body, serialize_composite, subtract_known_body, values_of_body,
+    GravityEstimate, HistoryPoint, Observability, PayloadEstimate, VALUE_NAMES, WeightEstimate,
+    WrenchOffset, body_of_values, is_physical, serialize_body, serialize_composite,
+    subtract_known_body, values_of_body,
 };
 pub use sampling::Sampling;
 pub use solve::{HALF_WIDTH_95, PrincipalMoments, largest_of_kind, value_jacobian};

@@ -167,6 +167,24 @@ impl WrenchOffset {
     }
 }
 
+/// Gravity whose direction was identified.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, JsonSchema)]
+pub struct GravityEstimate {
+    /// Gravitational acceleration in the inertial frame, m/s². Its size is that of the given one.
+    pub values: [f64; 3],
+    /// Standard deviations of the values, m/s², infinite where the motion does not determine the direction.
+    pub std_devs: [f64; 3],
+}
+
+/// The body whose weight was subtracted from the wrenches.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, JsonSchema)]
+pub struct WeightEstimate {
+    /// Mass, kg, then centre of mass in the end-effector frame, m.
+    pub values: [f64; 4],
+    /// Standard deviations of the values, kg and m, infinite where the motion does not determine a value.
+    pub std_devs: [f64; 4],
+}
+
 /// The estimate at one time of a recording.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct HistoryPoint {

@@ -63,6 +63,8 @@ pub enum Kind {
     Names,
     /// Three numbers.
     Vector,
+    /// Gravity: three numbers, or a word.
+    Gravity,
     /// One number for all, or one for each.
     Numbers,
     /// A position for each joint, or positions by the names of joints.
@@ -87,6 +89,8 @@ pub enum Kind {
     Grip,
     /// A body: its mass, centre of mass, and inertia about it.
     Body,
+    /// A body of which the inertia may be missing: its mass and centre of mass, and inertia about it.
+    Payload,
     /// A link, then three coordinates and a quaternion.
     Frame,
     /// Calibration of an arm, or the path of its file.

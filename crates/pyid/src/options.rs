@@ -153,6 +153,7 @@ pub(crate) fn expected(kind: Kind) -> String {
         Kind::Path => "the path of a file",
         Kind::Names => "a dict of names in the log and names in the URDF",
         Kind::Vector => "three numbers, of the shape (3,)",
+        Kind::Gravity => "three numbers, of the shape (3,), or 'auto' or 'unknown'",
         Kind::Recordings => "the path of a log, arrays by their names, or a list of these",
         Kind::Posture => "a position for each joint, or positions by the names of joints",
         Kind::EachNumber => "a number for each recording",
@@ -167,6 +168,9 @@ pub(crate) fn expected(kind: Kind) -> String {
         }
         Kind::Grip => "a tactid.Grip, whose center and normal have three numbers",
         Kind::Body => "a tactid.MassProperties",
+        Kind::Payload => {
+            "its mass and its centre of mass, four numbers, or these and its inertia, ten numbers"
+        }
         Kind::Frame => "a link, then x, y, z, qx, qy, qz, qw",
         Kind::Calibration => "a tactid.Calibration, or the path of its file",
         Kind::Choice(names) => {

@@ -3,14 +3,15 @@
 
 use std::path::PathBuf;
 
-use nalgebra::{Isometry3, Quaternion, Translation3, Vector4};
+use nalgebra::{Isometry3, Quaternion, Translation3, Vector3, Vector4};
 use schemars::JsonSchema;
 use serde::{Deserialize, Deserializer, Serialize};
 use tactid_options::{Kind, Value, read_as};
 
 use crate::arm_calibration::ArmCalibration;
 use crate::{RecordingError, unit_quaternion};
-use tactid_identify::three_digits;
+use tactid_dynamics::{BaseKind, MassProperties};
+use tactid_identify::{body_of_values, three_digits, values_of_body};
 
 /// How equations become parameters.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
@@ -62,6 +63,118 @@ pub enum OffsetChoice {
 
 impl Value for OffsetChoice {
     read_as!(Kind::Choice(&["auto", "yes", "no"]), Self);
+
+    fn is_effective(&self) -> bool {
+        *self != Self::Auto
+    }
+}
+
+/// What the driver of a sensor has subtracted from its wrenches.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum WrenchIs {
+    /// Nothing but a constant.
+    #[default]
+    Raw,
+    /// The weight of the configured payload, but not the forces that accelerate it.
+    WithoutWeight,
+    /// The weight of the configured payload and the forces that accelerate it, so that contacts are left.
+    Contact,
+}
+
+impl Value for WrenchIs {
+    read_as!(Kind::Choice(&["raw", "without-weight", "contact"]), Self);
+
+    fn is_effective(&self) -> bool {
+        *self != Self::Raw
+    }
+}
+
+/// The payload that is configured in a controller, in the tip's frame.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ConfiguredPayload(pub MassProperties);
+
+impl Value for ConfiguredPayload {
+    const KIND: Kind = Kind::Payload;
+
+    /// Reads mass and centre of mass, and the inertia about it where it is given.
+    fn read<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        let numbers = Vec::<f64>::deserialize(deserializer)?;
+        let (given, inertia) = numbers.split_at_checked(4).ok_or_else(|| short(&numbers))?;
+        let mut values = [0.0; 10];
+        values[..4].copy_from_slice(given);
+        match inertia.len() {
+            0 => {}
+            6 => values[4..].copy_from_slice(inertia),
+            _ => return Err(short(&numbers)),
+        }
+        Ok(Self(body_of_values(&values)))
+    }
+
+    fn numbers(&self) -> Vec<f64> {
+        values_of_body(&self.0).to_vec()
+    }
+}
+
+/// Returns the error of a body that has neither four nor ten numbers.
+fn short<E: serde::de::Error>(numbers: &[f64]) -> E {
+    E::invalid_length(numbers.len(), &"four or ten numbers")
+}
+
+/// Gravity, as far as it is known.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub enum GravityChoice {
+    /// That of the kind of base, which the data may contradict.
+    #[default]
+    Auto,
+    /// The gravitational acceleration in world axes, m/s².
+    Given(Vector3<f64>),
+    /// Its direction is unknown; its size is 9.81 m/s².
+    Unknown,
+}
+
+impl GravityChoice {
+    /// Returns the acceleration in world axes, m/s², from which the identification starts; `None` for that of the kind of base.
+    #[must_use]
+    pub fn vector(self) -> Option<Vector3<f64>> {
+        match self {
+            Self::Auto => None,
+            Self::Given(gravity) => Some(gravity),
+            // Also a floating base has gravity if its direction is sought.
+            Self::Unknown => Some(BaseKind::Fixed.default_gravity()),
+        }
+    }
+}
+
+impl Value for GravityChoice {
+    const KIND: Kind = Kind::Gravity;
+
+    fn read<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        #[derive(Deserialize)]
+        #[serde(rename_all = "lowercase")]
+        enum Word {
+            Auto,
+            Unknown,
+        }
+        #[derive(Deserialize)]
+        #[serde(untagged)]
+        enum Given {
+            Vector([f64; 3]),
+            Word(Word),
+        }
+        Ok(match Given::deserialize(deserializer)? {
+            Given::Vector(entries) => Self::Given(entries.into()),
+            Given::Word(Word::Auto) => Self::Auto,
+            Given::Word(Word::Unknown) => Self::Unknown,
+        })
+    }
+
+    fn numbers(&self) -> Vec<f64> {
+        match self {
+            Self::Given(gravity) => gravity.as_slice().to_vec(),
+            Self::Auto | Self::Unknown => Vec::new(),
+        }
+    }
 
     fn is_effective(&self) -> bool {
         *self != Self::Auto

@@ -92,6 +92,7 @@ impl Options {
         }
         if !method.uses_wrench() {
             equations.wrench_noise.clear();
+            equations.unknowns.weight = false;
         }
         equations.effort_gain_std_dev = effort_gain_std_devs(request);
         match contents.motion {
@@ -100,7 +101,10 @@ impl Options {
                 let on_the_ground = BaseKind::Fixed.default_gravity();
                 equations.gravity.get_or_insert(on_the_ground);
             }
-            Motion::InertialUnit => equations.gravity = Some(Vector3::zeros()),
+            Motion::InertialUnit => {
+                equations.gravity = Some(Vector3::zeros());
+                equations.unknowns.gravity = false;
+            }
         }
         // Only the wrenches determine a delay.
         let has_no_delay = is_paper || method != Method::Tactile;
@@ -240,7 +244,7 @@ mod tests {
     use std::borrow::Cow;
 
     use super::*;
-    use crate::OffsetChoice;
+    use crate::{GravityChoice, OffsetChoice};
 
     fn contents(motion: Motion) -> Contents {
         Contents {
@@ -365,7 +369,7 @@ mod tests {
     #[test]
     fn options_about_another_motion_are_reported() {
         let request = Request {
-            gravity: Some(Vector3::new(0.0, 0.0, -9.81)),
+            gravity: Some(GravityChoice::Given(Vector3::new(0.0, 0.0, -9.81))),
             wrench_topic: Some(vec!["/wrench".to_owned()]),
             acceleration_topic: Some("/acceleration".to_owned()),
             imu_topic: Some("/imu".to_owned()),

@@ -291,7 +291,7 @@ impl Identification {
             }
         }
         let of_data = result.findings.into_iter().map(Finding::Data);
-        Self {
+        let mut found = Self {
             estimate: result.estimate,
             principal_moments: result.principal_moments,
             linear: result.linear,
@@ -304,6 +304,10 @@ impl Identification {
             known_mass: plan.request.known_mass(),
             bounding_box: plan.request.bounding_box,
             recording: RecordingReport::new(plan, run, corrected.into_iter().chain(of_data)),
+        };
+        if let Some(gravity) = &found.fit.gravity {
+            found.recording.gravity_m_s2 = gravity.values.into();
         }
+        found
     }
 }

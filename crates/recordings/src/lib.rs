@@ -100,7 +100,9 @@ pub use calibration::{
     CalibrationRecording, CalibrationRequest, CalibrationRun, CalibrationSource,
     CalibrationSources, RecordingRole, calibrate_arm,
 };
-pub use choices::{ActsOn, EstimatorKind, OffsetChoice, SensorFrame};
+pub use choices::{
+    ActsOn, ConfiguredPayload, EstimatorKind, GravityChoice, OffsetChoice, SensorFrame, WrenchIs,
+};
 pub use clock::Clock;
 pub use combination::{CombinedRun, combine, combine_runs};
 pub use combine::{Agreement, Combination, RunDistance, ValueDifference, combine_estimates};

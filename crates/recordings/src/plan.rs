@@ -7,7 +7,7 @@ use crate::defaults::Options;
 use crate::preview::{DelayEstimate, Preview, is_significant};
 use crate::rates::contradicted_rates;
 use crate::recording::{Recording, Selection, Sources};
-use crate::{EstimatorKind, Finding, Observer, OffsetChoice, RecordingError, Request};
+use crate::{EstimatorKind, Finding, Observer, OffsetChoice, RecordingError, Request, WrenchIs};
 
 /// How a recording is identified.
 #[derive(Clone, Debug)]
@@ -49,6 +49,7 @@ impl<'a> Plan<'a> {
             options: &options,
             events: &events,
         };
+        check_weight(request, &options, sources)?;
         let chosen = options
             .chooses_cutoff
             .then(|| preview.choose_cutoff(&streams));
@@ -120,6 +121,25 @@ impl<'a> Plan<'a> {
             acceleration: self.streams.acceleration,
         }
     }
+}
+
+/// Checks that wrenches without a weight have one: where gravity is zero, or part of the measured accelerations, it is not known.
+fn check_weight(
+    request: &Request,
+    options: &Options,
+    sources: &Sources,
+) -> Result<(), RecordingError> {
+    let gravity = options.equations.gravity_for(sources.robot.base_kind());
+    let lacks_weight = request.wrench_is == Some(WrenchIs::WithoutWeight);
+    if lacks_weight && options.method().uses_wrench() && gravity.norm() == 0.0 {
+        return Err(RecordingError::Option {
+            option: "wrench_is",
+            what: "`wrench_is` says that the wrenches lack a weight, but gravity is zero, or not known apart from the \
+                   accelerations of an inertial unit: `gravity` gives it"
+                .to_owned(),
+        });
+    }
+    Ok(())
 }
 
 /// Chooses whether measured accelerations are used, and resolves the options accordingly. The streams are

@@ -2,7 +2,7 @@
 
 use tactid_identify::batch::preview::{
     CoarseDelay, LONGEST_DELAY_S, coarse_delay, fitted_delay, motion_noise_power, motion_power,
-    residual_size,
+    residual_size, without_unknowns,
 };
 use tactid_identify::equations::{Equation, MultiCutoffStream, window};
 use tactid_identify::{Channels, Delay, EquationSettings};
@@ -221,6 +221,7 @@ impl Preview<'_> {
             equations,
             channels,
         } = beginning;
+        let equations = self.without_unknowns(equations, &channels);
         match coarse_delay(&equations, &channels, window::stride_s(cutoff_hz)) {
             None => Ok(DelayEstimate::Unknown),
             Some(coarse) if coarse.is_at_end => Ok(DelayEstimate::Doubtful(coarse)),
@@ -250,6 +251,7 @@ impl Preview<'_> {
         without: f64,
     ) -> Result<DelayEstimate, RecordingError> {
         let (equations, channels) = self.equations_at(streams, delay.delay_s, cutoff_hz)?;
+        let equations = self.without_unknowns(equations, &channels);
         let residual_ratio = match residual_size(&equations, &channels) {
             Some(with) => with / without,
             None => return Ok(DelayEstimate::Unknown),
@@ -277,6 +279,7 @@ impl Preview<'_> {
         for _ in 0..DELAY_FITS {
             if delay_s != 0.0 {
                 (equations, _) = self.equations_at(streams, delay_s, cutoff_hz)?;
+                equations = self.without_unknowns(equations, &channels);
             }
             let Some(rest) = fitted_delay(&equations, &channels) else {
                 return Ok(DelayEstimate::Unknown);
@@ -297,6 +300,13 @@ impl Preview<'_> {
             delay_s = sum_s;
         }
         Ok(found)
+    }
+
+    /// Returns equations without what is unknown of the wrenches beside the payload, which would hide a delay.
+    fn without_unknowns(&self, equations: Vec<Equation>, channels: &Channels) -> Vec<Equation> {
+        let settings = &self.options.equations;
+        let gravity = settings.gravity_for(self.sources.robot.base_kind());
+        without_unknowns(equations, channels, &gravity, settings.unknowns)
     }
 
     /// Compares measured accelerations of the topic `topic` with those derived from the velocities. Returns

@@ -20,7 +20,8 @@ pub struct RecordingReport {
     pub cutoff_hz: f64,
     /// Longest time between two samples that was bridged, s.
     pub max_gap_s: f64,
-    /// Gravitational acceleration that was assumed, in the inertial frame, m/s².
+    /// Gravitational acceleration that was assumed, or identified where its direction was unknown, in
+    /// the inertial frame, m/s².
     #[serde(with = "serial::vector")]
     #[schemars(with = "[f64; 3]")]
     pub gravity_m_s2: Vector3<f64>,

@@ -3,14 +3,18 @@
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 
-use nalgebra::Vector3;
 use tactid_calibrate::CalibrationSettings;
-use tactid_dynamics::{MassProperties, Urdf};
-use tactid_identify::{BoundingBox, EffortContent, EquationSettings, KnownMass, Method, Range};
+use tactid_dynamics::{InertialParameters, MassProperties, Urdf};
+use tactid_identify::{
+    BoundingBox, EffortContent, EquationSettings, KnownMass, Method, Range, SubtractedLoad,
+    Unknowns,
+};
 use tactid_options::{About, Kind, Use, options};
 
 use crate::arm_calibration::ArmCalibration;
-use crate::choices::{ActsOn, EstimatorKind, OffsetChoice, SensorFrame};
+use crate::choices::{
+    ActsOn, ConfiguredPayload, EstimatorKind, GravityChoice, OffsetChoice, SensorFrame, WrenchIs,
+};
 use crate::clock::LONGEST_STAMP_DELAY_S;
 use crate::paper::PaperSettings;
 
@@ -195,15 +199,33 @@ options! {
             about = About::Wrenches
         )]
         pub wrench_offset: Option<OffsetChoice>,
-        /// Gravitational acceleration in world axes, (3,), pointing down.
+        /// Gravitational acceleration in world axes, (3,), pointing down; or unknown, where least
+        /// squares is to identify its direction from the wrenches of a recording together with the
+        /// payload (two more unknowns, its size is 9.81); or auto.
         #[option(
             SIGNS, ALL,
             unit = "m/s²",
-            default = "0,0,0 for a floating base, 0,0,-9.81 for a fixed one and for a sensor \
-                without a robot",
+            default = "auto: 0,0,0 for a floating base, 0,0,-9.81 for a fixed one and for a sensor \
+                without a robot; wrenches that show another one are reported",
             range = GRAVITY
         )]
-        pub gravity: Option<Vector3<f64>>,
+        pub gravity: Option<GravityChoice>,
+        /// What the driver of the sensor has subtracted from the wrenches: nothing but a constant
+        /// (raw); the weight of the configured payload, but not the forces that accelerate it
+        /// (without-weight), which is then added again, or, where no configured payload is given,
+        /// identified as four more unknowns; or both the weight and these forces (contact).
+        #[option(SIGNS, SAMPLES, default = "raw", about = About::Wrenches)]
+        pub wrench_is: Option<WrenchIs>,
+        /// Payload that is configured in the controller, which subtracts it from the wrenches
+        /// (wrench_is): mass and centre of mass in the tip's frame, and its inertia about it where
+        /// that is known.
+        #[option(
+            SIGNS, SAMPLES,
+            unit = "kg, m, kg m²",
+            range = Range::FINITE,
+            about = About::Wrenches
+        )]
+        pub configured_payload: Option<ConfiguredPayload>,
         /// Body on which the measured wrenches act. Most force-torque sensors report the wrench on
         /// the sensor.
         #[option(SIGNS, RECORDING, default = "payload", about = About::Wrenches)]
@@ -334,7 +356,9 @@ impl Request {
         let defaults = EquationSettings::default();
         EquationSettings {
             method,
-            gravity: self.gravity,
+            gravity: self.gravity.and_then(GravityChoice::vector),
+            subtracted: self.subtracted_load(),
+            unknowns: self.unknowns(),
             cutoff_hz: self.cutoff_hz.unwrap_or(defaults.cutoff_hz),
             max_gap_s: self.max_gap_s.unwrap_or(defaults.max_gap_s),
             wrench_offset: self.wrench_offset == Some(OffsetChoice::Yes),
@@ -346,12 +370,29 @@ impl Request {
         }
     }
 
+    /// Returns what the controller has subtracted from the wrenches, where it is known.
+    fn subtracted_load(&self) -> Option<SubtractedLoad> {
+        self.configured_payload.map(|payload| SubtractedLoad {
+            body: InertialParameters::from(payload.0),
+            with_inertia: self.wrench_is == Some(WrenchIs::Contact),
+        })
+    }
+
+    /// Returns what is to be identified beside the payload and an offset.
+    fn unknowns(&self) -> Unknowns {
+        Unknowns {
+            weight: self.wrench_is == Some(WrenchIs::WithoutWeight)
+                && self.configured_payload.is_none(),
+            gravity: self.gravity == Some(GravityChoice::Unknown),
+        }
+    }
+
     /// Returns the request for window means of joint efforts, from a recording without a subtracted
     /// reference.
     pub(crate) fn for_efforts(&self, settings: &CalibrationSettings) -> Self {
         Self {
             method: Some(Method::Effort),
-            gravity: settings.gravity,
+            gravity: settings.gravity.map(GravityChoice::Given),
             cutoff_hz: Some(settings.cutoff_hz),
             unloaded: None,
             ..self.clone()

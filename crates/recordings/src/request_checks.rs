@@ -4,7 +4,7 @@ use tactid_dynamics::{InertialParameters, Manipulator};
 use tactid_identify::{BatchSettings, IdentifyError, Method};
 use tactid_options::{About, Declaration, Use};
 
-use crate::choices::EstimatorKind;
+use crate::choices::{EstimatorKind, WrenchIs};
 use crate::paper::needs_least_squares;
 use crate::request::FILTER;
 use crate::{RecordingError, Request};
@@ -171,16 +171,46 @@ impl Request {
         if let Some(frame) = &self.sensor_frame {
             frame.parent_from_sensor()?;
         }
-        let is_possible = |tool| InertialParameters::from(tool).is_physical_within(ROUNDED);
-        if !self.known_tool.is_none_or(is_possible) {
-            return Err(RecordingError::Option {
-                option: "known_tool",
-                what: "`known_tool` is no body that can exist: its mass must be more than zero, and each principal \
-                       moment of inertia about its centre of mass at most the sum of the two others"
-                    .to_owned(),
-            });
+        let bodies = [
+            ("known_tool", self.known_tool),
+            (
+                "configured_payload",
+                self.configured_payload.map(|given| given.0),
+            ),
+        ];
+        for (option, body) in bodies {
+            let body = body.map(InertialParameters::from);
+            if !body.is_none_or(|body| body.is_physical_within(ROUNDED)) {
+                return Err(RecordingError::Option {
+                    option,
+                    what: format!(
+                        "`{option}` is no body that can exist: its mass must be more than zero, and each principal \
+                         moment of inertia about its centre of mass at most the sum of the two others"
+                    ),
+                });
+            }
         }
-        Ok(())
+        self.check_subtracted()
+    }
+
+    /// Checks that a configured payload is given where, and only where, the wrenches lack it.
+    fn check_subtracted(&self) -> Result<(), RecordingError> {
+        let what = match (self.wrench_is.unwrap_or_default(), self.configured_payload) {
+            (WrenchIs::Raw, Some(_)) => {
+                "`configured_payload` is what the controller has subtracted from the wrenches, but these are raw: \
+                 `wrench_is` says whether it has subtracted the weight alone (without-weight) or also the forces that \
+                 accelerate the payload (contact)"
+            }
+            (WrenchIs::Contact, None) => {
+                "`configured_payload` is missing: wrenches of contacts (`wrench_is`) lack the payload that is configured \
+                 in the controller, and only with it do they show the payload that is held"
+            }
+            _ => return Ok(()),
+        };
+        Err(RecordingError::Option {
+            option: "configured_payload",
+            what: what.to_owned(),
+        })
     }
 }
 

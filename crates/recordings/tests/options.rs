@@ -8,7 +8,8 @@ use nalgebra::{Matrix3, Vector3};
 use serde_json::{Value, json};
 use tactid_dynamics::MassProperties;
 use tactid_recordings::{
-    ActsOn, BoundingBox, EstimatorKind, Kind, Method, OffsetChoice, Request, SensorFrame, Use,
+    ActsOn, BoundingBox, EstimatorKind, GravityChoice, Kind, Method, OffsetChoice, Request,
+    SensorFrame, Use,
 };
 
 fn read(options: Value) -> Result<Request, serde_json::Error> {
@@ -54,7 +55,7 @@ fn a_request_is_read_by_the_names_of_its_options() {
         joint_topic: Some(vec!["/joint_states".to_owned()]),
         wrench_topic: Some(vec!["/left".to_owned(), "/right".to_owned()]),
         rename_joints: Some(BTreeMap::from([("a".to_owned(), "b".to_owned())])),
-        gravity: Some(Vector3::new(0.0, 0.0, -9.81)),
+        gravity: Some(GravityChoice::Given(Vector3::new(0.0, 0.0, -9.81))),
         effort_gain: Some(vec![1.0, 2.5]),
         effort_noise: Some(vec![0.5]),
         wrench_noise: Some(vec![[1.0, 1.0, 1.0, 0.1, 0.1, 0.1]]),

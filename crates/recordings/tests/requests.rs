@@ -9,7 +9,7 @@ use recorded_arrays::{CARRIED_KG, Recording, carried, quick, recorded};
 use tactid_dynamics::{MassProperties, Wrench};
 use tactid_identify::{EquationSettings, Finding as Data, Sample, states_of_poses};
 use tactid_recordings::{
-    ActsOn, EstimatorKind, Finding, Method, OnlineSetup, RecordingError, Request,
+    ActsOn, EstimatorKind, Finding, GravityChoice, Method, OnlineSetup, RecordingError, Request,
 };
 
 /// The paper's filter has the paper's cutoff, gap and delay, as on a log.
@@ -157,7 +157,7 @@ fn a_value_out_of_range_is_named() {
     type Change = fn(&mut Request, f64);
     let fields: [(&str, Change); 8] = [
         ("gravity", |r, bad| {
-            r.gravity = Some(Vector3::new(0.0, 0.0, bad))
+            r.gravity = Some(GravityChoice::Given(Vector3::new(0.0, 0.0, bad)))
         }),
         ("cutoff_hz", |r, bad| r.cutoff_hz = Some(bad)),
         ("max_gap_s", |r, bad| r.max_gap_s = Some(bad)),
@@ -266,7 +266,7 @@ fn an_online_setup_chooses_nothing_from_data() {
 #[test]
 fn an_online_setup_has_the_ranges_of_a_request() {
     let request = Request {
-        gravity: Some(Vector3::new(0.0, 0.0, -98.1)),
+        gravity: Some(GravityChoice::Given(Vector3::new(0.0, 0.0, -98.1))),
         ..Request::default()
     };
     let error = OnlineSetup::new(&request, None, None, false).unwrap_err();

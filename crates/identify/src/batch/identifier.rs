@@ -16,6 +16,7 @@ use crate::diagnosis::{
 };
 use crate::equations::{Channels, EquationSettings, EquationStream, PushOutcome, Sample};
 use crate::finding::{Finding, Hypothesis, WrongAssumption};
+use crate::fit::further::{self, FurtherFit};
 use crate::fit::{Delay, Fit, FitOptions, least_squares};
 use crate::hypotheses::Explanation;
 use crate::linear_estimate::LinearEstimate;
@@ -46,9 +47,9 @@ pub struct BatchSettings {
 }
 
 /// What the equations say without a known mass, and with which unknowns.
-struct Solution {
+struct Solution<'a> {
     channels: Channels,
-    fit: Fit,
+    found: FurtherFit<'a>,
     /// Wrong assumptions beside the offset that the fit has.
     explanation: Option<Explanation>,
     /// The offset that the data have shown and the fit has.
@@ -169,13 +170,18 @@ impl BatchIdentifier {
     /// # Errors
     /// Returns [`IdentifyError::TooLittle`] if the recording is too short, or its sample rate too low, for the cutoff.
     pub fn solve(&self) -> Result<BatchResult, IdentifyError> {
-        let equations = self.batch.equations();
         let known = self.known_bodies();
         let solution = self.without_known_mass()?;
-        let (channels, fit_without_mass) = (&solution.channels, &solution.fit);
+        let (channels, fit_without_mass) = (&solution.channels, &solution.found.fit);
+        let equations = &solution.found.equations[..];
         let known_mass = self.settings.known_mass.map(|mass| mass.with(known[0]));
-        let known_mass_fit = known_mass.map(|mass| self.fit(channels, Some(mass)));
-        let known_mass_fit = known_mass_fit.transpose()?;
+        let known_mass_fit = known_mass.and_then(|mass| {
+            let options = FitOptions {
+                known_mass: Some(mass),
+                ..FitOptions::new(channels)
+            };
+            least_squares::fit(equations, options)
+        });
         let fit = known_mass_fit.as_ref().unwrap_or(fit_without_mass);
         let bounding_box = self.settings.bounding_box.as_ref();
         let consistent = consistent_payload(fit, &known, bounding_box);
@@ -184,7 +190,15 @@ impl BatchIdentifier {
         let parameters = consistent.parameters;
         let covariance = widened(&fit.covariance, consistent.widening, fit.known_mass);
         let of_recording = consistent_payload(fit_without_mass, &known, None);
-        let of_fit = FitReport::new(&self.batch, fit, &parameters, channels, cutoff_hz, frame);
+        let of_fit = FitReport::new(
+            &self.batch,
+            equations,
+            (fit, Some(&solution.found.values)),
+            &parameters,
+            channels,
+            cutoff_hz,
+            frame,
+        );
         let posterior = Posterior {
             parameters,
             covariance,
@@ -207,7 +221,7 @@ impl BatchIdentifier {
             history: history(equations, fit, &known, bounding_box),
             forecast: Forecast::new(equations, fit, &parameters, of_fit.stride_s),
             fit: of_fit,
-            delay: self.remaining_delay(fit_without_mass, channels),
+            delay: self.remaining_delay(&solution),
             findings: self.findings(&solution, fit, consistent, known[0]),
         })
     }
@@ -215,14 +229,14 @@ impl BatchIdentifier {
     /// Returns what was noticed, given the fit that is reported and the payload that is consistent with it.
     fn findings(
         &self,
-        solution: &Solution,
+        solution: &Solution<'_>,
         fit: &Fit,
         consistent: ConsistentPayload,
         known_bodies_kg: f64,
     ) -> Vec<Finding> {
-        let without_mass = &solution.fit;
+        let without_mass = &solution.found.fit;
         let of_data = data_findings(
-            self.batch.equations(),
+            [self.batch.equations(), &solution.found.equations],
             without_mass,
             fit,
             &self.stream,
@@ -247,31 +261,39 @@ impl BatchIdentifier {
     }
 
     /// Fits the parameters without a known mass, and with an offset of the wrenches where the data show one.
-    fn without_known_mass(&self) -> Result<Solution, IdentifyError> {
-        let equations = self.batch.equations();
-        let channels = self.stream.channels();
-        let fit = self.fit(&channels, None)?;
-        let explanation = wrong_assumptions(equations, &fit, &self.stream);
-        let causes = explanation.iter().flat_map(|found| &found.causes);
-        let shown = causes.into_iter().find(|found| {
-            let is_identified = self.settings.shown_offset && channels.offsets == 0;
-            is_identified && found.cause == Hypothesis::Offset
-        });
-        if let Some(shown) = shown {
-            let with_offset = channels.clone().with_offsets(true);
-            let fit = self.fit(&with_offset, None)?;
-            if let Some(offset) = self.identified(shown, &fit) {
-                return Ok(Solution {
-                    explanation: wrong_assumptions(equations, &fit, &self.stream),
-                    channels: with_offset,
-                    fit,
-                    offset: Some(offset),
-                });
-            }
+    fn without_known_mass(&self) -> Result<Solution<'_>, IdentifyError> {
+        let given = self.solution(self.stream.channels())?;
+        if !self.settings.shown_offset || given.channels.offsets > 0 {
+            return Ok(given);
         }
+        let causes = given.explanation.as_ref().map(|found| &found.causes[..]);
+        // Beside a graver cause that is not applied, the offset of a fit would explain what that cause does.
+        let shown = causes.unwrap_or_default().first();
+        let Some(shown) = shown.filter(|found| found.cause == Hypothesis::Offset) else {
+            return Ok(given);
+        };
+        let with_offset = self.solution(given.channels.clone().with_offsets(true))?;
+        Ok(match self.identified(shown, &with_offset.found.fit) {
+            Some(offset) => Solution {
+                offset: Some(offset),
+                ..with_offset
+            },
+            None => given,
+        })
+    }
+
+    /// Fits the parameters, and the further unknowns of the settings, with the offsets of some channels.
+    fn solution(&self, channels: Channels) -> Result<Solution<'_>, IdentifyError> {
+        let equations = self.batch.equations();
+        let (gravity, unknowns) = (self.stream.gravity(), self.equations.unknowns);
+        let options = FitOptions::new(&channels);
+        let found = further::fit(equations, options, &gravity, unknowns);
+        let found = found.ok_or_else(|| self.stream.too_few_windows(equations.len()))?;
+        let explanation =
+            wrong_assumptions(equations, &found.fit, Some(&found.values), &self.stream);
         Ok(Solution {
             channels,
-            fit,
+            found,
             explanation,
             offset: None,
         })
@@ -289,21 +311,6 @@ impl BatchIdentifier {
             is_applied: true,
             ..shown.clone()
         })
-    }
-
-    /// Fits the parameters of the whole load, with its mass where that is known.
-    fn fit(
-        &self,
-        channels: &Channels,
-        known_mass: Option<KnownMass>,
-    ) -> Result<Fit, IdentifyError> {
-        let options = FitOptions {
-            known_mass,
-            ..FitOptions::new(channels)
-        };
-        let equations = self.batch.equations();
-        let fit = least_squares::fit(equations, options);
-        fit.ok_or_else(|| self.stream.too_few_windows(equations.len()))
     }
 
     /// Returns the estimate without any information: every value is unobservable.
@@ -345,16 +352,16 @@ impl BatchIdentifier {
     }
 
     /// Estimates the delay of the load with the weights of a fit without it.
-    fn remaining_delay(&self, fit: &Fit, channels: &Channels) -> Option<Delay> {
+    fn remaining_delay(&self, solution: &Solution<'_>) -> Option<Delay> {
         if !self.settings.delay {
             return None;
         }
         let options = FitOptions {
             delay: true,
-            weights_of: Some(fit),
-            ..FitOptions::new(channels)
+            weights_of: Some(&solution.found.fit),
+            ..FitOptions::new(&solution.channels)
         };
-        let delay = least_squares::fit(self.batch.equations(), options)?.delay;
+        let delay = least_squares::fit(&solution.found.equations, options)?.delay;
         delay.filter(|delay| delay.delay_s.is_finite())
     }
 }

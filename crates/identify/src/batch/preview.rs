@@ -1,11 +1,13 @@
 //! Statistics of the beginning of a recording, from which its filter and its delay are chosen.
 
-use nalgebra::{SMatrix, SVector};
+use std::borrow::Cow;
+
+use nalgebra::{SMatrix, SVector, Vector3};
 
 use crate::diagnosis::FAR_BETTER;
-use crate::equations::{Channels, Equation, Row, WRENCH, window};
+use crate::equations::{Channels, Equation, Row, Unknowns, WRENCH, window};
 use crate::fit::products::{Products, WIDTH, WideRow};
-use crate::fit::{CONVERGED_ENOUGH, Delay, FitOptions, least_squares};
+use crate::fit::{CONVERGED_ENOUGH, Delay, FitOptions, further, least_squares};
 use crate::solve::noise;
 
 /// Longest delay that is searched for, s.
@@ -53,6 +55,26 @@ pub fn residual_size(equations: &[Equation], channels: &Channels) -> Option<f64>
     let std_devs = &fit.noise.std_devs;
     let logarithms: f64 = std_devs.iter().map(|std_dev| std_dev.ln()).sum();
     Some((logarithms / std_devs.len() as f64).exp())
+}
+
+/// Returns equations without what further unknowns of the wrench explain, among which an offset counts; as they are where there
+/// is none, or where they are too few. `gravity` is the given one, m/s².
+#[must_use]
+pub fn without_unknowns(
+    equations: Vec<Equation>,
+    channels: &Channels,
+    gravity: &Vector3<f64>,
+    unknowns: Unknowns,
+) -> Vec<Equation> {
+    if !unknowns.any() {
+        return equations;
+    }
+    let channels = without_known_noise(channels).with_offsets(true);
+    let found = further::fit(&equations, FitOptions::new(&channels), gravity, unknowns);
+    match found.map(|found| found.equations) {
+        Some(Cow::Owned(reduced)) => reduced,
+        _ => equations,
+    }
 }
 
 /// Returns the delay of the load relative to the motion, as one more unknown of a fit; `None` where the

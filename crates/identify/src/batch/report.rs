@@ -6,8 +6,9 @@ use serde::Serialize;
 
 use super::equation_batch::EquationBatch;
 use crate::equations::{Channel, Channels, Equation, OffsetFrame, window};
+use crate::fit::further::FurtherValues;
 use crate::fit::{CONVERGED_ENOUGH, Fit, FitOptions, least_squares};
-use crate::result::WrenchOffset;
+use crate::result::{GravityEstimate, WeightEstimate, WrenchOffset};
 use crate::serial::{Table, TenValues};
 
 /// Number of sections of a recording, of which some are held out for validation.
@@ -55,6 +56,10 @@ pub struct FitReport {
     pub excitation_directions: Vec<[f64; 10]>,
     /// Offset of the wrenches, where it was among the unknowns. `predicted` contains it.
     pub wrench_offset: Option<WrenchOffset>,
+    /// Gravity, where its direction was unknown.
+    pub gravity: Option<GravityEstimate>,
+    /// The body whose weight was subtracted from the wrenches, where it was unknown. `predicted` contains its weight.
+    pub subtracted_weight: Option<WeightEstimate>,
     /// Time between two windows, s.
     pub stride_s: f64,
     /// Cutoff of the filter, Hz: that of the settings, divided by the number of windows that were merged.
@@ -62,24 +67,30 @@ pub struct FitReport {
 }
 
 impl FitReport {
-    /// Reports on a fit to all equations of a batch, whose filter has the cutoff `cutoff_hz`, with the `parameters` of the
-    /// payload. `frame` is that of a wrench offset.
+    /// Reports on a fit of the `equations`, those of a batch without what further unknowns with these `values` explain. The
+    /// filter of the batch has the cutoff `cutoff_hz`; `parameters` are those of the payload, and `frame` is that of a wrench
+    /// offset.
     pub(crate) fn new(
         batch: &EquationBatch,
-        fit: &Fit,
+        equations: &[Equation],
+        (fit, values): (&Fit, Option<&FurtherValues>),
         parameters: &SVector<f64, 10>,
         channels: &Channels,
         cutoff_hz: f64,
         frame: &OffsetFrame,
     ) -> Self {
-        let equations = batch.equations();
         let section = equations.len().div_ceil(VALIDATION_SECTIONS).max(1);
         let held_out: Vec<bool> = (0..equations.len())
             .map(|k| (k / section) % HELD_OUT_EVERY == HELD_OUT_EVERY / 2)
             .collect();
-        let targets = equations.iter().flat_map(|equation| &equation.rows);
+        let targets = batch.equations().iter().flat_map(|equation| &equation.rows);
         let measured: Vec<f64> = targets.map(|row| row.target).collect();
-        let predicted = predict(equations, fit);
+        let residuals = residuals(equations, fit);
+        let explained = measured
+            .iter()
+            .zip(&residuals)
+            .map(|(all, rest)| all - rest);
+        let predicted = explained.collect();
         let table = |values| Table {
             columns: channels.count(),
             values,
@@ -87,8 +98,8 @@ impl FitReport {
         let merged = f64::from(batch.merged().max(1));
         Self {
             times_s: equations.iter().map(|equation| equation.time_s).collect(),
-            residual_rms: rms(&measured, &predicted, &fit.weights, channels.count()),
-            held_out_rms: validate(equations, fit, channels, &held_out, &measured),
+            residual_rms: rms(&residuals, &fit.weights, channels.count()),
+            held_out_rms: validate(equations, fit, channels, &held_out),
             weights: fit.weights.clone(),
             noise_fraction: fit.noise_fraction(parameters),
             excitation: fit.excitation.strengths.clone(),
@@ -101,6 +112,8 @@ impl FitReport {
             stride_s: window::stride_s(cutoff_hz) * merged,
             cutoff_hz: cutoff_hz / merged,
             wrench_offset: fit.wrench_offset(frame),
+            gravity: values.and_then(FurtherValues::gravity_estimate),
+            subtracted_weight: values.and_then(FurtherValues::weight_estimate),
             channels: channels.channels.clone(),
             measured: table(measured),
             predicted: table(predicted),
@@ -116,7 +129,6 @@ fn validate(
     whole: &Fit,
     channels: &Channels,
     held_out: &[bool],
-    measured: &[f64],
 ) -> Vec<f64> {
     let seen: Vec<bool> = held_out.iter().map(|held| !held).collect();
     let options = FitOptions {
@@ -134,33 +146,24 @@ fn validate(
     let weights: Vec<f64> = pairs
         .map(|(w, held)| if *held { *w } else { 0.0 })
         .collect();
-    rms(
-        measured,
-        &predict(equations, &blind),
-        &weights,
-        channels.count(),
-    )
+    rms(&residuals(equations, &blind), &weights, channels.count())
 }
 
-/// Returns the predicted load, window by window.
-fn predict(equations: &[Equation], fit: &Fit) -> Vec<f64> {
-    let predicted = |equation: &Equation| -> Vec<f64> {
-        let rows = equation.rows.iter().enumerate();
-        rows.map(|(channel, row)| row.target - fit.residual(equation, channel))
-            .collect()
+/// Returns what a fit leaves of the load, window by window.
+fn residuals(equations: &[Equation], fit: &Fit) -> Vec<f64> {
+    let left = |equation| {
+        let channels = 0..fit.noise.channels();
+        channels.map(move |channel| fit.residual(equation, channel))
     };
-    equations.iter().flat_map(predicted).collect()
+    equations.iter().flat_map(left).collect()
 }
 
-/// Returns the weighted rms difference of each channel; `weights` has an entry for each window.
-fn rms(measured: &[f64], predicted: &[f64], weights: &[f64], channels: usize) -> Vec<f64> {
+/// Returns the weighted rms residual of each channel; `weights` has an entry for each window.
+fn rms(residuals: &[f64], weights: &[f64], channels: usize) -> Vec<f64> {
     let total = weights.iter().sum::<f64>().max(f64::MIN_POSITIVE);
     let of_channel = |channel: usize| {
-        let windows = weights.iter().enumerate();
-        let squares = windows.map(|(window, weight)| {
-            let k = window * channels + channel;
-            weight * (measured[k] - predicted[k]).powi(2)
-        });
+        let windows = weights.iter().zip(residuals.chunks_exact(channels));
+        let squares = windows.map(|(weight, residuals)| weight * residuals[channel].powi(2));
         (squares.sum::<f64>() / total).sqrt()
     };
     (0..channels).map(of_channel).collect()

@@ -15,6 +15,7 @@ use self::unexplained::unexplained_load;
 use crate::equations::{Equation, EquationStream};
 pub use crate::finding::CONTRADICTION;
 use crate::finding::Finding;
+use crate::fit::further::FurtherValues;
 use crate::fit::{Fit, FitOptions, least_squares};
 use crate::hypotheses::{Explanation, explanation};
 use crate::prior::BoundingBox;
@@ -49,9 +50,9 @@ pub(crate) fn findings_without_prior(
     let known = gripper.map_or(SVector::zeros(), |gripper| *gripper.as_vector());
     let consistent = consistent_payload(&fit, &known, None);
     let mut findings: Vec<Finding> = consistent.contradiction.into_iter().collect();
-    let explanation = wrong_assumptions(equations, &fit, stream);
+    let explanation = wrong_assumptions(equations, &fit, None, stream);
     findings.extend(data_findings(
-        equations,
+        [equations; 2],
         &fit,
         &fit,
         stream,
@@ -105,23 +106,24 @@ pub fn nearest_consistent(
     }
 }
 
-/// Returns the wrong assumptions about a wrench sensor and the motion that explain what a fit leaves unexplained; `None` where
-/// there is no sensor, or where nothing is unexplained.
+/// Returns the wrong assumptions about a wrench sensor and the motion that explain what a fit, with the values of its further
+/// unknowns, leaves unexplained; `None` where there is no sensor, or where nothing is unexplained.
 pub(crate) fn wrong_assumptions(
     equations: &[Equation],
     fit: &Fit,
+    values: Option<&FurtherValues>,
     stream: &EquationStream,
 ) -> Option<Explanation> {
     if !(stream.has_sensors() && stream.method().uses_wrench()) {
         return None;
     }
-    explanation(equations, fit, stream)
+    explanation(equations, fit, values, stream)
 }
 
 /// Returns findings about wrong assumptions, signs, errors of the model and outliers, and about the mass of the known bodies,
-/// `known_bodies_kg`.
+/// `known_bodies_kg`. The equations are those of the recording and those of the fits, which lack what further unknowns explain.
 pub(crate) fn data_findings(
-    equations: &[Equation],
+    equations: [&[Equation]; 2],
     fit_without_mass: &Fit,
     fit: &Fit,
     stream: &EquationStream,
@@ -136,7 +138,7 @@ pub(crate) fn data_findings(
         known_bodies_kg,
         explanation,
     );
-    let windows = equations.len();
+    let windows = equations[0].len();
     let outliers = (0..windows).filter(|&k| fit.is_outlier(k)).count();
     if outliers > 0 {
         findings.push(Finding::Outliers { outliers, windows });
@@ -147,7 +149,7 @@ pub(crate) fn data_findings(
 /// Returns findings about wrong assumptions, signs and errors of the model. A load that wrong assumptions explain is not
 /// reported as unexplained, and where a load is unexplained, a mass of zero does not show that nothing is held.
 fn model_findings(
-    equations: &[Equation],
+    equations: [&[Equation]; 2],
     given: &Fit,
     stream: &EquationStream,
     known_bodies_kg: f64,
@@ -163,7 +165,7 @@ fn model_findings(
     let causes = explanation.map_or(&[][..], |found| &found.causes);
     let Some(first) = causes.first() else {
         return sign_findings(
-            equations,
+            equations[1],
             given,
             &channels,
             &gravity,

@@ -20,9 +20,9 @@ struct Squares {
 /// largest fraction.
 ///
 /// The measure of the noise is the half-difference between the means over even and over odd instants, in which neither
-/// the motion nor an error of the model shows.
+/// the motion nor an error of the model shows. The equations are those of the recording, and those of the fit.
 pub(crate) fn unexplained_load(
-    equations: &[Equation],
+    equations: [&[Equation]; 2],
     fit: &Fit,
     channels: &Channels,
     method: Method,
@@ -67,12 +67,13 @@ fn units(channels: &Channels) -> Vec<(&'static str, std::ops::Range<usize>)> {
 }
 
 /// Returns the weighted sums of squares of the channels in a range.
-fn squares(equations: &[Equation], fit: &Fit, range: std::ops::Range<usize>) -> Squares {
+fn squares(equations: [&[Equation]; 2], fit: &Fit, range: std::ops::Range<usize>) -> Squares {
     let mut squares = Squares::default();
-    for (equation, weight) in equations.iter().zip(&fit.weights) {
+    let [measured, fitted] = equations;
+    for ((measured, equation), weight) in measured.iter().zip(fitted).zip(&fit.weights) {
         for channel in range.clone() {
             squares.residual += weight * fit.residual(equation, channel).powi(2);
-            squares.load += weight * equation.rows[channel].target.powi(2);
+            squares.load += weight * measured.rows[channel].target.powi(2);
             squares.noise += weight * fit.remainder(&equation.differences[channel]).powi(2);
             squares.rounding += weight * fit.noise.floor(channel).powi(2);
             squares.weight += weight;

@@ -33,5 +33,5 @@ pub use motion_stream::{MotionStep, MotionStream};
 pub use multi_cutoff::MultiCutoffStream;
 pub(crate) use offset_frame::OffsetFrame;
 pub use sample::{BaseState, Sample, states_of_poses};
-pub use settings::{EffortContent, EquationSettings, WORLD};
+pub use settings::{EffortContent, EquationSettings, SubtractedLoad, Unknowns, WORLD};
 pub use stream::{EquationStream, PushOutcome};

@@ -98,6 +98,9 @@ impl Model {
             tool,
             workspace: Workspace::new(&known),
         };
+        if settings.unknowns.gravity {
+            model.keep_geometry();
+        }
         // The poses of the sensors must be valid before the first sample: the known noise needs them.
         model.entries(&Instant::new(robot.dof(), sensors.len()))?;
         Ok(model)

@@ -32,6 +32,7 @@ impl MotionRows {
         sensors: &[&str],
         settings: &EquationSettings,
     ) -> Result<Self, IdentifyError> {
+        settings.check_known()?;
         Ok(Self::of_model(Model::new(robot, tool, sensors, settings)?))
     }
 

@@ -3,7 +3,7 @@
 use nalgebra::Vector3;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use tactid_dynamics::{BaseKind, FrameId, Manipulator};
+use tactid_dynamics::{BaseKind, FrameId, InertialParameters, Manipulator};
 
 use super::sample::is_measurable;
 use crate::{IdentifyError, Method, Range};
@@ -58,6 +58,12 @@ pub struct EquationSettings {
     /// distinguish the payload from them: by its accelerations, or by turning the payload under gravity.
     /// Default: false.
     pub wrench_offset: bool,
+    /// A known load that was subtracted from the sum of the wrenches before they were recorded, as controllers do for their
+    /// configured payload; it is added again. Default: none.
+    pub subtracted: Option<SubtractedLoad>,
+    /// What else of the wrenches is unknown, for [`BatchIdentifier`](crate::BatchIdentifier) and [`Method::Tactile`] alone.
+    /// Default: nothing.
+    pub unknowns: Unknowns,
     /// Standard deviations of the white noise of one sample of each wrench sensor, in the sensor's frame:
     /// three forces in N, three moments in N m. One entry for all sensors, or one each. Empty (the
     /// default): the noise is estimated from the residuals. Known noise sets the relative weights of the
@@ -76,6 +82,38 @@ pub struct EquationSettings {
     pub effort_gain_std_dev: Vec<f64>,
 }
 
+/// Unknowns that an identification from wrenches may have beside the parameters and an offset.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Unknowns {
+    /// Whether the weight of an unknown body was subtracted from the wrenches, but not the forces that accelerate it: four
+    /// unknowns, its mass and its first moments. The mass of the payload then follows from accelerations alone.
+    pub weight: bool,
+    /// Whether the direction of gravity is unknown: two unknowns. Its size is that of the given one.
+    pub gravity: bool,
+}
+
+impl Unknowns {
+    /// Returns whether there is any.
+    #[must_use]
+    pub fn any(self) -> bool {
+        self.weight || self.gravity
+    }
+
+    /// Number of unknowns.
+    pub(crate) fn count(self) -> usize {
+        4 * usize::from(self.weight) + 2 * usize::from(self.gravity)
+    }
+}
+
+/// A known load that was subtracted from the wrenches.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SubtractedLoad {
+    /// The body whose load was subtracted, in the tool frame.
+    pub body: InertialParameters,
+    /// Whether the forces that accelerate the body were subtracted beside its weight.
+    pub with_inertia: bool,
+}
+
 impl Default for EquationSettings {
     fn default() -> Self {
         Self {
@@ -86,6 +124,8 @@ impl Default for EquationSettings {
             effort_content: EffortContent::Measured,
             wrench_axes: None,
             wrench_offset: false,
+            subtracted: None,
+            unknowns: Unknowns::default(),
             wrench_noise: Vec::new(),
             effort_noise: Vec::new(),
             effort_gain_std_dev: Vec::new(),
@@ -111,7 +151,35 @@ impl EquationSettings {
         self.check_noise(robot, sensors)
     }
 
+    /// Checks that nothing is unknown that only a whole recording can show.
+    ///
+    /// # Errors
+    /// Returns [`IdentifyError::Option`] with what is unknown.
+    pub(crate) fn check_known(&self) -> Result<(), IdentifyError> {
+        let (option, what) = match self.unknowns {
+            Unknowns { gravity: true, .. } => {
+                ("gravity", "the direction of gravity can be unknown")
+            }
+            Unknowns { weight: true, .. } => (
+                "wrench_is",
+                "a subtracted weight without `configured_payload` can be identified",
+            ),
+            _ => return Ok(()),
+        };
+        Err(IdentifyError::Option {
+            option,
+            what: format!("`{option}`: {what} for least squares over a whole recording alone"),
+        })
+    }
+
     fn check_method(&self, robot: &Manipulator, sensors: &[&str]) -> Result<(), IdentifyError> {
+        if self.unknowns.any() && self.method != Method::Tactile {
+            return Err(IdentifyError::Method(format!(
+                "a weight that was subtracted from the wrenches and is unknown, or a direction of gravity that is, needs the \
+                 tactile method and not the {} method",
+                self.method.name()
+            )));
+        }
         let is_fixed = robot.base_kind() == BaseKind::Fixed;
         match self.method {
             Method::Tactile if sensors.is_empty() => Err(no_wrench()),

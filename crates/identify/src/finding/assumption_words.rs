@@ -151,6 +151,26 @@ fn weight(found: &WrongAssumption, entries: &[String], explained: &str) -> Strin
     )
 }
 
+/// Says how a weight that was subtracted is accepted.
+fn of_weight(found: &WrongAssumption, reader: Reader) -> String {
+    let values = found.values.iter().map(|value| general(*value, 3));
+    let payload = format!(
+        "{} beside it, the payload that is configured (about {})",
+        reader.option("configured_payload"),
+        values.collect::<Vec<_>>().join(",")
+    );
+    let accepts = reader.choice("wrench_is", "without-weight");
+    let controller = "A controller does so for its configured payload:";
+    match reader {
+        Reader::Online => format!("{controller} {accepts} accepts it, with {payload}."),
+        _ if found.values.first().is_some_and(|mass_kg| *mass_kg > 0.0) => format!(
+            "{controller} {accepts} accepts it and identifies the weight, too; with {payload}, the \
+             values are more precise."
+        ),
+        _ => format!("{accepts} identifies this weight, too."),
+    }
+}
+
 /// Returns the values that are certainly not the assumed ones, each with its name.
 fn far_from(found: &WrongAssumption, factor: f64, unit: &str) -> Vec<String> {
     let said = |least: f64| -> Vec<String> {
@@ -192,15 +212,18 @@ fn remedy(found: &WrongAssumption, reader: Reader) -> String {
              together with the payload.",
             reader.option("wrench_offset")
         ),
-        Hypothesis::Weight => {
-            "A controller does so for its configured payload: record raw wrenches, or with \
-             no payload configured."
-                .to_owned()
+        Hypothesis::Weight => of_weight(found, reader),
+        Hypothesis::Gravity => {
+            let check = format!(
+                "Check {} and the axes of the world: how the base is mounted.",
+                reader.option("gravity")
+            );
+            if online {
+                return check;
+            }
+            let unknown = reader.choice("gravity", "unknown");
+            format!("{check} {unknown} identifies its direction together with the payload.")
         }
-        Hypothesis::Gravity => format!(
-            "Check {} and the axes of the world: how the base is mounted.",
-            reader.option("gravity")
-        ),
         Hypothesis::SensorPlace | Hypothesis::SensorRotation if online => {
             "Check the link of the sensor.".to_owned()
         }

@@ -1,5 +1,6 @@
 //! The parameters that explain a recording best, and what a fit may use.
 
+pub(crate) mod further;
 pub(crate) mod least_squares;
 pub(crate) mod normal_equations;
 pub(crate) mod products;
@@ -52,6 +53,8 @@ pub(crate) struct FitOptions<'a> {
     pub(crate) gravity_scale: f64,
     /// Known mass of the whole load.
     pub(crate) known_mass: Option<KnownMass>,
+    /// Number of unknowns that were eliminated from the equations.
+    pub(crate) eliminated: usize,
 }
 
 impl<'a> FitOptions<'a> {
@@ -67,6 +70,7 @@ impl<'a> FitOptions<'a> {
             covariance: true,
             gravity_scale: 1.0,
             known_mass: None,
+            eliminated: 0,
         }
     }
 }

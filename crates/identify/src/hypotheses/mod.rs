@@ -26,9 +26,10 @@ use self::fitted::Fitted;
 use self::model::Model;
 use self::report::Cause;
 use self::windows::{SLIGHT, Windows};
-use crate::equations::{Equation, EquationStream};
+use crate::equations::{Equation, EquationStream, Unknowns};
 use crate::finding::{Hypothesis, LARGEST_MASS_CHANGE, LARGEST_SHIFT_M, WrongAssumption};
 use crate::fit::Fit;
+use crate::fit::further::FurtherValues;
 
 /// What is material: the least decrease of the mean square of the residuals by a cause, relative to
 /// what stays and to the errors of a sound model. A cause that decreases it by a twentieth is
@@ -95,10 +96,12 @@ pub(crate) struct Explanation {
 pub(crate) fn explanation(
     equations: &[Equation],
     fit: &Fit,
+    values: Option<&FurtherValues>,
     stream: &EquationStream,
 ) -> Option<Explanation> {
     let mut windows = Windows::new(equations, fit, stream)?;
-    if !windows.are_unexplained(fit) {
+    let (start, active) = identified(fit, values, stream);
+    if !start.leaves_unexplained(&windows) {
         return None;
     }
     windows.add_joints(equations, stream);
@@ -109,12 +112,34 @@ pub(crate) fn explanation(
         gravity: stream.gravity(),
         windows: &windows,
     };
-    let given = search.given(fit)?;
+    let given = Fitted::new(&windows, &start.with_joints(windows.joints()), &active)?;
     let (found, causes) = search.select(given.clone());
     Some(Explanation {
         explains_load: report::explains_load(&windows, &found),
         causes: report::causes(stream, windows.measurements(), &given, &found, &causes),
     })
+}
+
+/// Returns the model of a fit, with the values of its further unknowns, and the hypotheses that are among its unknowns.
+fn identified(
+    fit: &Fit,
+    values: Option<&FurtherValues>,
+    stream: &EquationStream,
+) -> (Model, Vec<Hypothesis>) {
+    let mut model = Model::new(fit.parameters, 0);
+    let mut active = Vec::new();
+    if let Some(offsets) = &fit.offsets {
+        model.offset = stream.offset_frame().map() * offsets.values;
+        active.push(Hypothesis::Offset);
+    }
+    if let Some(values) = values {
+        model.weight = values.weight;
+        model.gravity = values.gravity - stream.gravity();
+        let Unknowns { weight, gravity } = values.unknowns;
+        active.extend(weight.then_some(Hypothesis::Weight));
+        active.extend(gravity.then_some(Hypothesis::Gravity));
+    }
+    (model, active)
 }
 
 /// Returns the hypotheses that the windows can show.
@@ -144,13 +169,6 @@ struct Search<'a> {
 }
 
 impl Search<'_> {
-    /// Fits the payload alone, and the offset where it is among the unknowns of `fit`.
-    fn given(&self, fit: &Fit) -> Option<Fitted> {
-        let start = Model::new(fit.parameters, self.joints);
-        let active = fit.offsets.map(|_| Hypothesis::Offset);
-        Fitted::new(self.windows, &start, active.as_slice())
-    }
-
     /// Mean square of the whitened residuals, one for errors of a sound model alone.
     fn mean_square(&self, fitted: &Fitted) -> f64 {
         fitted.squares / self.measurements

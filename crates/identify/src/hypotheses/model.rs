@@ -104,6 +104,34 @@ impl Model {
         }
     }
 
+    /// Returns the model for robots of so many joints, without errors of their zeros.
+    pub(super) fn with_joints(self, joints: usize) -> Self {
+        let zeros = DVector::zeros(joints);
+        Self { zeros, ..self }
+    }
+
+    /// Returns whether the residuals are larger than the noise of the windows, which stays hidden where
+    /// these are the whole error.
+    pub(super) fn leaves_unexplained(&self, windows: &Windows) -> bool {
+        let chain = self.chain(windows);
+        let squares = windows.windows.iter().map(|window| {
+            let residual = self.residual(window, &chain, &self.of_load(window)) * window.root;
+            residual.component_div(&windows.noise).norm_squared()
+        });
+        squares.sum::<f64>() > (1.0 + SLIGHT) * windows.measurements()
+    }
+
+    /// Returns the wrench of the load in the tool frame.
+    fn of_load(&self, window: &Window) -> Vector6<f64> {
+        self.regressor(window) * self.parameters + window.gravity * self.weight
+    }
+
+    /// Returns what the model leaves of the wrench of a window.
+    fn residual(&self, window: &Window, chain: &Chain, of_load: &Vector6<f64>) -> Vector6<f64> {
+        let predicted = chain.measured * of_load + self.offset;
+        self.axes * (window.target + window.rate * self.delay_s) - predicted
+    }
+
     /// Number of unknowns of some hypotheses together with the parameters.
     pub(super) fn columns(&self, active: &[Hypothesis]) -> usize {
         let of_active = active.iter().map(|each| each.columns(self.zeros.len()));
@@ -218,8 +246,7 @@ impl Model {
                 Hypothesis::Axes => {}
             }
         }
-        let predicted = chain.measured * of_load + self.offset - rate * self.delay_s;
-        columns.push(self.axes * window.target - predicted);
+        columns.push(self.residual(window, chain, &of_load));
     }
 
     /// Adds the noise of the columns of the parameters and of the residual.

@@ -50,7 +50,7 @@ pub(super) struct Windows {
     /// Maps a wrench in the tool frame to the frame of the sensor.
     pub(super) sensor_from_tool: Matrix6<f64>,
     /// Standard deviation of the noise of each channel, N and N m.
-    noise: Vector6<f64>,
+    pub(super) noise: Vector6<f64>,
     /// Standard deviation of noise and of the error of a sound model in each channel, N and N m.
     pub(super) std_devs: Vector6<f64>,
     /// Sum of the squares of the whitened noise of all windows.
@@ -101,23 +101,6 @@ impl Windows {
     pub(super) fn measurements(&self) -> f64 {
         let weights = self.windows.iter().map(|window| window.root.powi(2));
         WRENCH as f64 * weights.sum::<f64>()
-    }
-
-    /// Returns whether the residuals of a fit are larger than the noise, which stays hidden where
-    /// these are the whole error.
-    pub(super) fn are_unexplained(&self, fit: &Fit) -> bool {
-        let offset = fit
-            .offsets
-            .map_or(Vector6::zeros(), |offsets| offsets.values);
-        let mut squares = 0.0;
-        for window in &self.windows {
-            let predicted = window.regressor * fit.parameters + offset;
-            let residual = window.target - self.sensor_from_tool * predicted;
-            squares += (residual * window.root)
-                .component_div(&self.noise)
-                .norm_squared();
-        }
-        squares > (1.0 + SLIGHT) * self.measurements()
     }
 
     /// Computes the derivatives with respect to the positions of the joints from the geometry of

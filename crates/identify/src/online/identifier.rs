@@ -163,13 +163,15 @@ impl Identifier {
     /// measured in the links `sensors`.
     ///
     /// # Errors
-    /// Returns the errors of [`EquationStream::new`](crate::EquationStream::new).
+    /// Returns the errors of [`EquationStream::new`](crate::EquationStream::new), and [`IdentifyError::Option`] for
+    /// [`EquationSettings::unknowns`].
     pub fn new(
         robot: &Manipulator,
         tool: &str,
         sensors: &[&str],
         settings: &EquationSettings,
     ) -> Result<Self, IdentifyError> {
+        settings.check_known()?;
         let stream = EquationStream::new(robot, tool, sensors, settings)?;
         let channels = stream.channels();
         Ok(Self {

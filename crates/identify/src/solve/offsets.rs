@@ -52,6 +52,11 @@ impl Offsets {
         }
     }
 
+    /// Adds what the uncertainty of further unknowns contributes at known parameters.
+    pub(crate) fn add_covariance(&mut self, covariance: &Matrix6<f64>) {
+        self.of_means += covariance;
+    }
+
     /// Returns the standard deviation of each offset, in its unit, given the covariance of the parameters; infinite
     /// where the motion does not distinguish the offset from the payload.
     pub(crate) fn std_devs(&self, of_parameters: &Matrix, null_space: &NullSpace) -> [f64; 6] {

@@ -105,6 +105,7 @@ from tactid._results.records import (
     Delay,
     FitReport,
     Forecast,
+    GravityEstimate,
     History,
     KnownMass,
     LinearEstimate,
@@ -118,6 +119,7 @@ from tactid._results.records import (
     SharedErrors,
     SingularValues,
     ValueDifference,
+    WeightEstimate,
     WrenchOffset,
 )
 
@@ -151,6 +153,7 @@ __all__ = [
     "FitReport",
     "Forecast",
     "FrameMotion",
+    "GravityEstimate",
     "Grip",
     "History",
     "Identification",
@@ -186,6 +189,7 @@ __all__ = [
     "TactidError",
     "Topic",
     "ValueDifference",
+    "WeightEstimate",
     "WrenchOffset",
     "__version__",
     "calibrate",

@@ -21,7 +21,9 @@ use crate::progress::part_of;
 use crate::recording::Recording;
 use crate::run::Run;
 use crate::same_log::same_log;
-use crate::{Arrays, DataFault, Finding, Observer, Progress, RecordingError, Request};
+use crate::{
+    Arrays, DataFault, Finding, GravityChoice, Observer, Progress, RecordingError, Request,
+};
 
 /// What is known of gains that a loaded recording is to find, as a fraction.
 const FOUND_GAIN_STD_DEV: f64 = 0.2;
@@ -205,7 +207,7 @@ impl CalibrationSources<'_> {
             defaults.gain_std_dev
         };
         CalibrationSettings {
-            gravity: request.gravity,
+            gravity: request.gravity.and_then(GravityChoice::vector),
             cutoff_hz: request.cutoff_hz.unwrap_or(defaults.cutoff_hz),
             gain_std_dev: self.gain_std_dev.unwrap_or(gain_std_dev),
             ..defaults

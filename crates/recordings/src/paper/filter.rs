@@ -72,6 +72,14 @@ impl PaperSettings {
         let beyond_filter = [
             (equations.wrench_offset, "an unknown offset of the wrenches"),
             (gives_noise, "the noise of the sensors"),
+            (
+                equations.unknowns.weight,
+                "an unknown weight that was subtracted from the wrenches",
+            ),
+            (
+                equations.unknowns.gravity,
+                "a direction of gravity that is unknown",
+            ),
         ];
         if let Some((_, what)) = beyond_filter.into_iter().find(|(given, _)| *given) {
             return Err(needs_least_squares(what));

@@ -1,9 +1,10 @@
 //! The regressor of the wrench on the payload, which every source has in common.
 
-use nalgebra::{Isometry3, SMatrix, SVector, Vector3};
+use nalgebra::{Isometry3, SMatrix, SVector, Vector3, Vector6};
 use tactid_dynamics::{ToolMotion, Wrench, cross, mean_wrench_regressor};
 
 use crate::equations::equation::Row;
+use crate::equations::settings::SubtractedLoad;
 
 /// Number of the [`MotionTerms`].
 pub(crate) const MOTION_TERMS: usize = 15;
@@ -47,6 +48,16 @@ impl WrenchRegressor {
         Self {
             parameters: mean_wrench_regressor(&acceleration, &angular_acceleration, &products),
             gravity: of_gravity.fixed_columns::<4>(0).into_owned(),
+        }
+    }
+
+    /// Returns the wrench that supports the weight of a body and, where these were subtracted as well, accelerates it.
+    pub(crate) fn load(&self, of: &SubtractedLoad) -> Vector6<f64> {
+        let parameters = of.body.as_vector();
+        if of.with_inertia {
+            self.parameters * parameters
+        } else {
+            -(self.gravity * parameters.fixed_rows::<4>(0))
         }
     }
 

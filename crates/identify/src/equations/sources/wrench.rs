@@ -3,12 +3,12 @@
 use nalgebra::{DMatrix, SMatrix, SVector, UnitQuaternion};
 use tactid_dynamics::{FrameId, Manipulator, StateError, Workspace, Wrench};
 
-use super::regressor::{columns_expressed_in, set_wrench};
+use super::regressor::{WrenchRegressor, columns_expressed_in, set_wrench};
 use super::source::{MeasurementSource, RobotState};
 use crate::IdentifyError;
 use crate::equations::channels::{Channel, wrench_channels};
 use crate::equations::instant::Instant;
-use crate::equations::settings::{EquationSettings, expand};
+use crate::equations::settings::{EquationSettings, SubtractedLoad, expand};
 
 /// The sum of the wrenches that all sensors exert on the payload.
 #[derive(Clone, Debug)]
@@ -21,6 +21,7 @@ pub(crate) struct WrenchSource {
     has_offsets: bool,
     /// Axes of the wrenches; `None` for those of the sensors.
     axes: Option<Axes>,
+    subtracted: Option<SubtractedLoad>,
 }
 
 /// Axes of wrenches, other than those of the sensors.
@@ -61,6 +62,7 @@ impl WrenchSource {
             sensors: frames.collect::<Result<_, _>>()?,
             noise: noise.into_iter().map(SVector::from).collect(),
             has_offsets: settings.wrench_offset,
+            subtracted: settings.subtracted,
         })
     }
 }
@@ -90,6 +92,12 @@ impl MeasurementSource for WrenchSource {
             sum + workspace.wrench_in_frame(tool, sensor, &wrench)
         });
         set_wrench(targets, &sum);
+        if let Some(load) = &self.subtracted {
+            let subtracted = WrenchRegressor::new(&robot.terms).load(load);
+            for (target, subtracted) in targets.iter_mut().zip(&subtracted) {
+                *target += subtracted;
+            }
+        }
         entries.copy_from_slice(robot.terms.as_slice());
         Ok(())
     }

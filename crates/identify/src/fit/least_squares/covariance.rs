@@ -19,7 +19,7 @@ impl ReweightedLeastSquares<'_> {
     pub(super) fn covariances(&self, count: usize, bread: &DMatrix<f64>) -> [DMatrix<f64>; 2] {
         let channels = self.noise.channels();
         let independent = (count * channels) as f64 / NOISE_CORRELATION;
-        let unknowns = self.columns + self.means.len();
+        let unknowns = self.columns + self.means.len() + self.options.eliminated;
         let freedom = (independent - unknowns as f64).max(1.0);
         let rows = self.scored_rows();
         let sums = MeatEstimator::new(&rows, channels, bread);

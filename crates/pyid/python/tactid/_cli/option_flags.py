@@ -41,6 +41,7 @@ _FORMS = {
     "names": _Form(str, "RECORDED=JOINT,...", option_text.names),
     "columns": _Form(list[str], None, option_text.columns),
     "vector": _Form(str, "X,Y,Z", option_text.vector),
+    "gravity": _Form(str, "X,Y,Z", option_text.vector_or_word),
     "numbers": _Form(str, "N,N,...", option_text.numbers),
     "posture": _Form(str, "N,N,...", option_text.numbers),
     "each-number": _Form(list[str], "N,N,...", option_text.all_numbers),
@@ -52,6 +53,7 @@ _FORMS = {
     "box": _Form(str, "X,Y,Z,X,Y,Z", option_text.box),
     "boxes": _Form(list[str], "NAME=BOX", option_text.named_boxes),
     "grip": _Form(str, "X,Y,Z,NX,NY,NZ,DISTANCE,FORCE,FRICTION,RADIUS", option_text.grip),
+    "payload": _Form(str, "M,X,Y,Z", option_text.numbers),
     "body": _Form(str, "M,X,Y,Z,XX,XY,XZ,YY,YZ,ZZ", option_text.body),
     "frame": _Form(str, "LINK,X,Y,Z,QX,QY,QZ,QW", option_text.frame),
 }

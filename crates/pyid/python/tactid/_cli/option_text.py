@@ -25,6 +25,11 @@ def vector(flag: str, text: str) -> list[float]:
     return numbers(flag, text, 3)
 
 
+def vector_or_word(flag: str, text: str) -> list[float] | str:
+    """Reads three numbers, or a word."""
+    return text if text.strip().isalpha() else vector(flag, text)
+
+
 def wrenches(flag: str, texts: list[str]) -> list[list[float]]:
     """Reads six numbers from each text."""
     return [numbers(flag, text, 6) for text in texts]

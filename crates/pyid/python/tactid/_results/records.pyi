@@ -196,6 +196,8 @@ class FitReport(Record):
     stride_s: float
     cutoff_hz: float
     wrench_offset: WrenchOffset | None = ...
+    gravity: GravityEstimate | None = ...
+    subtracted_weight: WeightEstimate | None = ...
 
 @dataclass(frozen=True, eq=False)
 class Forecast(Record):
@@ -203,6 +205,11 @@ class Forecast(Record):
     fractions: NDArray[np.float64]
     noise_fraction: NDArray[np.float64]
     length_s: float
+
+@dataclass(frozen=True, eq=False)
+class GravityEstimate(Record):
+    values: NDArray[np.float64]
+    std_devs: NDArray[np.float64]
 
 @dataclass(frozen=True, eq=False)
 class History(Record):
@@ -361,6 +368,11 @@ class ValueDifference(Record):
     difference: float
     others: float
     std_dev: float
+
+@dataclass(frozen=True, eq=False)
+class WeightEstimate(Record):
+    values: NDArray[np.float64]
+    std_devs: NDArray[np.float64]
 
 @dataclass(frozen=True, eq=False)
 class WrenchOffset(Record):

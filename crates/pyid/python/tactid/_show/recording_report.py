@@ -16,7 +16,14 @@ from tactid._results.payload import Payload
 from tactid._results.records import FitReport
 from tactid._show import body_plot, page, recording_plots, reported
 from tactid._show.outlook import WITHIN, outlook
-from tactid._show.remarks import calibration, gravity, knowledge, remarks, wrench_offset
+from tactid._show.remarks import (
+    calibration,
+    gravity,
+    knowledge,
+    remarks,
+    subtracted,
+    wrench_offset,
+)
 
 METHODS = {
     "tactile": "measured wrenches, and motion",
@@ -257,6 +264,7 @@ def _of_least_squares(result: IdentificationData, delay: str) -> dict[str, str]:
         "windows": f"{len(result.fit.times_s)}, one every {stride}",
         "delay of the wrenches": delay,
         "wrench offset": wrench_offset(result) or "assumed to be zero",
+        **({"weight subtracted by the driver": weight} if (weight := subtracted(result)) else {}),
         **_calibration(result),
         "given of the payload": ", ".join(knowledge(result)) or "nothing",
     }

@@ -16,6 +16,7 @@ from tactid._base.values import KIND_NAMES, KINDS, Z95, digits_of
 from tactid._native import VALUE_NAMES
 from tactid._results.identification import IdentificationData, Recorded
 from tactid._results.payload import Payload, PayloadEstimate
+from tactid._results.records import GravityEstimate, WeightEstimate
 from tactid._show.reported import offsets
 
 TOO_LONG = 10.0
@@ -189,6 +190,7 @@ def assumptions(result: Recorded) -> str:
 def _of_least_squares(result: IdentificationData) -> list[str]:
     parts = knowledge(result)
     parts += [f"wrench offset {offset}"] if (offset := wrench_offset(result)) else []
+    parts += [f"weight subtracted by the driver {w}"] if (w := subtracted(result)) else []
     parts += ["efforts of the unloaded recording subtracted"] if result.subtracts_unloaded else []
     parts += [given] if (given := calibration(result)) else []
     parts += [uncertain] if (uncertain := gains(result)) else []
@@ -225,10 +227,29 @@ def _noise_shares(noise_fraction: NDArray[np.float64]) -> str:
 
 def gravity(result: Recorded) -> str:
     """Says which gravitational acceleration was assumed, in world axes."""
+    identified = result.fit.gravity if isinstance(result, IdentificationData) else None
+    if identified is not None:
+        return f"{_with_intervals(identified)} m/s² (direction identified)"
     known = all(map(math.isfinite, result.gravity_m_s2))
     return (
         " ".join(f"{entry:g}" for entry in result.gravity_m_s2) + " m/s²" if known else "not known"
     )
+
+
+def _with_intervals(found: GravityEstimate | WeightEstimate) -> str:
+    """Returns values with their 95 % intervals."""
+    half_widths = Z95 * np.asarray(found.std_devs)
+    return " ".join(
+        f"{value:.{digits}f} ± {half_width:.{digits}f}"
+        for value, half_width in zip(found.values, half_widths, strict=True)
+        for digits in [digits_of(half_width) if math.isfinite(half_width) else 3]
+    )
+
+
+def subtracted(result: IdentificationData) -> str:
+    """Says which weight was subtracted from the wrenches; empty where it was not unknown."""
+    found = result.fit.subtracted_weight
+    return "" if found is None else f"{_with_intervals(found)} (kg, m)"
 
 
 def _delay(result: Recorded) -> str:
