@@ -50,6 +50,7 @@ from tactid._api.offline import identify
 from tactid._api.online import Identifier, PaperFilter
 from tactid._api.result import Identification, PaperIdentification
 from tactid._api.simulation import simulate
+from tactid._api.tactile import SummedForces, sum_forces
 from tactid._base.errors import (
     ArgumentError,
     CalibrationError,
@@ -186,6 +187,7 @@ __all__ = [
     "SharedErrors",
     "SimulationError",
     "SingularValues",
+    "SummedForces",
     "TactidError",
     "Topic",
     "ValueDifference",
@@ -206,6 +208,7 @@ __all__ = [
     "result_schema",
     "set_log_memory",
     "simulate",
+    "sum_forces",
     "wrench_regressor",
 ]
 
