@@ -3,7 +3,7 @@
 import os
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
-from typing import Any, TypeAlias, cast
+from typing import Any, TypeAlias
 
 from numpy.typing import ArrayLike
 
@@ -65,7 +65,7 @@ def calibrate(  # noqa: D417 - options are documented by their declarations
     keywords["unloaded"] = unloaded
     own = take_own(keywords, "calibration")
     collected = collect(options, keywords, "calibration", ("robot", "options", "progress"))
-    given = {role: _listed(own[role]) for role in ROLES if role in own}
+    given = {role: _listed(own[role]) for role in ROLES if isinstance(own.get(role), _SOURCES)}
     with opened([each for role in given.values() for each in role], collected, progress) as (
         logs,
         reader,
@@ -91,9 +91,13 @@ ROLES = ("unloaded", "loaded", "hold_out")
 """The options that are recordings."""
 
 
+_SOURCES = (str, os.PathLike, Mapping, list, tuple)
+"""Types of what is given for a role; anything else is refused where recordings are read."""
+
+
 def _listed(given: _Source | Sequence[_Source]) -> Sequence[_Source]:
-    """Returns the recordings of one role; what else is given is refused where it is read."""
-    return given if isinstance(given, list | tuple) else [cast(_Source, given)]
+    """Returns the recordings of one role."""
+    return [given] if isinstance(given, str | os.PathLike | Mapping) else given
 
 
 def _recording(data: dict[str, Any]) -> CalibrationRecording:
