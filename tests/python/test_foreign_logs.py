@@ -113,7 +113,7 @@ def test_info_lists_the_topics_of_a_bag(
 def test_a_cut_bag_and_wrong_json_are_errors_with_the_path(tmp_path: Path) -> None:
     path = bag(tmp_path)
     path.write_bytes(path.read_bytes()[:5000])
-    with pytest.raises(tactid.LogError, match=r"run\.bag: the ROS 1 bag cannot be read"):
+    with pytest.raises(tactid.LogError, match=r"run\.bag cannot be read as a log: "):
         tactid.identify(path, urdf=ur5e())
     path = mcap(tmp_path, "json", lambda message, kind: as_json(message, kind)[:-1])
     with pytest.raises(tactid.LogError, match=r"json\.mcap: message 1 on /joint_states is no"):
@@ -122,10 +122,10 @@ def test_a_cut_bag_and_wrong_json_are_errors_with_the_path(tmp_path: Path) -> No
 
 def test_a_missing_package_is_named(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     path = bag(tmp_path)
-    monkeypatch.setitem(sys.modules, "rosbags", None)
-    monkeypatch.setitem(sys.modules, "rosbags.rosbag1", None)
-    with pytest.raises(tactid.ArgumentError, match=r"ROS 1 bag, .*: pip install rosbags mcap$"):
-        tactid.identify(path, urdf=ur5e())
+    for module, file in (("rosbags.rosbag1", path), ("rosbags.rosbag2", FORMS["json"](tmp_path))):
+        monkeypatch.setitem(sys.modules, module, None)
+        with pytest.raises(tactid.ArgumentError, match=r": pip install rosbags mcap$"):
+            tactid.identify(file, urdf=ur5e())
 
 
 def test_nothing_stays_in_the_folder_of_temporary_files(

@@ -5,7 +5,7 @@ Their messages are written to an MCAP file as ROS 2 has them, by the packages ro
 
 import json
 from collections.abc import Callable, Iterator, Mapping
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -65,17 +65,13 @@ def bag_messages(path: Path) -> Iterator[tuple[Iterator[Message], int]]:
         LogError: The bag cannot be read.
         ArgumentError: The package rosbags is missing.
     """
-    rosbag1 = package("rosbags.rosbag1", f"{path} is a ROS 1 bag")
-    with _bag(rosbag1, path) as reader:
+    with _bag(path) as reader:
         kept = [each for each in reader.connections if full_name(each.msgtype) in TYPES]
-        count = sum(each.msgcount for each in kept)
-        yield (
-            (
-                Message(each.topic, full_name(each.msgtype), "ros1", time, data)
-                for each, time, data in (reader.messages(connections=kept) if kept else ())
-            ),
-            count,
+        messages = (
+            Message(each.topic, full_name(each.msgtype), "ros1", time, data)
+            for each, time, data in (reader.messages(connections=kept) if kept else ())
         )
+        yield _read(path, messages), sum(each.msgcount for each in kept)
 
 
 @dataclass(frozen=True)
@@ -100,8 +96,7 @@ class BagInfo:
 
 def bag_info(path: Path) -> BagInfo:
     """Returns the contents of a ROS 1 bag."""
-    rosbag1 = package("rosbags.rosbag1", f"{path} is a ROS 1 bag")
-    with _bag(rosbag1, path) as reader:
+    with _bag(path) as reader:
         duration = reader.duration * 1e-9 if reader.message_count else None
         topics = [
             BagTopic(
@@ -116,13 +111,13 @@ def bag_info(path: Path) -> BagInfo:
 
 
 @contextmanager
-def _bag(rosbag1: Any, path: Path) -> Iterator[Any]:
-    """Opens a ROS 1 bag; its errors are those of a log."""
-    try:
-        with rosbag1.Reader(path) as reader:
-            yield reader
-    except (rosbag1.ReaderError, AssertionError, UnicodeDecodeError, ValueError, OSError) as error:
-        raise LogError(f"{path}: the ROS 1 bag cannot be read: {error}") from None
+def _bag(path: Path) -> Iterator[Any]:
+    """Opens a ROS 1 bag."""
+    rosbag1 = package("rosbags.rosbag1", f"{path} is a ROS 1 bag")
+    with ExitStack() as stack:
+        with _errors_of_reading(path):
+            reader = stack.enter_context(rosbag1.Reader(path))
+        yield reader
 
 
 @contextmanager
@@ -133,29 +128,40 @@ def mcap_messages(path: Path) -> Iterator[tuple[Iterator[Message], int]]:
         LogError: The file cannot be read.
         ArgumentError: The package mcap is missing.
     """
-    what = f"{path} is MCAP with messages that are not of ROS 2"
-    errors, readers = package("mcap.exceptions", what), package("mcap.reader", what)
-    try:
-        with path.open("rb") as file:
-            reader = readers.make_reader(file)
+    readers = package("mcap.reader", f"{path} is MCAP with messages that are not of ROS 2")
+    with path.open("rb") as file:
+        reader = readers.make_reader(file)
+        with _errors_of_reading(path):
             summary = reader.get_summary()
-            counts = summary.statistics.message_count if summary and summary.statistics else 0
-            yield (
-                (
-                    Message(
-                        channel.topic,
-                        full_name(schema.name),
-                        channel.message_encoding,
-                        message.log_time,
-                        message.data,
-                    )
-                    for schema, channel, message in reader.iter_messages()
-                    if schema is not None and full_name(schema.name) in TYPES
-                ),
-                counts,
+        counts = summary.statistics.message_count if summary and summary.statistics else 0
+        messages = (
+            Message(
+                channel.topic,
+                full_name(schema.name),
+                channel.message_encoding,
+                message.log_time,
+                message.data,
             )
-    except (errors.McapError, ValueError, EOFError) as error:
-        raise LogError(f"{path} cannot be read: {error}") from None
+            for schema, channel, message in reader.iter_messages()
+            if schema is not None and full_name(schema.name) in TYPES
+        )
+        yield _read(path, messages), counts
+
+
+def _read(path: Path, messages: Iterator[Message]) -> Iterator[Message]:
+    """Yields messages; errors of the package that reads them are those of a log."""
+    with _errors_of_reading(path):
+        yield from messages
+
+
+@contextmanager
+def _errors_of_reading(path: Path) -> Iterator[None]:
+    """Makes errors those of a log: of a damaged file, the packages raise any exception."""
+    try:
+        yield
+    except Exception as error:
+        reason = str(error) or type(error).__name__
+        raise LogError(f"{path} cannot be read as a log: {reason}") from None
 
 
 def convert(

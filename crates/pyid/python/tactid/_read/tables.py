@@ -1,6 +1,7 @@
 """Tables of numbers in files: named columns of CSV, ``.npz`` and Parquet."""
 
 import zipfile
+import zlib
 from abc import ABC, abstractmethod
 from collections import Counter
 from collections.abc import Callable, Sequence
@@ -60,6 +61,10 @@ class CsvTable(Table):
         return read_columns(self.path, self._layout, names, progress)
 
 
+NPZ_ERRORS = (ValueError, zipfile.BadZipFile, EOFError, MemoryError, zlib.error)
+"""Errors of NumPy for a damaged file, whose arrays may claim any size."""
+
+
 class NpzTable(Table):
     """Arrays by their names, as ``numpy.savez`` stores them."""
 
@@ -67,7 +72,7 @@ class NpzTable(Table):
         try:
             with np.load(path, allow_pickle=False) as file:
                 super().__init__(path, file.files)
-        except (ValueError, zipfile.BadZipFile, EOFError) as error:
+        except NPZ_ERRORS as error:
             raise LogError(f"{path} cannot be read as .npz: {error}") from None
 
     def read(self, names: Sequence[str], progress: Progress = None) -> dict[str, Array]:
@@ -79,7 +84,7 @@ class NpzTable(Table):
                     progress(done / len(names))
                 try:
                     found[name] = _numbers(self.path, name, file[name])
-                except (ValueError, zipfile.BadZipFile, EOFError) as error:
+                except NPZ_ERRORS as error:
                     raise LogError(f"{self.path}, array `{name}`: {error}") from None
         return found
 
