@@ -291,7 +291,7 @@ mod tests {
         let given = Vector3::new(0.0, 9.81, 0.0);
         let asks = Request {
             tip: Some("flange".to_owned()),
-            gravity: Some(given),
+            gravity: Some(GravityChoice::Given(given)),
             ..Request::default()
         };
         for (motion, tip, gravity, asked) in [
