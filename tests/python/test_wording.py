@@ -174,6 +174,19 @@ FINDINGS = [
         "constant_channels",
         {"source": "/wrench", "frame": "tool0", "channels": ["force x"], "is_zero": True},
     ),
+    Finding("angles_continued", {"joints": ["joint_1"], "count": 22}),
+    Finding(
+        "positions_jump",
+        {
+            "source": "/joint_states",
+            "joints": ["joint_1", "joint_2"],
+            "count": 400,
+            "samples": 2200,
+            "time_s": 0.003,
+            "change": 2.05,
+            "duration_s": 0.003,
+        },
+    ),
     Finding(
         "no_equations",
         {
@@ -186,6 +199,7 @@ FINDINGS = [
             "min_samples": 6,
         },
     ),
+    Finding("stamps_missing", {"topics": ["/wrench"], "clock_rate": 0.6}),
     Finding("no_stamps"),
     Finding("delay_corrected", {"applied_s": 0.037, "estimated_s": 0.037, "std_dev_s": 1e-4}),
     Finding("delay_doubtful", {"delay_s": -0.488, "residual_ratio": 0.9, "is_at_end": False}),
@@ -371,10 +385,23 @@ SENTENCES = {
         "/wrench: force x in `tool0` is exactly zero in all samples, as of a sensor that does not"
         " measure it. The estimate takes it for measured."
     ),
+    "angles_continued": (
+        "The positions of joint_1 start again after a turn, 22 times: they were continued."
+    ),
+    "positions_jump": (
+        "The positions of joint_1 and joint_2 jump 400 times in 2200 samples, faster than any joint"
+        " moves (that of joint_1 by 2.05 within 3 ms at 0.003 s): two publishers write to"
+        " /joint_states. Record that of the robot's driver alone, and stop the other one, such as a"
+        " joint_state_publisher."
+    ),
     "no_equations": (
         "Nothing is known of the payload: there is a sample every 20 ms, which is too slow for the"
         " cutoff. A window of 0.0926 s needs at least 6 samples: push samples at a higher rate, or"
         " lower `cutoff_hz`."
+    ),
+    "stamps_missing": (
+        "/wrench has no stamps: their times are those of logging, brought to the clock of the"
+        " stamps of other topics, which runs at 0.6 times the rate of the recorder's."
     ),
     "no_stamps": ("The messages have no stamps: their times are those of logging."),
     "delay_corrected": (
@@ -423,6 +450,11 @@ ONLINE = {
         " result is the nearest one, 7.0 standard deviations away: check the frames, the box,"
         " gravity and the offsets of the sensors."
     ),
+    "positions_jump": (
+        "The positions of joint_1 and joint_2 jump 400 times in 2200 samples, faster than any joint"
+        " moves (that of joint_1 by 2.05 within 3 ms at 0.003 s): two sources are mixed in them:"
+        " push those of one robot alone."
+    ),
     "efforts_beyond_limits": (
         "The efforts of joint_2 and joint_3 are far beyond the limits of the URDF: that of joint_2"
         " is 3.123e+04 on average, and its limit is 150. They must be torques in N m, or forces in"
@@ -467,6 +499,8 @@ ONLINE_KINDS = (
     "efforts_beyond_limits",
     "twist_contradicted",
     "constant_channels",
+    "angles_continued",
+    "positions_jump",
     "no_equations",
 )
 """The findings of ``Identifier``, besides those of the URDF."""
@@ -493,6 +527,7 @@ def test_a_finding_names_options_as_a_user_of_the_command_writes_them(kind: str)
 
 
 CONTRADICTIONS = (
+    "positions_jump",
     "positions_beyond_limits",
     "velocities_contradicted",
     "twist_contradicted",
@@ -568,6 +603,7 @@ def test_an_unloaded_recording_is_not_recommended_where_it_was_used() -> None:
 FAULTS = {
     "gap": "3 gaps were not bridged",
     "out_of_order": "3 samples out of order were left out",
+    "put_in_order": "3 samples out of order were put in order",
     "undecodable": "3 messages that cannot be decoded were left out",
     "not_finite": "3 samples with a value that is not finite were left out",
     "out_of_range": "3 samples with a value out of range (beyond 1e9) were left out",

@@ -49,7 +49,7 @@ impl EffortRecorder {
         let arm = Arc::new(Arm::new(robot, tool, settings)?);
         Ok(Self {
             columns: ArmColumns::new(robot, &arm)?,
-            motion: MotionStream::new(robot.dof(), 0, settings.cutoff_hz, settings.max_gap_s),
+            motion: MotionStream::new(robot, 0, settings.cutoff_hz, settings.max_gap_s),
             windows: Windows::new(
                 settings.cutoff_hz,
                 arm.entries() + arm.joints.len(),

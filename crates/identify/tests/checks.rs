@@ -106,8 +106,28 @@ fn a_constant_channel_is_reported() {
         frame: TOOL.to_owned(),
         channels: vec!["moment y".into()],
         is_zero: true,
+        is_left_out: false,
     };
     assert!(findings.contains(&constant), "{findings:?}");
+}
+
+/// Angles that start again after a turn change nothing, and are reported; a second source of positions is, too.
+#[test]
+fn steps_of_positions_are_reported() {
+    let turn = |instant: &mut Instant| {
+        let angle = &mut instant.joints[0];
+        angle[0] -= std::f64::consts::TAU * f64::from(instant.time_s > 1.0);
+    };
+    let continued = |f: &Finding| matches!(f, Finding::AnglesContinued { count: 1, .. });
+    assert!(findings_after(200.0, turn).iter().any(continued));
+    let mixed = findings_after(200.0, |instant| {
+        let sample = (200.0 * instant.time_s).round() as i32;
+        if sample % 10 == 0 {
+            instant.joints[1][0] += 2.0;
+        }
+    });
+    let jump = |f: &Finding| matches!(f, Finding::PositionsJump(j) if j.are_of_two_sources());
+    assert!(mixed.iter().any(jump), "{mixed:?}");
 }
 
 /// Only the last 10 s count: what was wrong before is no finding any more, and what is wrong since is one.

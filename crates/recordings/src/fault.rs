@@ -17,8 +17,12 @@ pub enum FaultKind {
     /// A time between two messages of a publisher that is longer than the longest bridged gap. It
     /// is not bridged.
     Gap,
-    /// A message that is not later than the one before of its publisher. It is left out.
+    /// A message that is not later than the one before of its publisher, or too late to be put in
+    /// order. It is left out.
     OutOfOrder,
+    /// A message that comes less than a second after later ones of its publisher. It is put in
+    /// order.
+    PutInOrder,
     /// A message that cannot be decoded. It is left out.
     Undecodable,
     /// A value that is not finite. The message is left out.
@@ -79,6 +83,7 @@ impl FaultKind {
         match self {
             Self::Gap => format!("{} {was} not bridged", many("gap")),
             Self::OutOfOrder => format!("{sample} out of order {was} left out"),
+            Self::PutInOrder => format!("{sample} out of order {was} put in order"),
             Self::Undecodable => format!("{message} that cannot be decoded {was} left out"),
             Self::NotFinite => format!("{sample} with a value that is not finite {was} left out"),
             Self::OutOfRange => {

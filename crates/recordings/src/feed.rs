@@ -69,11 +69,13 @@ impl Feed {
     /// Adds the events of the next messages. Returns the fraction of the log that has been read, or `None`
     /// at its end.
     pub(crate) fn read(&mut self, events: &mut Vec<Event>) -> Result<Option<f64>, RecordingError> {
-        let enough = events.len() + BATCH;
+        let before = events.len();
+        let enough = before + BATCH;
         let mut read_s = None;
         while events.len() < enough {
             let Some(message) = self.messages.next() else {
-                break;
+                self.read_end(enough, events);
+                return Ok((events.len() > before).then_some(1.0));
             };
             let message = message?;
             if let Some(unloaded) = &mut self.unloaded {
@@ -84,6 +86,14 @@ impl Feed {
         }
         let length_s = (self.end_s - self.begin_s).max(1e-9);
         Ok(read_s.map(|now_s| ((now_s - self.begin_s) / length_s).clamp(0.0, 1.0)))
+    }
+
+    /// Adds the events of the messages that are held at the end of the log, until these are `enough`.
+    fn read_end(&mut self, enough: usize, events: &mut Vec<Event>) {
+        if let Some(unloaded) = &mut self.unloaded {
+            unloaded.finish(events);
+        }
+        self.decoder.finish(enough, events);
     }
 
     /// Reads to the end on a thread of its own, while `take` is called on this one with each event, and
@@ -160,14 +170,28 @@ impl UnloadedFeed {
         for message in due {
             self.decoder.decode(&message, &mut self.events);
         }
+        if self.messages.peek().is_none() {
+            self.decoder.finish(usize::MAX, &mut self.events);
+        }
+        self.shift(events);
+        Ok(())
+    }
+
+    /// Adds the events of the messages that are held at the end of the loaded recording.
+    fn finish(&mut self, events: &mut Vec<Event>) {
+        self.decoder.finish(usize::MAX, &mut self.events);
+        self.shift(events);
+    }
+
+    /// Brings events onto the clock of the loaded recording.
+    fn shift(&mut self, events: &mut Vec<Event>) {
         for event in self.events.drain(..) {
             if let Measured::Joints(values) = event.measured {
                 events.push(Event {
-                    time_s: event.time_s + shift_s,
+                    time_s: event.time_s + self.shift_s,
                     measured: Measured::Unloaded(values),
                 });
             }
         }
-        Ok(())
     }
 }

@@ -91,8 +91,10 @@ mod run;
 mod same_log;
 mod shortage;
 mod sources;
+mod steps;
 mod topic_kind;
 mod unloaded;
+mod wrench_channels;
 
 pub use arm_calibration::ArmCalibration;
 pub use arrays::{Arrays, UnloadedArrays, base_is_fixed};

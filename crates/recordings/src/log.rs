@@ -95,6 +95,7 @@ fn sources(found: &LogSources, decoding: &Decoding, request: &Request) -> Source
             .topics
             .odometry()
             .map(|topic| (topic.clone(), TwistAxes::Body)),
+        joints_name: found.topics.joints().join(" and "),
         names,
         findings,
         clock: clock.kind(),

@@ -2,11 +2,13 @@
 
 use tactid_identify::{BatchIdentifier, BatchSettings, Delay, EquationSettings, IdentifyError};
 
-use crate::alignment::{Event, Streams};
+use crate::alignment::{Averaging, Event, Streams};
 use crate::defaults::Options;
 use crate::preview::{DelayEstimate, Preview, is_significant};
 use crate::rates::contradicted_rates;
 use crate::recording::{Recording, Selection, Sources};
+use crate::steps::{Steps, are_mixed};
+use crate::wrench_channels::unmeasured_channels;
 use crate::{EstimatorKind, Finding, Observer, OffsetChoice, RecordingError, Request, WrenchIs};
 
 /// How a recording is identified.
@@ -26,6 +28,8 @@ pub(crate) struct Plan<'a> {
     /// Delay as estimated from the beginning.
     pub(crate) estimated_delay: Option<Delay>,
     pub(crate) findings: Vec<Finding>,
+    /// Whether positions of two sources are mixed: nothing is concluded from what they contradict.
+    pub(crate) is_mixed: bool,
 }
 
 impl<'a> Plan<'a> {
@@ -37,13 +41,18 @@ impl<'a> Plan<'a> {
     ) -> Result<Self, RecordingError> {
         let sources = recording.sources();
         let events = recording.beginning(observer)?;
-        let (streams, options, mut findings) = choose_streams(sources, &events, request)?;
+        let (streams, mut options, mut findings) = choose_streams(sources, &events, request)?;
         findings.extend(options.not_used(request, &sources.contents));
-        findings.extend(contradicted_rates(
-            sources,
-            &events,
-            options.equations.max_gap_s,
-        ));
+        let is_mixed = are_mixed(&Steps::findings_of(sources, &events));
+        let equations = &mut options.equations;
+        if !is_mixed {
+            findings.extend(contradicted_rates(sources, &events, equations.max_gap_s));
+        }
+        equations.wrench_noise = streams.averaging.of_averages(&equations.wrench_noise);
+        // Axes that turn against the sensor's have no channel that measures nothing.
+        if equations.wrench_axes.is_none() {
+            equations.unmeasured = unmeasured_channels(sources, &options.tip, &events);
+        }
         let preview = Preview {
             sources,
             options: &options,
@@ -60,6 +69,7 @@ impl<'a> Plan<'a> {
         };
         let delay = match (options.delay_s, chosen) {
             (Some(_), _) => DelayEstimate::Unknown,
+            _ if is_mixed => DelayEstimate::Unknown,
             (None, Some(beginning)) => preview.delay(&streams, beginning)?,
             (None, None) => preview.delay(&streams, preview.at_cutoff(&streams, cutoff_hz)?)?,
         };
@@ -85,6 +95,7 @@ impl<'a> Plan<'a> {
             tip: options.tip,
             estimated_delay,
             findings,
+            is_mixed,
         })
     }
 
@@ -95,7 +106,8 @@ impl<'a> Plan<'a> {
             known_mass: self.request.known_mass(),
             bounding_box: self.request.bounding_box,
             delay: self.estimated_delay.is_some(),
-            shown_offset: self.request.wrench_offset.unwrap_or_default() == OffsetChoice::Auto,
+            shown_offset: !self.is_mixed
+                && self.request.wrench_offset.unwrap_or_default() == OffsetChoice::Auto,
         }
     }
 
@@ -152,6 +164,7 @@ fn choose_streams(
     let options = sources.options.clone();
     let streams = Streams {
         unloaded: false,
+        averaging: Averaging::of(&sources.streams, events),
         ..sources.streams.clone()
     };
     let Some(topic) = &sources.optional_acceleration else {

@@ -387,7 +387,7 @@ impl Preview<'_> {
         let settings = &options.equations;
         let (robot, tip) = (&sources.robot, &options.tip);
         let mut stream = MultiCutoffStream::new(robot, tip, &sensors, settings, cutoffs_hz)?;
-        let mut aligner = Aligner::new(streams.clone(), delay_s, settings.max_gap_s);
+        let mut aligner = Aligner::new(streams.clone(), robot, delay_s, settings.max_gap_s);
         for event in self.events {
             aligner.push(event.clone());
             while let Some(aligned) = aligner.next() {

@@ -37,6 +37,8 @@ pub(crate) struct Sources {
     pub(crate) optional_acceleration: Option<String>,
     /// Name of the topic or array that measures a twist besides the pose, and the axes of the twist there.
     pub(crate) measured_twist: Option<(String, TwistAxes)>,
+    /// Topic or array of the joints.
+    pub(crate) joints_name: String,
     /// Names of topics or arrays.
     pub(crate) names: Vec<String>,
     pub(crate) findings: Vec<Finding>,

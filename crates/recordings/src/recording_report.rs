@@ -7,6 +7,7 @@ use tactid_identify::{Method, serial};
 
 use crate::plan::Plan;
 use crate::run::Run;
+use crate::steps::{are_mixed, without_explained};
 use crate::{Clock, DataFault, EstimatorKind, Finding};
 
 /// What was assumed of a recording, what was noticed about it, and what could not be used.
@@ -56,7 +57,11 @@ impl RecordingReport {
         noticed: impl IntoIterator<Item = Finding>,
     ) -> Self {
         let mut findings = run.noticed(&plan);
-        findings.extend(noticed);
+        if are_mixed(&findings) {
+            findings.extend(without_explained(noticed));
+        } else {
+            findings.extend(noticed);
+        }
         let sources = plan.sources;
         Self {
             method: plan.equations.method,

@@ -5,14 +5,16 @@ use std::sync::mpsc::{SyncSender, sync_channel};
 use std::thread;
 
 use tactid_calibrate::EffortRecorder;
-use tactid_identify::checks::{ChannelMonitor, ConstantChannels};
+use tactid_identify::checks::ChannelMonitor;
 use tactid_identify::{BatchIdentifier, Sample};
 
 use crate::alignment::{Aligned, Aligner, Event, Measured};
 use crate::fault::{FaultCounts, FaultKind};
 use crate::plan::Plan;
-use crate::recording::{Reading, Recording, Sources};
+use crate::recording::{Reading, Recording};
+use crate::steps::Steps;
 use crate::unloaded::UnloadedSubtraction;
+use crate::wrench_channels::constant_channels;
 use crate::{Finding, Observer, Progress, RecordingError};
 
 /// Topic of the fault that a sample could not be aligned.
@@ -90,7 +92,7 @@ impl Run {
                 if plan.streams.unloaded {
                     pass.unloaded.check_motion(&plan.sources.robot)?;
                 }
-                let totals = pass.totals(plan.sources);
+                let totals = pass.totals(plan);
                 return Ok(Self::of_pass(totals, reading));
             }
             let end_s = pass.last_s;
@@ -189,6 +191,7 @@ impl Samples {
 struct Pass {
     aligner: Aligner,
     channels: ChannelMonitor,
+    steps: Steps,
     unloaded: UnloadedSubtraction,
     samples: u64,
     first_s: f64,
@@ -209,8 +212,14 @@ struct Totals {
 impl Pass {
     fn new(plan: &Plan<'_>) -> Self {
         Self {
-            aligner: Aligner::new(plan.streams.clone(), plan.delay_s, plan.equations.max_gap_s),
+            aligner: Aligner::new(
+                plan.streams.clone(),
+                &plan.sources.robot,
+                plan.delay_s,
+                plan.equations.max_gap_s,
+            ),
             channels: ChannelMonitor::new(plan.streams.wrenches),
+            steps: Steps::new(plan.sources),
             unloaded: UnloadedSubtraction::new(plan.sources.robot.dof()),
             samples: 0,
             first_s: 0.0,
@@ -224,6 +233,7 @@ impl Pass {
         if let Measured::Wrench(sensor, wrench) = &event.measured {
             self.channels.push(*sensor, event.time_s, wrench);
         }
+        self.steps.push(&event);
         self.aligner.push(event);
         while let Some(mut aligned) = self.aligner.next() {
             self.unloaded.subtract(&mut aligned);
@@ -240,25 +250,16 @@ impl Pass {
         Ok(())
     }
 
-    fn totals(&self, sources: &Sources) -> Totals {
+    fn totals(&self, plan: &Plan<'_>) -> Totals {
+        let mut findings = self.steps.findings(plan.sources);
+        let unmeasured = &plan.equations.unmeasured;
+        findings.extend(constant_channels(&self.channels, unmeasured, plan.sources));
         Totals {
-            findings: constant_channels(&self.channels, sources),
+            findings,
             samples: self.samples,
             duration_s: self.last_s - self.first_s,
             bridged_s: self.bridged_s,
             incomplete: self.aligner.incomplete(),
         }
     }
-}
-
-/// Reports the channels of each sensor that never changed.
-fn constant_channels(channels: &ChannelMonitor, sources: &Sources) -> Vec<Finding> {
-    let constant = channels.constant_channels(f64::INFINITY).into_iter();
-    let finding = |constant: ConstantChannels| tactid_identify::Finding::ConstantChannels {
-        source: sources.wrench_names[constant.sensor].clone(),
-        frame: sources.sensors[constant.sensor].clone(),
-        channels: constant.channels.into_iter().map(Into::into).collect(),
-        is_zero: constant.is_zero,
-    };
-    constant.map(finding).map(Finding::Data).collect()
 }

@@ -272,7 +272,7 @@ fn wild_arrays_do_not_panic() {
     }
 }
 
-/// Channels of a sensor that never change are reported by name, whether they are zero or not.
+/// Channels of a sensor that never change are reported by name, and left out where they are zero.
 #[test]
 fn constant_channels_are_reported() {
     for (value, zero) in [(0.0, true), (1.5, false)] {
@@ -287,13 +287,51 @@ fn constant_channels_are_reported() {
                 frame,
                 channels,
                 is_zero,
-            }) => Some((source.as_str(), frame.as_str(), &channels[..], *is_zero)),
+                is_left_out,
+            }) => Some((
+                source.as_str(),
+                frame.as_str(),
+                &channels[..],
+                *is_zero,
+                *is_left_out,
+            )),
             _ => None,
         });
         let channels = ["force x".into(), "moment y".into()];
-        let expected = ("wrench", "sensor", &channels[..], zero);
+        let expected = ("wrench", "sensor", &channels[..], zero, zero);
         assert_eq!(found, Some(expected));
     }
+}
+
+/// Forces alone determine the mass and the centre of mass, whether what is not measured is zero or no number, and also where
+/// the sensor is not at the tip.
+#[test]
+fn three_forces_determine_mass_and_centre() {
+    for absent in [0.0, f64::NAN] {
+        let mut recording = carried();
+        for wrench in recording.wrenches.chunks_exact_mut(6) {
+            wrench[3..].fill(absent);
+        }
+        let found = recording.identify(&quick()).unwrap();
+        let body = &found.estimate.body;
+        assert!((body.mass_kg - CARRIED_KG).abs() < 1e-3, "{}", body.mass_kg);
+        let moved = (body.center_of_mass - CARRIED_AT).norm();
+        assert!(moved < 2e-3, "{moved}");
+        assert!(found.estimate.not_identifiable().any(|name| name == "Ixx"));
+    }
+}
+
+/// Samples that come late are put in order, and the result is that of samples in order.
+#[test]
+fn late_samples_are_put_in_order() {
+    let mut late = recorded();
+    let ordered = late.identify(&quick()).unwrap().estimate;
+    late.swap_samples(100, 103);
+    late.swap_samples(700, 701);
+    let found = late.identify(&quick()).unwrap();
+    assert_eq!(late.count_faults("time", &FaultKind::PutInOrder), 4);
+    assert_eq!(found.recording.faults.len(), 1);
+    assert_eq!(found.estimate.values(), ordered.values());
 }
 
 /// Interrupted before there is enough for a fit, there is no result.

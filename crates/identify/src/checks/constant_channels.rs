@@ -35,6 +35,26 @@ pub struct ConstantChannels {
     pub is_zero: bool,
 }
 
+impl Sensor {
+    /// Returns the channels that have not changed in the last `span_s` seconds and are zero, or are not.
+    fn constant_channels(&self, span_s: f64, is_zero: bool) -> Vec<&'static str> {
+        let begin_s = self.time_s - span_s;
+        let is_constant = |channel: &usize| {
+            self.changed_s[*channel] <= begin_s && (self.last[*channel] == 0.0) == is_zero
+        };
+        let constant = (0..CHANNELS.len()).filter(is_constant);
+        constant.map(|channel| CHANNELS[channel]).collect()
+    }
+}
+
+impl ConstantChannels {
+    /// Returns whether each of the six channels of the sensor is among these.
+    #[must_use]
+    pub fn mask(&self) -> [bool; 6] {
+        CHANNELS.map(|channel| self.channels.contains(&channel))
+    }
+}
+
 impl ChannelMonitor {
     /// Creates the monitor of so many sensors, none of which has had a sample.
     #[must_use]
@@ -65,22 +85,20 @@ impl ChannelMonitor {
     }
 
     /// Returns the channels of each sensor that have not changed in its last `span_s` seconds, or, for an infinite
-    /// span, in any of its samples. Sensors with fewer than 100 samples are left out.
+    /// span, in any of its samples, those that are zero apart from others. Sensors with fewer than 100 samples are left out.
     #[must_use]
     pub fn constant_channels(&self, span_s: f64) -> Vec<ConstantChannels> {
         let sensors = self.0.iter().enumerate();
         sensors
             .filter(|(_, sensor)| sensor.samples >= FEWEST_SAMPLES)
-            .filter_map(|(index, sensor)| {
-                let begin_s = sensor.time_s - span_s;
-                let constant = (0..6).filter(|&channel| sensor.changed_s[channel] <= begin_s);
-                let constant: Vec<usize> = constant.collect();
-                (!constant.is_empty()).then(|| ConstantChannels {
+            .flat_map(|(index, sensor)| {
+                [true, false].map(|is_zero| ConstantChannels {
                     sensor: index,
-                    channels: constant.iter().map(|&channel| CHANNELS[channel]).collect(),
-                    is_zero: constant.iter().all(|&channel| sensor.last[channel] == 0.0),
+                    channels: sensor.constant_channels(span_s, is_zero),
+                    is_zero,
                 })
             })
+            .filter(|constant| !constant.channels.is_empty())
             .collect()
     }
 }

@@ -1,5 +1,5 @@
 //! Checks of the samples themselves, before any equation: velocities against the positions that they belong to, positions
-//! and efforts against the limits of the joints, and channels that never change.
+//! and efforts against the limits of the joints, jumps of positions, and channels that never change.
 //!
 //! A velocity that is not the derivative of its position is in other axes, in other units, of the opposite sign or of
 //! another joint. Velocities are integrated over short intervals and compared with the change of the position, because a
@@ -9,6 +9,7 @@ mod constant_channels;
 mod effort_limits;
 mod increments;
 mod joint_rates;
+mod joint_steps;
 mod position_limits;
 mod twist_rates;
 
@@ -17,6 +18,7 @@ pub use constant_channels::{ChannelMonitor, ConstantChannels};
 pub use effort_limits::{EffortMonitor, EffortsBeyondLimits};
 pub(crate) use increments::INTERVAL_S;
 pub use joint_rates::{JointRates, VelocityCause, VelocityContradiction, grouped_by_cause};
+pub use joint_steps::{PositionJumps, StepMonitor};
 pub use position_limits::{PositionMonitor, PositionsBeyondLimits};
 pub use twist_rates::{TwistAxes, TwistContradiction, TwistRates};
 

@@ -7,6 +7,7 @@
 //! [`Equation`]s, and the [`Channels`] that say what each of their rows measures.
 
 mod channels;
+mod continuation;
 mod differentiation;
 mod equation;
 mod geometry;
@@ -25,6 +26,8 @@ pub mod window;
 
 pub(crate) use channels::WRENCH;
 pub use channels::{Channel, Channels, KnownNoise};
+pub use continuation::Continuation;
+pub(crate) use continuation::{Step, are_angles};
 pub use equation::{Equation, Row};
 pub(crate) use geometry::Geometry;
 pub use instant::Instant;

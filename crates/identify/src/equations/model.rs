@@ -12,6 +12,7 @@ use super::channels::{Channels, KnownNoise};
 use super::equation::{Equation, Row};
 use super::geometry;
 use super::instant::Instant;
+use super::offset_frame::OffsetFrame;
 use super::sample::Sample;
 use super::settings::{EffortContent, EquationSettings};
 use super::sources::{RobotState, Source, sources_of};
@@ -56,8 +57,9 @@ impl Model {
         settings: &EquationSettings,
     ) -> Result<Self, IdentifyError> {
         settings.check(robot, sensors)?;
+        let measured = OffsetFrame::new(robot, tool, sensors, &settings.unmeasured)?;
         let tool = robot.frame(tool)?;
-        let sources = sources_of(robot, tool, sensors, settings)?;
+        let sources = sources_of(robot, tool, sensors, settings, measured.projection())?;
         check_masses(robot, tool, &sources).map_err(|error| {
             IdentifyError::Method(format!(
                 "the {} method needs the masses of the robot: {error}; or use the tactile method, which needs none",

@@ -1,5 +1,8 @@
 //! The motion stream: from samples to the smoothed and differentiated motion at their times.
 
+use tactid_dynamics::Manipulator;
+
+use super::continuation::Continuation;
 use super::instant::Instant;
 use super::sample::Sample;
 use super::sample_ring::SampleRing;
@@ -8,6 +11,7 @@ use super::sample_ring::SampleRing;
 #[derive(Clone, Debug)]
 pub struct MotionStream {
     max_gap_s: f64,
+    continuation: Continuation,
     samples: SampleRing,
     instant: Instant,
     /// Time of the first accepted sample, s.
@@ -32,10 +36,12 @@ pub enum MotionStep<'a> {
 }
 
 impl MotionStream {
-    /// Creates a stream of samples of so many joints and wrenches, whose polynomials are accurate up to `cutoff_hz`.
-    pub fn new(joints: usize, wrenches: usize, cutoff_hz: f64, max_gap_s: f64) -> Self {
+    /// Creates a stream of samples of a robot with so many wrenches, whose polynomials are accurate up to `cutoff_hz`.
+    pub fn new(robot: &Manipulator, wrenches: usize, cutoff_hz: f64, max_gap_s: f64) -> Self {
+        let joints = robot.dof();
         Self {
             max_gap_s,
+            continuation: Continuation::new(robot),
             samples: SampleRing::new(joints, wrenches, cutoff_hz),
             instant: Instant::new(joints, wrenches),
             start_s: None,
@@ -45,7 +51,7 @@ impl MotionStream {
         }
     }
 
-    /// Adds a sample whose slices have the right lengths.
+    /// Adds a sample whose slices have the right lengths. Angles that start again after a turn are continued.
     pub fn push(&mut self, sample: &Sample<'_>) -> MotionStep<'_> {
         let passed_s = sample.time_s - self.time_s();
         if !sample.is_measurable() || passed_s <= 0.0 {
@@ -57,7 +63,11 @@ impl MotionStream {
             self.gaps += u64::from(passed_s.is_finite());
             self.samples.start_stretch();
         }
-        self.samples.push(sample);
+        let position = self.continuation.push(sample.time_s, sample.joint_position);
+        self.samples.push(&Sample {
+            joint_position: position,
+            ..*sample
+        });
         self.start_s.get_or_insert(sample.time_s);
         self.accepted += 1;
         if started {
@@ -73,6 +83,7 @@ impl MotionStream {
     /// Discards all samples and resets the counts, so that the same samples can be presented again.
     pub(crate) fn rewind(&mut self) {
         self.samples.clear();
+        self.continuation.clear();
         self.start_s = None;
         (self.accepted, self.rejected, self.gaps) = (0, 0, 0);
     }

@@ -56,7 +56,7 @@ impl MultiCutoffStream {
         let model = Model::new(robot, tool, sensors, settings)?;
         let (joints, wrenches) = (robot.dof(), sensors.len());
         let of_cutoff = |&cutoff_hz: &f64| OfCutoff {
-            motion: MotionStream::new(joints, wrenches, cutoff_hz, settings.max_gap_s),
+            motion: MotionStream::new(robot, wrenches, cutoff_hz, settings.max_gap_s),
             windows: Windows::of_means(cutoff_hz, model.entry_count(), model.row_count()),
             equations: Vec::new(),
         };

@@ -1,4 +1,4 @@
-//! The frame in which a constant offset of the wrenches is stated.
+//! The frame in which a constant offset of the wrenches is stated, and in which channels may be missing.
 
 use std::sync::Arc;
 
@@ -18,10 +18,15 @@ pub(crate) struct OffsetFrame {
     is_of_sensor: bool,
     /// Maps a wrench in the tool frame, force then moment, to this frame.
     map: Matrix6<f64>,
+    /// Maps a wrench in this frame to the tool frame.
+    inverse: Matrix6<f64>,
+    /// One for each channel in this frame that is measured, zero for others.
+    measured: Vector6<f64>,
 }
 
 impl OffsetFrame {
-    /// Finds the frame for wrenches that are measured in the links `sensors` and summed in the link `tool`.
+    /// Finds the frame for wrenches that are measured in the links `sensors` and summed in the link `tool`. Channels that are
+    /// `unmeasured` are those of the only sensor.
     ///
     /// # Errors
     /// Returns [`IdentifyError::Model`] if the robot does not have one of the links.
@@ -29,6 +34,7 @@ impl OffsetFrame {
         robot: &Manipulator,
         tool: &str,
         sensors: &[&str],
+        unmeasured: &[bool; 6],
     ) -> Result<Self, IdentifyError> {
         let tool_frame = robot.frame(tool)?;
         let of_sensor = match sensors {
@@ -43,6 +49,10 @@ impl OffsetFrame {
             name: name.into(),
             is_of_sensor: of_sensor.is_some(),
             map: columns_expressed_in(&Matrix6::identity(), &frame_from_tool),
+            inverse: columns_expressed_in(&Matrix6::identity(), &frame_from_tool.inverse()),
+            measured: Vector6::from_fn(|k, _| {
+                f64::from(u8::from(of_sensor.is_none() || !unmeasured[k]))
+            }),
         })
     }
 
@@ -59,6 +69,18 @@ impl OffsetFrame {
     /// The matrix that maps a wrench in the tool frame, force then moment, to this frame.
     pub(crate) fn map(&self) -> &Matrix6<f64> {
         &self.map
+    }
+
+    /// One for each channel that is measured, zero for others.
+    pub(crate) fn measured(&self) -> &Vector6<f64> {
+        &self.measured
+    }
+
+    /// Returns the matrix that takes what is not measured from a wrench in the tool frame; `None` where all is measured.
+    pub(crate) fn projection(&self) -> Option<Matrix6<f64>> {
+        let is_whole = self.measured.iter().all(|channel| *channel == 1.0);
+        let measured = Matrix6::from_diagonal(&self.measured);
+        (!is_whole).then(|| self.inverse * measured * self.map)
     }
 
     /// Returns the offset with these values, which are expressed in this frame.

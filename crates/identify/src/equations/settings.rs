@@ -70,6 +70,9 @@ pub struct EquationSettings {
     /// channels in least squares, which improves the first second of an estimate. The reported standard
     /// deviations still follow the residuals.
     pub wrench_noise: Vec<[f64; 6]>,
+    /// Channels of the only wrench sensor that measure nothing, in its frame: three forces, then three moments. Their rows
+    /// are left out. Used where one sensor does not move relative to the tool. Default: none.
+    pub unmeasured: [bool; 6],
     /// Standard deviation of the white noise of one sample of each joint effort, N m or N: one entry for
     /// all joints, or one each in the robot's order. Empty (the default): the noise is estimated from the
     /// residuals.
@@ -127,6 +130,7 @@ impl Default for EquationSettings {
             subtracted: None,
             unknowns: Unknowns::default(),
             wrench_noise: Vec::new(),
+            unmeasured: [false; 6],
             effort_noise: Vec::new(),
             effort_gain_std_dev: Vec::new(),
         }

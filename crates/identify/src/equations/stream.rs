@@ -82,10 +82,9 @@ impl EquationStream {
         settings: &EquationSettings,
         model: Model,
     ) -> Result<Self, IdentifyError> {
-        let (joints, wrenches) = (robot.dof(), sensors.len());
         Ok(Self {
-            offset_frame: OffsetFrame::new(robot, tool, sensors)?,
-            motion: MotionStream::new(joints, wrenches, settings.cutoff_hz, settings.max_gap_s),
+            offset_frame: OffsetFrame::new(robot, tool, sensors, &settings.unmeasured)?,
+            motion: MotionStream::new(robot, sensors.len(), settings.cutoff_hz, settings.max_gap_s),
             windows: Windows::of_means(settings.cutoff_hz, model.entry_count(), model.row_count()),
             equation: Equation::new(model.row_count()),
             model,

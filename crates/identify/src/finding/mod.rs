@@ -14,7 +14,8 @@ use tactid_dynamics::{ModelFinding, Notice, Reader, Severity, Subject};
 
 use crate::Method;
 use crate::checks::{
-    EffortsBeyondLimits, PositionsBeyondLimits, TwistContradiction, VelocityContradiction,
+    EffortsBeyondLimits, PositionJumps, PositionsBeyondLimits, TwistContradiction,
+    VelocityContradiction,
 };
 use crate::sampling::Sampling;
 
@@ -157,7 +158,20 @@ pub enum Finding {
         channels: Vec<Cow<'static, str>>,
         /// Whether all of these values are zero.
         is_zero: bool,
+        /// Whether the channels were left out, as those of a sensor that does not measure them;
+        /// otherwise the estimate takes them for measured.
+        #[serde(default)]
+        is_left_out: bool,
     },
+    /// Positions of joints start again after a turn, and were continued.
+    AnglesContinued {
+        /// Names of the joints.
+        joints: Vec<String>,
+        /// Number of times that one of them started again.
+        count: u64,
+    },
+    /// Positions of joints jump faster than any joint moves.
+    PositionsJump(PositionJumps),
     /// Not a single window of the averages was filled, so that nothing is known.
     NoEquations(Sampling),
     /// Another gravity explains the load far better than the given one.
@@ -280,12 +294,17 @@ impl Notice for Finding {
             Self::WrongAssumption(found) => {
                 found.mass_change > LARGEST_MASS_CHANGE || found.shift_m > LARGEST_SHIFT_M
             }
+            Self::PositionsJump(jumps) => jumps.are_of_two_sources(),
+            Self::ConstantChannels {
+                is_left_out: true, ..
+            } => return Severity::Notes,
             Self::NothingHeld { .. }
             | Self::KnownMassNotKept { .. }
             | Self::ConstantChannels { .. } => false,
             Self::NoEquations(_)
             | Self::RunsDisagree(_)
             | Self::Outliers { .. }
+            | Self::AnglesContinued { .. }
             | Self::Model(_) => return Severity::Notes,
         };
         if contradicts {
@@ -300,6 +319,7 @@ impl Notice for Finding {
             Self::VelocitiesContradicted(_)
             | Self::PositionsBeyondLimits(_)
             | Self::EffortsBeyondLimits(_)
+            | Self::PositionsJump(_)
             | Self::TwistContradicted { .. } => Subject::Measurements,
             Self::GravityContradicted { .. } | Self::WrongAssumption(_) => Subject::Assumption,
             Self::LoadUnexplained(_) | Self::Inconsistent { .. } => Subject::Consequence,

@@ -11,8 +11,8 @@ use super::assumption_words::wrong_assumption;
 use super::load_words::{gravity, negative_mass, unexplained};
 use super::run_words::runs_disagree;
 use crate::checks::{
-    EffortsBeyondLimits, PositionsBeyondLimits, TwistAxes, TwistContradiction, VelocityCause,
-    VelocityContradiction,
+    EffortsBeyondLimits, PositionJumps, PositionsBeyondLimits, TwistAxes, TwistContradiction,
+    VelocityCause, VelocityContradiction,
 };
 use crate::sampling::Sampling;
 
@@ -34,7 +34,14 @@ pub(super) fn sentences(finding: &Finding, reader: Reader) -> String {
             frame,
             channels,
             is_zero,
-        } => constant_channels(source, frame, channels, *is_zero),
+            is_left_out,
+        } => constant_channels(source, frame, channels, (*is_zero, *is_left_out)),
+        Finding::AnglesContinued { joints, count } => format!(
+            "The positions of {} start again after a turn, {}: they were continued.",
+            listed(joints),
+            counted(*count as usize, "time")
+        ),
+        Finding::PositionsJump(jumps) => jump(jumps, reader),
         Finding::NoEquations(sampling) => no_equations(sampling, reader),
         Finding::GravityContradicted {
             better,
@@ -113,8 +120,16 @@ fn constant_channels(
     source: &str,
     frame: &str,
     channels: &[Cow<'_, str>],
-    is_zero: bool,
+    (is_zero, is_left_out): (bool, bool),
 ) -> String {
+    if is_left_out {
+        return format!(
+            "{source}: {} in `{frame}` measured nothing (zero, or no number, in all samples), and \
+             {} left out.",
+            listed(channels),
+            if channels.len() > 1 { "were" } else { "was" }
+        );
+    }
     let value = if is_zero { "zero" } else { "constant" };
     let (are, them) = if channels.len() > 1 {
         ("are", "them")
@@ -197,6 +212,44 @@ fn positions(beyond: &PositionsBeyondLimits) -> String {
         general(beyond.position, 4),
         general(beyond.lower, 4),
         general(beyond.upper, 4)
+    )
+}
+
+fn jump(jumps: &PositionJumps, reader: Reader) -> String {
+    let PositionJumps {
+        source,
+        joints,
+        count,
+        samples,
+        time_s,
+        change,
+        duration_s,
+    } = jumps;
+    let first = format!(
+        "that of {} by {} within {} ms at {time_s:.3} s",
+        first(joints),
+        general(*change, 3),
+        general(1e3 * duration_s, 3)
+    );
+    if !jumps.are_of_two_sources() {
+        return format!(
+            "The positions of {} jump faster than any joint moves ({first}): check what the \
+             recording contains at this time.",
+            listed(joints)
+        );
+    }
+    let cause = match reader {
+        Reader::Online => "two sources are mixed in them: push those of one robot alone".to_owned(),
+        _ if source.starts_with('/') => format!(
+            "two publishers write to {source}. Record that of the robot's driver alone, and stop \
+             the other one, such as a joint_state_publisher"
+        ),
+        _ => format!("the samples of two sources are mixed in `{source}`: give those of one alone"),
+    };
+    format!(
+        "The positions of {} jump {count} times in {samples} samples, faster than any joint moves \
+         ({first}): {cause}.",
+        listed(joints)
     )
 }
 

@@ -145,14 +145,16 @@ fn identified(
 /// Returns the hypotheses that the windows can show.
 fn candidates(windows: &Windows, stream: &EquationStream) -> Vec<Hypothesis> {
     let has_gravity = stream.gravity() != Vector3::zeros();
+    let frame = stream.offset_frame();
+    let is_measured = |channels: usize| frame.measured().iter().take(channels).all(|k| *k == 1.0);
     let is_possible = |hypothesis: &Hypothesis| match hypothesis {
         Hypothesis::Offset | Hypothesis::Delay => true,
         Hypothesis::Weight | Hypothesis::Gravity => has_gravity,
         Hypothesis::JointZeros => windows.joints() > 0,
-        Hypothesis::SensorPlace
-        | Hypothesis::SensorRotation
-        | Hypothesis::AxisGains
-        | Hypothesis::Axes => stream.offset_frame().is_of_sensor(),
+        Hypothesis::SensorRotation => frame.is_of_sensor() && is_measured(3),
+        Hypothesis::SensorPlace | Hypothesis::AxisGains | Hypothesis::Axes => {
+            frame.is_of_sensor() && is_measured(6)
+        }
     };
     Hypothesis::ALL.into_iter().filter(is_possible).collect()
 }

@@ -116,7 +116,10 @@ impl Model {
         let chain = self.chain(windows);
         let squares = windows.windows.iter().map(|window| {
             let residual = self.residual(window, &chain, &self.of_load(window)) * window.root;
-            residual.component_div(&windows.noise).norm_squared()
+            residual
+                .component_mul(&windows.measured)
+                .component_div(&windows.noise)
+                .norm_squared()
         });
         squares.sum::<f64>() > (1.0 + SLIGHT) * windows.measurements()
     }
@@ -178,7 +181,9 @@ impl Model {
         let chain = self.chain(windows);
         let unknowns = self.columns(active);
         // The noise is that of the channel that is measured, wherever it belongs.
-        let precisions = (self.axes.abs() * windows.std_devs).map(f64::recip);
+        let precisions = windows
+            .measured
+            .component_div(&(self.axes.abs() * windows.std_devs));
         let mut columns = Vec::with_capacity(unknowns + 1);
         let mut sums = Sums {
             products: DMatrix::zeros(unknowns + 1, unknowns + 1),

@@ -21,7 +21,10 @@ pub(super) struct Cause {
 /// Returns whether a fit leaves next to nothing of the load unexplained.
 pub(super) fn explains_load(windows: &Windows, found: &Fitted) -> bool {
     let ratio = (found.squares / windows.measurements()).sqrt();
-    let is_small = |k: usize| ratio * windows.std_devs[k] < MODEL_ERROR * windows.loads[k / 3];
+    let is_small = |k: usize| {
+        windows.measured[k] == 0.0
+            || ratio * windows.std_devs[k] < MODEL_ERROR * windows.loads[k / 3]
+    };
     ratio < BEYOND_NOISE || (0..6).all(is_small)
 }
 

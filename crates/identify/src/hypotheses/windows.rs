@@ -53,6 +53,8 @@ pub(super) struct Windows {
     pub(super) noise: Vector6<f64>,
     /// Standard deviation of noise and of the error of a sound model in each channel, N and N m.
     pub(super) std_devs: Vector6<f64>,
+    /// One for each channel that is measured, zero for others.
+    pub(super) measured: Vector6<f64>,
     /// Sum of the squares of the whitened noise of all windows.
     pub(super) noise_squares: f64,
     /// Rms of the measured force and moment, N and N m.
@@ -86,13 +88,15 @@ impl Windows {
         let loads = squares.map(f64::sqrt);
         let own = [loads[0], loads[1].hypot(LEVER_M * loads[0])].map(|load| OWN_ERROR * load);
         let std_devs = Vector6::from_fn(|k, _| noise[k].sqrt().hypot(own[k / 3]));
+        let measured = *stream.offset_frame().measured();
         let of_noise = noise.component_div(&std_devs.component_mul(&std_devs));
         (loads[0] > 0.0 && std_devs.iter().all(|size| size.is_normal())).then_some(Self {
             windows,
             sensor_from_tool: *sensor_from_tool,
             noise: Vector6::from_fn(|k, _| noise[k].sqrt().max(SLIGHT * own[k / 3])),
             std_devs,
-            noise_squares: total * of_noise.sum(),
+            noise_squares: total * of_noise.dot(&measured),
+            measured,
             loads,
         })
     }
@@ -100,7 +104,7 @@ impl Windows {
     /// Number of measurements, each with its robust weight.
     pub(super) fn measurements(&self) -> f64 {
         let weights = self.windows.iter().map(|window| window.root.powi(2));
-        WRENCH as f64 * weights.sum::<f64>()
+        self.measured.sum() * weights.sum::<f64>()
     }
 
     /// Computes the derivatives with respect to the positions of the joints from the geometry of

@@ -4,8 +4,8 @@ use tactid_dynamics::{BaseKind, Manipulator};
 
 use crate::Finding;
 use crate::checks::{
-    ChannelMonitor, EffortMonitor, INTERVAL_S, JointRates, PositionMonitor, TwistAxes, TwistRates,
-    grouped_by_cause,
+    ChannelMonitor, EffortMonitor, INTERVAL_S, JointRates, PositionMonitor, StepMonitor, TwistAxes,
+    TwistRates, grouped_by_cause,
 };
 use crate::equations::{EquationSettings, Sample};
 
@@ -17,6 +17,7 @@ const SPAN_S: f64 = 10.0;
 pub(crate) struct OnlineChecks {
     joint_names: Vec<String>,
     joints: JointRates,
+    steps: StepMonitor,
     positions: PositionMonitor,
     /// `None` where no equation uses efforts.
     efforts: Option<EffortMonitor>,
@@ -35,6 +36,7 @@ impl OnlineChecks {
         Self {
             joint_names: robot.joint_names().to_vec(),
             joints: JointRates::new(robot.dof(), max_gap_s, intervals),
+            steps: StepMonitor::new(robot, &(0..robot.dof()).collect::<Vec<_>>()),
             positions: PositionMonitor::new(robot),
             efforts: uses_effort.then(|| EffortMonitor::new(robot, SPAN_S)),
             twist: floats.then(|| TwistRates::new(TwistAxes::World, max_gap_s, intervals)),
@@ -47,6 +49,7 @@ impl OnlineChecks {
     pub(crate) fn push(&mut self, sample: &Sample<'_>) {
         let (position, velocity) = (sample.joint_position, sample.joint_velocity);
         self.joints.push(sample.time_s, position, velocity);
+        self.steps.push(sample.time_s, position);
         for (joint, &position) in position.iter().enumerate() {
             self.positions.push(joint, sample.time_s, position);
         }
@@ -67,7 +70,11 @@ impl OnlineChecks {
     pub(crate) fn findings(&self) -> Vec<Finding> {
         let names: Vec<&str> = self.joint_names.iter().map(String::as_str).collect();
         let joints = grouped_by_cause(self.joints.contradictions(&names)).into_iter();
-        let mut findings: Vec<Finding> = joints.map(Finding::VelocitiesContradicted).collect();
+        let jumps = self.steps.jumps("q", SPAN_S).map(Finding::PositionsJump);
+        let mut findings: Vec<Finding> = jumps.into_iter().collect();
+        let starts = self.steps.starts(SPAN_S);
+        findings.extend(starts.map(|(joints, count)| Finding::AnglesContinued { joints, count }));
+        findings.extend(joints.map(Finding::VelocitiesContradicted));
         let beyond = self.positions.beyond_limits(SPAN_S);
         findings.extend(beyond.map(Finding::PositionsBeyondLimits));
         let efforts = self.efforts.as_ref();
@@ -84,6 +91,7 @@ impl OnlineChecks {
             frame: self.sensors[constant.sensor].clone(),
             channels: constant.channels.into_iter().map(Into::into).collect(),
             is_zero: constant.is_zero,
+            is_left_out: false,
         }));
         findings
     }

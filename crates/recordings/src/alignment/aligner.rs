@@ -2,7 +2,8 @@
 
 use std::collections::VecDeque;
 
-use tactid_dynamics::{BaseAcceleration, Wrench};
+use tactid_dynamics::{BaseAcceleration, Manipulator, Wrench};
+use tactid_identify::equations::Continuation;
 use tactid_identify::{BaseState, Sample};
 
 use super::event::{Event, JointValues, Measured, SpecificForce, Streams};
@@ -35,38 +36,55 @@ impl Aligned {
     }
 }
 
-/// Interpolates all streams at the times of the joints. Memory is bounded: a sample waits for at most
-/// [`LONGEST_WAIT_S`].
+/// Averages or interpolates all streams at the times of the joints. Memory is bounded: a sample waits for at most
+/// [`LONGEST_WAIT_S`] beyond what is averaged.
 #[derive(Clone, Debug)]
 pub(crate) struct Aligner {
     streams: Streams,
     /// Delay of the wrenches' stamps relative to the motion, s.
     delay_s: f64,
     joints: VecDeque<(f64, JointValues)>,
-    more_joints: Vec<Stream<JointValues>>,
+    more_joints: Vec<ContinuedJoints>,
     base: Stream<BaseState>,
     acceleration: Stream<BaseAcceleration>,
     base_imu: Stream<SpecificForce>,
     wrenches: Vec<Stream<Wrench>>,
-    unloaded: Stream<JointValues>,
+    unloaded: ContinuedJoints,
     newest_s: f64,
+    longest_wait_s: f64,
     incomplete: u64,
 }
 
 impl Aligner {
-    /// Creates an aligner for some streams. `delay_s` is subtracted from the times of the wrenches, and gaps
+    /// Creates an aligner for some streams of a robot. `delay_s` is subtracted from the times of the wrenches, and gaps
     /// longer than `max_gap_s` are not bridged.
-    pub(crate) fn new(streams: Streams, delay_s: f64, max_gap_s: f64) -> Self {
+    pub(crate) fn new(streams: Streams, robot: &Manipulator, delay_s: f64, max_gap_s: f64) -> Self {
+        let averaging = &streams.averaging;
+        let period_s = |periods_s: &[Option<f64>], k: usize| periods_s.get(k).copied().flatten();
         Self {
             delay_s,
             joints: VecDeque::new(),
-            more_joints: vec![Stream::new(max_gap_s); streams.more_joints.len()],
-            base: Stream::new(max_gap_s),
-            acceleration: Stream::new(max_gap_s),
-            base_imu: Stream::new(max_gap_s),
-            wrenches: vec![Stream::new(max_gap_s); streams.wrenches],
-            unloaded: Stream::new(max_gap_s),
+            more_joints: streams
+                .more_joints
+                .iter()
+                .enumerate()
+                .map(|(k, joints)| ContinuedJoints {
+                    continuation: Continuation::of_joints(robot, joints),
+                    stream: Stream::new(max_gap_s, period_s(&averaging.more_joints, k)),
+                })
+                .collect(),
+            base: Stream::new(max_gap_s, averaging.base),
+            acceleration: Stream::new(max_gap_s, averaging.acceleration),
+            base_imu: Stream::new(max_gap_s, averaging.base_imu),
+            wrenches: (0..streams.wrenches)
+                .map(|k| Stream::new(max_gap_s, period_s(&averaging.wrenches, k)))
+                .collect(),
+            unloaded: ContinuedJoints {
+                continuation: Continuation::new(robot),
+                stream: Stream::new(max_gap_s, None),
+            },
             newest_s: f64::NEG_INFINITY,
+            longest_wait_s: LONGEST_WAIT_S + averaging.reach_s(),
             incomplete: 0,
             streams,
         }
@@ -117,7 +135,7 @@ impl Aligner {
     pub(crate) fn next(&mut self) -> Option<Aligned> {
         while let Some(time_s) = self.joints.front().map(|(time_s, _)| *time_s) {
             match self.others_at(time_s) {
-                ValueAt::NotYet if self.newest_s - time_s < LONGEST_WAIT_S => return None,
+                ValueAt::NotYet if self.newest_s - time_s < self.longest_wait_s => return None,
                 ValueAt::NotYet | ValueAt::Never => {
                     self.joints.pop_front();
                     self.incomplete += 1;
@@ -192,6 +210,26 @@ impl Aligner {
             wrenches: others.wrenches,
             unloaded: others.unloaded,
         }
+    }
+}
+
+/// The joints of one stream, whose angles go on where they start again after a turn: between the ends of a turn there is nothing to
+/// interpolate. Those to whose times all are aligned are not interpolated.
+#[derive(Clone, Debug)]
+struct ContinuedJoints {
+    continuation: Continuation,
+    stream: Stream<JointValues>,
+}
+
+impl ContinuedJoints {
+    fn push(&mut self, time_s: f64, mut values: JointValues) {
+        let position = self.continuation.push(time_s, &values.position).to_vec();
+        values.position = position;
+        self.stream.push(time_s, values);
+    }
+
+    fn at(&mut self, time_s: f64) -> ValueAt<JointValues> {
+        self.stream.at(time_s)
     }
 }
 
@@ -280,7 +318,7 @@ mod tests {
     /// A sample waits for a late stream, but not for one that has stopped, and missing values are counted.
     #[test]
     fn waits_for_a_late_stream_but_not_for_a_dead_one() {
-        let mut aligner = Aligner::new(one_wrench(), 0.0, 0.1);
+        let mut aligner = Aligner::new(one_wrench(), &Manipulator::lone_body("tool0"), 0.0, 0.1);
         aligner.push(joints(0.00));
         aligner.push(joints(0.01));
         assert!(aligner.next().is_none());
@@ -304,7 +342,7 @@ mod tests {
     /// A wrench that is stamped late is paired with the motion that it belongs to.
     #[test]
     fn subtracts_the_delay() {
-        let mut aligner = Aligner::new(one_wrench(), 0.25, 1.0);
+        let mut aligner = Aligner::new(one_wrench(), &Manipulator::lone_body("tool0"), 0.25, 1.0);
         aligner.push(joints(1.0));
         aligner.push(wrench(1.25, 7.0));
         let found = aligner.next().unwrap();
@@ -314,7 +352,7 @@ mod tests {
     /// A wrench of a sensor that is not aligned is ignored.
     #[test]
     fn ignores_a_stream_that_is_not_aligned() {
-        let mut aligner = Aligner::new(one_wrench(), 0.0, 1.0);
+        let mut aligner = Aligner::new(one_wrench(), &Manipulator::lone_body("tool0"), 0.0, 1.0);
         aligner.push(Event {
             time_s: 1.0,
             measured: Measured::Wrench(1, wrench_of(3.0)),
@@ -331,7 +369,7 @@ mod tests {
             more_joints: vec![vec![1]],
             ..Streams::default()
         };
-        let mut aligner = Aligner::new(streams, 0.0, 0.1);
+        let mut aligner = Aligner::new(streams, &Manipulator::lone_body("tool0"), 0.0, 0.1);
         let values = |position: Vec<f64>, velocity: Vec<f64>| JointValues {
             position,
             velocity,

@@ -100,4 +100,18 @@ pub(crate) struct Streams {
     /// Number of wrench sensors.
     pub(crate) wrenches: usize,
     pub(crate) unloaded: bool,
+    /// Which of them are averaged.
+    pub(crate) averaging: Averaging,
+}
+
+/// For each stream that is faster than the joints the period of the joints, s, over which it is averaged.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Averaging {
+    pub(super) more_joints: Vec<Option<f64>>,
+    pub(super) base: Option<f64>,
+    pub(super) acceleration: Option<f64>,
+    pub(super) base_imu: Option<f64>,
+    pub(super) wrenches: Vec<Option<f64>>,
+    /// Standard deviation of white noise in an average of each wrench, relative to that of a sample.
+    pub(super) noise_ratios: Vec<f64>,
 }

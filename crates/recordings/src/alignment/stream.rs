@@ -1,7 +1,8 @@
-//! A stream: one measured quantity over time, interpolated between its samples.
+//! A stream: one measured quantity over time, averaged over or interpolated between its samples.
 
 use std::collections::VecDeque;
 
+use super::averaging::{REACH, weights};
 use super::interpolation::Interpolate;
 
 /// Value of a stream at a time.
@@ -19,14 +20,18 @@ pub(crate) enum ValueAt<T> {
 pub(crate) struct Stream<T> {
     samples: VecDeque<(f64, T)>,
     max_gap_s: f64,
+    /// Period over which samples are averaged, s; `None` where they are interpolated.
+    averaged_s: Option<f64>,
 }
 
 impl<T: Interpolate> Stream<T> {
-    /// Creates a stream in which `max_gap_s` is the longest time between two samples that is bridged.
-    pub(crate) fn new(max_gap_s: f64) -> Self {
+    /// Creates a stream in which `max_gap_s` is the longest time between two samples that is bridged. Values are averaged
+    /// over `averaged_s` seconds, if given.
+    pub(crate) fn new(max_gap_s: f64, averaged_s: Option<f64>) -> Self {
         Self {
             samples: VecDeque::new(),
             max_gap_s,
+            averaged_s,
         }
     }
 
@@ -41,12 +46,43 @@ impl<T: Interpolate> Stream<T> {
         }
     }
 
-    /// Returns the value at a time: that of a sample; of the cubic through two samples before and two after;
-    /// or of the line between the two neighbours where a gap or an end is beside them.
+    /// Returns the value at a time: an [average](weights) where the stream is averaged and has neither a gap nor its begin
+    /// within it, else an interpolated one.
     ///
     /// Times must not decrease from call to call, because the samples before them are discarded.
     pub(crate) fn at(&mut self, time_s: f64) -> ValueAt<T> {
-        self.discard_before(time_s);
+        let Some(period_s) = self.averaged_s else {
+            self.discard_before(time_s);
+            return self.interpolated(time_s);
+        };
+        self.discard_before(time_s - REACH * period_s);
+        let average = self.average(time_s, period_s);
+        average.unwrap_or_else(|| self.interpolated(time_s))
+    }
+
+    /// Returns the average about a time; `None` where the stream begins within it, or has a gap there.
+    fn average(&self, time_s: f64, period_s: f64) -> Option<ValueAt<T>> {
+        let (begin_s, end_s) = (time_s - REACH * period_s, time_s + REACH * period_s);
+        let first = self.samples.partition_point(|(time, _)| *time <= begin_s);
+        let first = first.checked_sub(1)?;
+        let last = self.samples.partition_point(|(time, _)| *time < end_s);
+        if last == self.samples.len() {
+            return Some(ValueAt::NotYet);
+        }
+        let samples = self.samples.range(first..=last);
+        let times_s: Vec<f64> = samples.clone().map(|(time, _)| *time).collect();
+        let is_gap = |pair: &[f64]| pair[1] - pair[0] > self.max_gap_s;
+        if times_s.windows(2).any(is_gap) {
+            return None;
+        }
+        let weights = weights(&times_s, time_s, period_s).into_iter();
+        let weighted: Vec<(f64, &T)> = weights.zip(samples.map(|(_, value)| value)).collect();
+        Some(ValueAt::Known(T::weighted_sum(&weighted)))
+    }
+
+    /// Returns the value at a time: that of a sample; of the cubic through two samples before and two after;
+    /// or of the line between the two neighbours where a gap or an end is beside them.
+    fn interpolated(&self, time_s: f64) -> ValueAt<T> {
         let right = self.samples.partition_point(|(time, _)| *time <= time_s);
         let Some(left) = right.checked_sub(1) else {
             return if self.samples.is_empty() {
@@ -126,7 +162,7 @@ mod tests {
     #[test]
     fn interpolates_and_is_exact_on_a_sample() {
         let cubic = |t: f64| 1.0 - 2.0 * t + 30.0 * t * t - 100.0 * t * t * t;
-        let mut stream = Stream::new(1.0);
+        let mut stream = Stream::new(1.0, None);
         for time_s in [0.1, 0.19, 0.31, 0.4] {
             stream.push(time_s, wrench(cubic(time_s)));
         }
@@ -156,7 +192,7 @@ mod tests {
             base.pose.rotation = q;
             base
         };
-        let mut stream = Stream::new(1.0);
+        let mut stream = Stream::new(1.0, None);
         for (k, sign) in [1.0, -1.0, 1.0, -1.0].into_iter().enumerate() {
             stream.push(0.1 * k as f64, turned(0.1 * k as f64, sign));
         }
@@ -167,10 +203,38 @@ mod tests {
         assert!(middle.pose.rotation.angle_to(&target) < 1e-5);
     }
 
+    /// A stream that is averaged waits for samples beyond the time, and is interpolated beside its begin and a gap.
+    #[test]
+    fn averages_where_samples_reach() {
+        let quadratic = |t: f64| 1.0 - 2.0 * t + 30.0 * t * t;
+        let mut stream = Stream::new(0.05, Some(0.1));
+        let push = |stream: &mut Stream<Wrench>, steps: std::ops::Range<i32>| {
+            for time_s in steps.map(|k| 0.01 * f64::from(k)) {
+                let alternating = (time_s * 1e2 * std::f64::consts::PI).cos();
+                stream.push(time_s, wrench(quadratic(time_s) + alternating));
+            }
+        };
+        let error = |value: ValueAt<Wrench>, time_s: f64| match value {
+            ValueAt::Known(wrench) => (wrench.force.x - quadratic(time_s)).abs(),
+            other => panic!("{other:?}"),
+        };
+        push(&mut stream, 0..40);
+        assert!(error(stream.at(0.1), 0.1) > 0.9, "only one period before");
+        assert!(error(stream.at(0.23), 0.23) < 0.01);
+        assert_eq!(stream.at(0.25), ValueAt::NotYet);
+        push(&mut stream, 60..100);
+        assert!(
+            error(stream.at(0.3), 0.3) > 0.9,
+            "less than two periods after"
+        );
+        assert_eq!(stream.at(0.5), ValueAt::Never);
+        assert!(error(stream.at(0.8), 0.8) < 0.01);
+    }
+
     /// A gap is not bridged.
     #[test]
     fn does_not_bridge_a_gap() {
-        let mut stream = Stream::new(0.05);
+        let mut stream = Stream::new(0.05, None);
         stream.push(0.0, wrench(1.0));
         stream.push(0.2, wrench(2.0));
         assert_eq!(stream.at(0.1), ValueAt::Never);
@@ -191,7 +255,7 @@ mod tests {
                 let step_s = if is_gap { 0.5 } else { 0.1 } * (0.5 + random.random::<f64>());
                 times_s.push(times_s[times_s.len() - 1] + step_s);
             }
-            let mut stream = Stream::new(0.2);
+            let mut stream = Stream::new(0.2, None);
             for time_s in &times_s {
                 stream.push(*time_s, wrench(cubic(*time_s)));
             }

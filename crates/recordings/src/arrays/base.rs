@@ -6,9 +6,16 @@ use tactid_identify::{BaseState, states_of_poses};
 use super::fields::Arrays;
 use crate::fault::{FaultKind, check};
 
+/// Samples that come at most so much before an earlier one are put in order, s.
+const LONGEST_LATENESS_S: f64 = 1.0;
+
 /// The samples whose times can be used.
 pub(super) struct Timeline {
-    /// Indices of the samples that come later than all usable ones before them.
+    /// Indices of all samples in the order of their times. Those that are no time, or come far too late, stay in their places.
+    pub(super) order: Vec<usize>,
+    /// Whether each sample was brought before others that came earlier.
+    pub(super) is_late: Vec<bool>,
+    /// Indices of the samples that come later than all usable ones before them in this order.
     pub(super) usable: Vec<usize>,
     /// Time from the first to the last of them, s.
     pub(super) length_s: f64,
@@ -18,9 +25,11 @@ pub(super) struct Timeline {
 
 impl Timeline {
     pub(super) fn new(times_s: &[f64]) -> Self {
+        let (order, is_late) = in_order(times_s);
         let mut last_s = f64::NEG_INFINITY;
         let mut usable = Vec::with_capacity(times_s.len());
-        for (k, &time_s) in times_s.iter().enumerate() {
+        for &k in &order {
+            let time_s = times_s[k];
             if time_s.is_finite() && time_s > last_s {
                 last_s = time_s;
                 usable.push(k);
@@ -34,11 +43,36 @@ impl Timeline {
         };
         let period_s = length_s / (usable.len().max(2) - 1) as f64;
         Self {
+            order,
+            is_late,
             usable,
             length_s,
             period_s: (period_s > 0.0 && period_s.is_finite()).then_some(period_s),
         }
     }
+}
+
+/// Returns the indices of samples in the order of their times, and whether each came late. Where most do, times run backwards,
+/// and the order is that in which they are.
+fn in_order(times_s: &[f64]) -> (Vec<usize>, Vec<bool>) {
+    let (mut newest_s, mut in_time) = (f64::NEG_INFINITY, 0);
+    let mut is_late = vec![false; times_s.len()];
+    let mut places_s = Vec::with_capacity(times_s.len());
+    for (&time_s, is_late) in times_s.iter().zip(&mut is_late) {
+        let is_in_time = time_s.is_finite() && newest_s - time_s < LONGEST_LATENESS_S;
+        places_s.push(if is_in_time { time_s } else { newest_s });
+        if is_in_time {
+            *is_late = time_s < newest_s;
+            in_time += 1;
+            newest_s = newest_s.max(time_s);
+        }
+    }
+    let mut order: Vec<usize> = (0..times_s.len()).collect();
+    if 2 * is_late.iter().filter(|late| **late).count() > in_time {
+        return (order, vec![false; times_s.len()]);
+    }
+    order.sort_by(|&a, &b| places_s[a].total_cmp(&places_s[b]));
+    (order, is_late)
 }
 
 /// Returns the state of the base at each sample. Where no twists are measured, they follow from the poses of

@@ -2,6 +2,7 @@
 
 use std::ops::ControlFlow;
 
+use tactid_dynamics::Manipulator;
 use tactid_identify::checks::TwistAxes;
 
 use super::base::{Timeline, base_states};
@@ -12,6 +13,7 @@ use crate::alignment::{Event, Streams};
 use crate::defaults::{Contents, Motion, Options, check_tip, effort_gains};
 use crate::recording::{Reading, Recording, Selection, Sources, has_beginning};
 use crate::sources::{SENSOR_FRAME, place_sensor};
+use crate::wrench_channels::without_numbers;
 use crate::{Clock, Observer, RecordingError, Request};
 
 /// Number of samples between two calls of the observer.
@@ -47,15 +49,7 @@ impl<'a> ArrayRecording<'a> {
             (robot, sensors) = (placed, vec![sensor]);
         }
         request.check_counts(&robot, sensors.len())?;
-        let samples = Samples {
-            arrays: *arrays,
-            bases: base_states(arrays, &timeline),
-            sensors: sensors.len(),
-            wrench_sign: options.wrench_sign,
-            joint_names: robot.joint_names().to_vec(),
-            effort_gains: effort_gains(request, robot.joint_names()),
-            uses_effort: options.method().uses_effort(),
-        };
+        let samples = samples(arrays, request, &options, &robot, sensors.len(), &timeline);
         let unloaded = arrays.unloaded.as_ref().map(|unloaded| {
             unloaded.check(&robot)?;
             UnloadedSamples::new(unloaded, &samples, &timeline, options.method())
@@ -77,6 +71,7 @@ impl<'a> ArrayRecording<'a> {
                 options,
                 optional_acceleration: None,
                 measured_twist: measured_twist(arrays),
+                joints_name: "q".to_owned(),
                 names: names(arrays),
                 findings: Vec::new(),
                 clock: Clock::Given,
@@ -159,6 +154,34 @@ fn contents(arrays: &Arrays<'_>, has_robot: bool, timeline: &Timeline) -> Conten
         motion_period_s: period_s,
         acceleration_period_s: period_s.filter(|_| !arrays.acceleration.is_empty()),
         wrench_period_s: period_s.filter(|_| has_wrenches),
+    }
+}
+
+/// Returns the samples with what it takes to make events of them.
+fn samples<'a>(
+    arrays: &Arrays<'a>,
+    request: &Request,
+    options: &Options,
+    robot: &Manipulator,
+    sensors: usize,
+    timeline: &Timeline,
+) -> Samples<'a> {
+    let wrenches = arrays.wrench.chunks_exact(6);
+    let wrenches = wrenches.filter_map(|six| six.try_into().ok());
+    Samples {
+        arrays: *arrays,
+        order: timeline.order.clone(),
+        is_late: timeline.is_late.clone(),
+        bases: base_states(arrays, timeline),
+        sensors,
+        unmeasured: match sensors {
+            1 => without_numbers(wrenches),
+            _ => [false; 6],
+        },
+        wrench_sign: options.wrench_sign,
+        joint_names: robot.joint_names().to_vec(),
+        effort_gains: effort_gains(request, robot.joint_names()),
+        uses_effort: options.method().uses_effort(),
     }
 }
 

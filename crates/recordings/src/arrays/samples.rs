@@ -12,10 +12,16 @@ use crate::fault::{FaultCounts, FaultKind, check};
 /// Arrays whose lengths fit, with what it takes to make events of them.
 pub(super) struct Samples<'a> {
     pub(super) arrays: Arrays<'a>,
+    /// Indices of the samples in the order of their times.
+    pub(super) order: Vec<usize>,
+    /// Whether each sample was put in order.
+    pub(super) is_late: Vec<bool>,
     /// State of the base at each sample.
     pub(super) bases: Vec<BaseState>,
     /// Number of wrench sensors that are used.
     pub(super) sensors: usize,
+    /// Channels of the wrenches that have no number in any sample: they are set to zero.
+    pub(super) unmeasured: [bool; 6],
     /// 1, or -1 where wrenches act on the sensor.
     pub(super) wrench_sign: f64,
     /// Names of the robot's joints.
@@ -59,8 +65,11 @@ impl Samples<'_> {
     /// Returns the wrench of a sensor on the payload.
     fn wrench(&self, k: usize, sensor: usize) -> Result<Wrench, FaultKind> {
         let first = 6 * (k * self.sensors + sensor);
-        let six = &self.arrays.wrench[first..first + 6];
-        check(six)?;
+        let six = std::array::from_fn::<f64, 6, _>(|k| match self.unmeasured[k] {
+            true => 0.0,
+            false => self.arrays.wrench[first + k],
+        });
+        check(&six)?;
         Ok(Wrench {
             force: Vector3::from_column_slice(&six[..3]) * self.wrench_sign,
             moment: Vector3::from_column_slice(&six[3..]) * self.wrench_sign,
@@ -100,8 +109,10 @@ impl<'a> SampleReader<'a> {
         self.faults
     }
 
-    /// Adds the events of a sample, one for each stream, so that a delay between them can be subtracted.
-    pub(super) fn read(&mut self, k: usize, events: &mut Vec<Event>) {
+    /// Adds the events of the sample at a place in the order of time, one for each stream, so that a delay between them can
+    /// be subtracted.
+    pub(super) fn read(&mut self, place: usize, events: &mut Vec<Event>) {
+        let k = self.samples.order[place];
         let time_s = match self.check_time(self.samples.arrays.time[k]) {
             Ok(time_s) => time_s,
             Err(kind) => {
@@ -110,6 +121,9 @@ impl<'a> SampleReader<'a> {
                 return;
             }
         };
+        if self.samples.is_late[k] {
+            self.faults.add("time", FaultKind::PutInOrder, time_s);
+        }
         let mut push = |measured| events.push(Event { time_s, measured });
         let base = &self.samples.bases[k];
         match check_base(base) {

@@ -5,41 +5,116 @@ use tactid_logs::{LogReader, RawMessage};
 
 use crate::clock::LONGEST_STAMP_DELAY_S;
 use crate::fault::FaultKind;
-use crate::{Clock, RecordingError};
+use crate::{Clock, Finding, RecordingError};
 
-/// Number of messages whose stamps are compared with their times of logging.
+/// Number of messages of each topic whose stamps are compared with their times of logging.
 const COMPARED: usize = 200;
+
+/// Times that are shorter show no rate, ns: messages are logged late.
+const SHORTEST_NS: i64 = 500_000_000;
+
+/// Clocks of one robot differ far less than by this fraction, and simulated time by more.
+const SAME_RATE: f64 = 0.05;
 
 /// Time zero of a log, and how its stamps relate to the times of logging.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct LogClock {
     /// Time zero, ns since the epoch: the first message, on the stamps' clock.
     origin_ns: i64,
-    /// Median of stamp less time of logging, ns; `None` where the messages have no stamps.
+    /// Stamp less time of logging, ns: the median or, where the stamps' clock runs at another rate, that of the last stamp;
+    /// `None` where the messages have no stamps.
     offset_ns: Option<i64>,
+    /// Rate of the stamps' clock relative to that of logging, and the time of logging of the last stamp, ns; `None` where both
+    /// clocks run at the same rate.
+    simulated: Option<(f64, i64)>,
+}
+
+/// The stamps in the beginning of one topic.
+#[derive(Default)]
+struct FirstStamps {
+    messages: usize,
+    /// Time of logging of the first message, ns.
+    first_ns: Option<i64>,
+    /// Time of logging and stamp of each message with a stamp, ns.
+    stamps: Vec<(i64, i64)>,
+}
+
+impl FirstStamps {
+    fn read(log: &LogReader, topic: &str) -> Result<Self, RecordingError> {
+        let mut found = Self::default();
+        for message in log.messages_on([topic])?.take(COMPARED) {
+            let message = message?;
+            let log_ns = log_time_ns(&message);
+            found.messages += 1;
+            found.first_ns.get_or_insert(log_ns);
+            if let Some(stamp) = stamp(&message).filter(|stamp| *stamp != Time::default()) {
+                found.stamps.push((log_ns, stamp.as_ns()));
+            }
+        }
+        Ok(found)
+    }
+
+    /// Returns the rate of the stamps' clock relative to that of logging.
+    fn rate(&self) -> Option<f64> {
+        let ((from_ns, from_stamp), (to_ns, to_stamp)) =
+            (self.stamps.first()?, self.stamps.last()?);
+        let [passed, stamped] = [
+            to_ns.checked_sub(*from_ns)?,
+            to_stamp.checked_sub(*from_stamp)?,
+        ];
+        (passed > SHORTEST_NS && stamped > 0).then(|| stamped as f64 / passed as f64)
+    }
 }
 
 impl LogClock {
-    /// Compares stamps with times of logging in the beginning of some topics.
-    pub(crate) fn find(log: &LogReader, topics: &[String]) -> Result<Self, RecordingError> {
-        let mut offsets = Vec::new();
-        let mut first_ns = None;
-        for message in log.messages_on(topics)?.take(COMPARED) {
-            let message = message?;
-            let log_ns = log_time_ns(&message);
-            first_ns.get_or_insert(log_ns);
-            match stamp(&message).map(Time::as_ns) {
-                Some(0) | None => {}
-                Some(stamp_ns) => offsets.push(stamp_ns.saturating_sub(log_ns)),
-            }
-        }
+    /// Compares stamps with times of logging in the beginning of some topics. The finding names topics without stamps where
+    /// others have some.
+    pub(crate) fn find(
+        log: &LogReader,
+        topics: &[String],
+    ) -> Result<(Self, Option<Finding>), RecordingError> {
+        let firsts = topics.iter().map(|topic| FirstStamps::read(log, topic));
+        let firsts: Vec<FirstStamps> = firsts.collect::<Result<_, _>>()?;
+        let stamps = || firsts.iter().flat_map(|first| &first.stamps);
+        let mut offsets: Vec<i64> = stamps()
+            .map(|(log_ns, stamp_ns)| stamp_ns.saturating_sub(*log_ns))
+            .collect();
         offsets.sort_unstable();
         let offset_ns = offsets.get(offsets.len() / 2).copied();
-        let first_ns = first_ns.unwrap_or(0);
-        Ok(Self {
-            origin_ns: first_ns.saturating_add(offset_ns.unwrap_or(0)),
+        let first_ns = firsts.iter().filter_map(|first| first.first_ns).min();
+        let rates = firsts.iter().filter_map(FirstStamps::rate);
+        let rate = rates.reduce(|a, b| {
+            if (a - 1.0).abs() < (b - 1.0).abs() {
+                a
+            } else {
+                b
+            }
+        });
+        let other_rate = rate.filter(|rate| (rate - 1.0).abs() > SAME_RATE);
+        let first_stamp = stamps().min();
+        let (offset_ns, simulated) = match (other_rate, first_stamp) {
+            (Some(rate), Some((log_ns, stamp_ns))) => (
+                Some(stamp_ns.saturating_sub(*log_ns)),
+                Some((rate, *log_ns)),
+            ),
+            _ => (offset_ns, None),
+        };
+        let without = topics
+            .iter()
+            .zip(&firsts)
+            .filter(|(_, first)| first.messages > 0 && 2 * first.stamps.len() < first.messages);
+        let without: Vec<String> = without.map(|(topic, _)| topic.clone()).collect();
+        let finding =
+            (offset_ns.is_some() && !without.is_empty()).then_some(Finding::StampsMissing {
+                topics: without,
+                clock_rate: simulated.map_or(1.0, |(rate, _)| rate),
+            });
+        let clock = Self {
+            origin_ns: first_ns.unwrap_or(0).saturating_add(offset_ns.unwrap_or(0)),
             offset_ns,
-        })
+            simulated,
+        };
+        Ok((clock, finding))
     }
 
     /// Returns time zero, ns since the epoch.
@@ -57,8 +132,15 @@ impl LogClock {
 
     /// Returns the time of logging of a message on the stamps' clock, s.
     pub(crate) fn log_time_s(&self, message: &RawMessage) -> f64 {
-        let on_clock = log_time_ns(message).saturating_add(self.offset_ns.unwrap_or(0));
-        on_clock.saturating_sub(self.origin_ns) as f64 * 1e-9
+        let log_ns = log_time_ns(message);
+        let on_clock = log_ns.saturating_add(self.offset_ns.unwrap_or(0));
+        let time_s = on_clock.saturating_sub(self.origin_ns) as f64 * 1e-9;
+        match self.simulated {
+            Some((rate, last_ns)) => {
+                time_s + (rate - 1.0) * log_ns.saturating_sub(last_ns) as f64 * 1e-9
+            }
+            None => time_s,
+        }
     }
 
     /// Returns the time of a message with a stamp, s. A stamp of zero is none: the time of logging then
@@ -67,7 +149,7 @@ impl LogClock {
     /// # Errors
     /// Returns [`FaultKind::FarStamp`] if the stamp is far from the time of logging.
     pub(crate) fn time_s(
-        &self,
+        &mut self,
         message: &RawMessage,
         stamp: Time,
     ) -> Result<(f64, Option<FaultKind>), FaultKind> {
@@ -78,6 +160,10 @@ impl LogClock {
         let time_s = stamp.as_ns().saturating_sub(self.origin_ns) as f64 * 1e-9;
         if (time_s - log_s).abs() > LONGEST_STAMP_DELAY_S {
             return Err(FaultKind::FarStamp);
+        }
+        if let Some((_, last_ns)) = &mut self.simulated {
+            *last_ns = log_time_ns(message);
+            self.offset_ns = Some(stamp.as_ns().saturating_sub(*last_ns));
         }
         Ok((time_s, None))
     }

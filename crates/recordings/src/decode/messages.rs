@@ -11,35 +11,30 @@ use tactid_logs::messages::{self, AccelStamped, Imu, JointState};
 
 use super::Decoder;
 use super::joints::Mapping;
-use crate::alignment::{Event, JointValues, Measured, SpecificForce};
+use crate::alignment::{JointValues, Measured, SpecificForce};
 use crate::fault::{FaultKind, check};
 use crate::unit_quaternion;
 
 impl Decoder {
-    pub(super) fn joints(
-        &mut self,
-        message: &RawMessage,
-        events: &mut Vec<Event>,
-    ) -> Result<(), FaultKind> {
+    pub(super) fn joints(&mut self, message: &RawMessage) -> Result<Measured, FaultKind> {
         let mut state = mem::take(&mut self.joint_state);
         let decoded = message.decode_into(&mut state);
         let result = match decoded {
-            Ok(()) => self.joint_event(message, &state),
+            Ok(()) => self.joint_values(message, &state),
             Err(_) => Err(FaultKind::Undecodable),
         };
         self.joint_state = state;
-        events.push(result?);
-        Ok(())
+        result
     }
 
-    fn joint_event(
+    fn joint_values(
         &mut self,
         message: &RawMessage,
         state: &JointState,
-    ) -> Result<Event, FaultKind> {
+    ) -> Result<Measured, FaultKind> {
         let time_s = self.time_s(message, state.header.stamp)?;
         let mapping = self.mapping(&state.name).ok_or(FaultKind::PartialJoints)?;
-        self.check_order(message, mapping.group, time_s)?;
+        self.set_origin(message, mapping.group, time_s);
         let count = state.name.len();
         if state.position.len() != count {
             return Err(FaultKind::PositionCount);
@@ -74,11 +69,10 @@ impl Decoder {
         if let Some(kind) = fault {
             self.faults.add(topic, kind, time_s);
         }
-        let measured = match mapping.group.checked_sub(1) {
+        Ok(match mapping.group.checked_sub(1) {
             None => Measured::Joints(spread(values, &mapping.places, self.decoding.joints.dof())),
             Some(other) => Measured::MoreJoints(other, values),
-        };
-        Ok(Event { time_s, measured })
+        })
     }
 
     /// Returns the meaning of a list of joint names.
@@ -92,15 +86,11 @@ impl Decoder {
         mapping
     }
 
-    pub(super) fn odometry(
-        &mut self,
-        message: &RawMessage,
-        events: &mut Vec<Event>,
-    ) -> Result<(), FaultKind> {
+    pub(super) fn odometry(&mut self, message: &RawMessage) -> Result<Measured, FaultKind> {
         let decoded = message.decode_into(&mut self.odometry);
         decoded.map_err(|_| FaultKind::Undecodable)?;
         let time_s = self.time_s(message, self.odometry.header.stamp)?;
-        self.check_order(message, 0, time_s)?;
+        self.set_origin(message, 0, time_s);
         let (pose, twist) = (&self.odometry.pose.pose, &self.odometry.twist.twist);
         let (p, q) = (&pose.position, &pose.orientation);
         check(&[p.x, p.y, p.z, q.w, q.x, q.y, q.z])?;
@@ -115,100 +105,74 @@ impl Decoder {
             angular_acceleration: None,
         };
         check(base.velocity.iter().chain(&base.angular_velocity))?;
-        self.push_base(time_s, base, events);
-        Ok(())
+        Ok(Measured::Base(base))
     }
 
-    /// Adds the state of the body that odometry or an inertial unit moves. Without joints, that is the body
-    /// to whose times the wrenches are aligned.
-    fn push_base(&self, time_s: f64, base: BaseState, events: &mut Vec<Event>) {
-        let measured = Measured::Base(base);
-        events.push(Event { time_s, measured });
-        if self.decoding.is_carried {
-            let measured = Measured::Joints(JointValues::default());
-            events.push(Event { time_s, measured });
-        }
-    }
-
-    pub(super) fn acceleration(
-        &mut self,
-        message: &RawMessage,
-        events: &mut Vec<Event>,
-    ) -> Result<(), FaultKind> {
+    pub(super) fn acceleration(&mut self, message: &RawMessage) -> Result<Measured, FaultKind> {
         let decoded = message.decode::<AccelStamped>();
         let stamped = decoded.map_err(|_| FaultKind::Undecodable)?;
         let time_s = self.time_s(message, stamped.header.stamp)?;
-        self.check_order(message, 0, time_s)?;
+        self.set_origin(message, 0, time_s);
         let acceleration = BaseAcceleration {
             linear: vector(stamped.accel.linear),
             angular: vector(stamped.accel.angular),
         };
         let values = acceleration.linear.iter().chain(&acceleration.angular);
         check(values)?;
-        let measured = Measured::Acceleration(acceleration);
-        events.push(Event { time_s, measured });
-        Ok(())
+        Ok(Measured::Acceleration(acceleration))
     }
 
     /// An inertial unit measures `p̈ - g` in its own frame, which is all that the equations need: the inertial
     /// frame is taken to be one that rotates with the unit, in which there is no gravity.
-    pub(super) fn imu(
-        &mut self,
-        message: &RawMessage,
-        events: &mut Vec<Event>,
-    ) -> Result<(), FaultKind> {
-        let (time_s, imu) = self.specific_force(message)?;
+    pub(super) fn imu(&mut self, message: &RawMessage) -> Result<Measured, FaultKind> {
+        let imu = self.specific_force(message)?;
         let base = BaseState {
             angular_velocity: imu.angular_velocity,
             acceleration: Some(imu.linear),
             ..BaseState::fixed()
         };
-        self.push_base(time_s, base, events);
-        Ok(())
+        Ok(Measured::Base(base))
     }
 
-    pub(super) fn base_imu(
-        &mut self,
-        message: &RawMessage,
-        events: &mut Vec<Event>,
-    ) -> Result<(), FaultKind> {
-        let (time_s, imu) = self.specific_force(message)?;
-        let measured = Measured::BaseImu(imu);
-        events.push(Event { time_s, measured });
-        Ok(())
+    pub(super) fn base_imu(&mut self, message: &RawMessage) -> Result<Measured, FaultKind> {
+        Ok(Measured::BaseImu(self.specific_force(message)?))
     }
 
-    fn specific_force(&mut self, message: &RawMessage) -> Result<(f64, SpecificForce), FaultKind> {
+    fn specific_force(&mut self, message: &RawMessage) -> Result<SpecificForce, FaultKind> {
         let decoded = message.decode::<Imu>();
         let imu = decoded.map_err(|_| FaultKind::Undecodable)?;
         let time_s = self.time_s(message, imu.header.stamp)?;
-        self.check_order(message, 0, time_s)?;
+        self.set_origin(message, 0, time_s);
         let measured = SpecificForce {
             linear: vector(imu.linear_acceleration),
             angular_velocity: vector(imu.angular_velocity),
         };
         check(measured.linear.iter().chain(&measured.angular_velocity))?;
-        Ok((time_s, measured))
+        Ok(measured)
     }
 
     pub(super) fn wrench(
         &mut self,
         sensor: usize,
         message: &RawMessage,
-        events: &mut Vec<Event>,
-    ) -> Result<(), FaultKind> {
+    ) -> Result<Measured, FaultKind> {
         let decoded = message.decode_into(&mut self.wrench);
         decoded.map_err(|_| FaultKind::Undecodable)?;
         let time_s = self.time_s(message, self.wrench.header.stamp)?;
-        self.check_order(message, 0, time_s)?;
-        let wrench = Wrench {
-            force: vector(self.wrench.wrench.force) * self.decoding.wrench_sign,
-            moment: vector(self.wrench.wrench.torque) * self.decoding.wrench_sign,
+        self.set_origin(message, 0, time_s);
+        let [force, moment] = [self.wrench.wrench.force, self.wrench.wrench.torque].map(vector);
+        let mut wrench = Wrench {
+            force: force * self.decoding.wrench_sign,
+            moment: moment * self.decoding.wrench_sign,
         };
+        let channels = wrench.force.iter_mut().chain(&mut wrench.moment);
+        for (channel, is_unmeasured) in channels.zip(self.decoding.unmeasured) {
+            if is_unmeasured {
+                *channel = 0.0;
+            }
+        }
         check(wrench.force.iter().chain(&wrench.moment))?;
-        let measured = Measured::Wrench(sensor, wrench);
-        events.push(Event { time_s, measured });
-        Ok(())
+        Ok(Measured::Wrench(sensor, wrench))
     }
 }
 

@@ -2,6 +2,7 @@
 //! counted.
 
 mod clock;
+mod held;
 mod joints;
 mod messages;
 mod publishers;
@@ -12,14 +13,19 @@ use std::sync::Arc;
 use tactid_logs::messages::{JointState, Odometry, Time, WrenchStamped};
 use tactid_logs::{LogReader, RawMessage, Topic};
 
-use crate::alignment::{Event, Streams};
+use crate::alignment::{Averaging, Event, JointValues, Measured, Streams};
 use crate::defaults::{Motion, effort_gains};
 use crate::fault::{FaultCounts, FaultKind};
 use crate::sources::{LogSources, MotionTopics};
+use crate::wrench_channels::without_numbers;
 use crate::{Finding, RecordingError, Request};
 pub(crate) use clock::LogClock;
+use held::HeldMessages;
 use joints::{JointGroups, Mapping};
 use publishers::Publishers;
+
+/// Number of wrenches that are read to find channels without numbers.
+const FIRST_WRENCHES: usize = 100;
 
 /// What the messages of a topic measure.
 #[derive(Clone, Copy, Debug)]
@@ -41,8 +47,11 @@ pub(crate) struct Decoding {
     routes: Vec<(String, Route)>,
     joints: JointGroups,
     clock: LogClock,
+    of_clock: Option<Finding>,
     /// 1, or -1 where wrenches act on the sensor.
     wrench_sign: f64,
+    /// Channels of the wrenches that have no number: they are set to zero.
+    unmeasured: [bool; 6],
     uses_effort: bool,
     effort_gains: Vec<f64>,
     /// Whether the body that odometry or an inertial unit moves is the sensor: its times are those to which
@@ -58,12 +67,15 @@ impl Decoding {
         request: &Request,
     ) -> Result<Self, RecordingError> {
         let topics = &sources.topics;
+        let (clock, of_clock) = LogClock::find(log, &topics.without_acceleration())?;
         Ok(Self {
             routes: routes(sources),
             effort_gains: effort_gains(request, sources.robot.joint_names()),
             joints: JointGroups::find(log, sources, request.rename_joints.as_ref())?,
-            clock: LogClock::find(log, &topics.without_acceleration())?,
+            clock,
+            of_clock,
             wrench_sign: sources.options.wrench_sign,
+            unmeasured: unmeasured(log, &topics.wrenches)?,
             uses_effort: sources.options.method().uses_effort(),
             is_carried: sources.contents.motion != Motion::Joints,
         })
@@ -91,13 +103,31 @@ impl Decoding {
             base_imu: sources.topics.base_imu().map(|_| gravity),
             wrenches: sources.topics.wrenches.len(),
             unloaded,
+            averaging: Averaging::default(),
         }
     }
 
-    /// Reports joints of only one of log and robot.
+    /// Reports joints of only one of log and robot, and topics without stamps.
     pub(crate) fn findings(&self) -> Vec<Finding> {
-        self.joints.findings()
+        let of_clock = self.of_clock.iter().cloned();
+        self.joints.findings().into_iter().chain(of_clock).collect()
     }
+}
+
+/// Returns the channels of the only wrench topic that have no number in its first messages.
+fn unmeasured(log: &LogReader, wrenches: &[String]) -> Result<[bool; 6], RecordingError> {
+    let [topic] = wrenches else {
+        return Ok([false; 6]);
+    };
+    let mut six = Vec::new();
+    for message in log.messages_on([topic])?.take(FIRST_WRENCHES) {
+        // One that cannot be decoded is counted as a fault when the log is read.
+        if let Ok(stamped) = message?.decode::<WrenchStamped>() {
+            let (force, moment) = (stamped.wrench.force, stamped.wrench.torque);
+            six.push([force.x, force.y, force.z, moment.x, moment.y, moment.z]);
+        }
+    }
+    Ok(without_numbers(six.into_iter()))
 }
 
 fn routes(sources: &LogSources) -> Vec<(String, Route)> {
@@ -138,7 +168,11 @@ fn routes(sources: &LogSources) -> Vec<(String, Route)> {
 #[derive(Clone, Debug)]
 pub(crate) struct Decoder {
     decoding: Arc<Decoding>,
+    clock: LogClock,
     publishers: Publishers,
+    held: HeldMessages,
+    /// Publisher, by its place, and time, s, of the message that is decoded; `None` where they are not known.
+    origin: Option<(usize, f64)>,
     /// Topics that were met, with what their messages measure. A log has one object for each topic, which is found faster
     /// than its name.
     routes: Vec<(Arc<Topic>, Option<Route>)>,
@@ -155,8 +189,11 @@ impl Decoder {
     /// Creates a decoder that counts longer times than `max_gap_s` between two messages of a publisher as gaps.
     pub(crate) fn new(decoding: Arc<Decoding>, max_gap_s: f64) -> Self {
         Self {
+            clock: decoding.clock,
             decoding,
             publishers: Publishers::new(max_gap_s),
+            held: HeldMessages::default(),
+            origin: None,
             routes: Vec::new(),
             mappings: Vec::new(),
             joint_state: JointState::default(),
@@ -166,22 +203,59 @@ impl Decoder {
         }
     }
 
-    /// Adds the events of a message to `events`, or counts why it cannot be used.
+    /// Decodes a message, or counts why it cannot be used, and adds the events of messages before which none can come any
+    /// more to `events`.
     pub(crate) fn decode(&mut self, message: &RawMessage, events: &mut Vec<Event>) {
         let Some(route) = self.route(&message.topic) else {
             return;
         };
-        let result = match route {
-            Route::Joints => self.joints(message, events),
-            Route::Odometry => self.odometry(message, events),
-            Route::Acceleration => self.acceleration(message, events),
-            Route::Imu => self.imu(message, events),
-            Route::BaseImu => self.base_imu(message, events),
-            Route::Wrench(sensor) => self.wrench(sensor, message, events),
+        self.origin = None;
+        let decoded = match route {
+            Route::Joints => self.joints(message),
+            Route::Odometry => self.odometry(message),
+            Route::Acceleration => self.acceleration(message),
+            Route::Imu => self.imu(message),
+            Route::BaseImu => self.base_imu(message),
+            Route::Wrench(sensor) => self.wrench(sensor, message),
         };
-        if let Err(kind) = result {
-            let time_s = self.log_time_s(message);
-            self.faults.add(&message.topic.name, kind, time_s);
+        let logged_s = self.log_time_s(message);
+        let measured = match decoded {
+            Ok(measured) => Some(measured),
+            Err(kind) => {
+                self.faults.add(&message.topic.name, kind, logged_s);
+                None
+            }
+        };
+        if let Some((publisher, time_s)) = self.origin {
+            let event = measured.map(|measured| Event { time_s, measured });
+            self.held.push(publisher, logged_s, time_s, event);
+            self.release(false, usize::MAX, events);
+        }
+    }
+
+    /// Adds the events of messages that are held at the end of the log to `events`, until these are `enough`.
+    pub(crate) fn finish(&mut self, enough: usize, events: &mut Vec<Event>) {
+        self.release(true, enough, events);
+    }
+
+    /// Adds the events of messages that are due, until these are `enough`.
+    fn release(&mut self, is_at_end: bool, enough: usize, events: &mut Vec<Event>) {
+        while events.len() < enough
+            && let Some((publisher, message)) = self.held.pop(is_at_end)
+        {
+            let is_in_order = self.publishers.push(publisher, &message, &mut self.faults);
+            let Some(event) = message.event.filter(|_| is_in_order) else {
+                continue;
+            };
+            let time_s = event.time_s;
+            let moves_sensor =
+                self.decoding.is_carried && matches!(event.measured, Measured::Base(_));
+            events.push(event);
+            if moves_sensor {
+                // Without joints, that is the body to whose times the wrenches are aligned.
+                let measured = Measured::Joints(JointValues::default());
+                events.push(Event { time_s, measured });
+            }
         }
     }
 
@@ -200,7 +274,7 @@ impl Decoder {
 
     /// Returns the time of logging of a message on the stamps' clock, s.
     pub(crate) fn log_time_s(&self, message: &RawMessage) -> f64 {
-        self.decoding.clock.log_time_s(message)
+        self.clock.log_time_s(message)
     }
 
     /// Faults of the messages so far.
@@ -215,22 +289,16 @@ impl Decoder {
 
     /// Returns the time of a message with a stamp on the log's clock, s.
     fn time_s(&mut self, message: &RawMessage, stamp: Time) -> Result<f64, FaultKind> {
-        let (time_s, fault) = self.decoding.clock.time_s(message, stamp)?;
+        let (time_s, fault) = self.clock.time_s(message, stamp)?;
         if let Some(kind) = fault {
             self.faults.add(&message.topic.name, kind, time_s);
         }
         Ok(time_s)
     }
 
-    /// Checks that a message comes after the one before of its publisher.
-    fn check_order(
-        &mut self,
-        message: &RawMessage,
-        publisher: usize,
-        time_s: f64,
-    ) -> Result<(), FaultKind> {
-        let topic = message.topic.name.as_str();
-        let faults = &mut self.faults;
-        self.publishers.push(topic, publisher, time_s, faults)
+    /// Notes the publisher, by its index on the topic, and the time of the message that is decoded, s.
+    fn set_origin(&mut self, message: &RawMessage, publisher: usize, time_s: f64) {
+        let place = self.publishers.place(&message.topic.name, publisher);
+        self.origin = Some((place, time_s));
     }
 }

@@ -1,5 +1,6 @@
 //! Order, gaps and ends of the messages of each publisher.
 
+use super::held::Message;
 use crate::Finding;
 use crate::fault::{FaultCounts, FaultKind};
 
@@ -12,6 +13,7 @@ struct Publisher {
     topic: String,
     /// Distinguishes the publishers of one topic.
     index: usize,
+    /// Times of its first and its last message, s; minus infinity before there is one.
     first_s: f64,
     last_s: f64,
 }
@@ -32,45 +34,55 @@ impl Publishers {
         }
     }
 
-    /// Notes the time of a message, and counts a gap before it.
-    ///
-    /// # Errors
-    /// Returns [`FaultKind::OutOfOrder`] if the message is not later than the one before of its publisher.
-    pub(crate) fn push(
-        &mut self,
-        topic: &str,
-        index: usize,
-        time_s: f64,
-        faults: &mut FaultCounts,
-    ) -> Result<(), FaultKind> {
-        let is_same = |known: &&mut Publisher| known.topic == topic && known.index == index;
-        let Some(publisher) = self.publishers.iter_mut().find(is_same) else {
+    /// Returns the place of a publisher on a topic, by its index there.
+    pub(crate) fn place(&mut self, topic: &str, index: usize) -> usize {
+        let is_same = |known: &Publisher| known.topic == topic && known.index == index;
+        let known = self.publishers.iter().position(is_same);
+        known.unwrap_or_else(|| {
             self.publishers.push(Publisher {
                 topic: topic.to_owned(),
                 index,
-                first_s: time_s,
-                last_s: time_s,
+                first_s: f64::NEG_INFINITY,
+                last_s: f64::NEG_INFINITY,
             });
-            return Ok(());
-        };
-        let last_s = publisher.last_s;
+            self.publishers.len() - 1
+        })
+    }
+
+    /// Notes the time of a message of the publisher at a place, and counts a gap before it. Returns whether the message is
+    /// later than the one before of its publisher, and counts one that is not, and one that came late.
+    pub(super) fn push(
+        &mut self,
+        place: usize,
+        message: &Message,
+        faults: &mut FaultCounts,
+    ) -> bool {
+        let publisher = &mut self.publishers[place];
+        let (time_s, last_s) = (message.time_s, publisher.last_s);
         if time_s <= last_s {
-            return Err(FaultKind::OutOfOrder);
+            faults.add(&publisher.topic, FaultKind::OutOfOrder, time_s);
+            return false;
         }
         publisher.last_s = time_s;
-        if time_s - last_s > self.max_gap_s {
-            faults.add(topic, FaultKind::Gap, last_s);
+        if message.is_late {
+            faults.add(&publisher.topic, FaultKind::PutInOrder, time_s);
         }
-        Ok(())
+        if publisher.first_s.is_infinite() {
+            publisher.first_s = time_s;
+        } else if time_s - last_s > self.max_gap_s {
+            faults.add(&publisher.topic, FaultKind::Gap, last_s);
+        }
+        true
     }
 
     /// Reports publishers that begin long after the others, or end long before them.
     pub(crate) fn unequal_ends(&self) -> Vec<Finding> {
-        let times = |of: fn(&Publisher) -> f64| self.publishers.iter().map(of);
+        let begun = || self.publishers.iter().filter(|p| p.first_s.is_finite());
+        let times = |of: fn(&Publisher) -> f64| begun().map(of);
         let begin_s = times(|p| p.first_s).fold(f64::INFINITY, f64::min);
         let end_s = times(|p| p.last_s).fold(f64::NEG_INFINITY, f64::max);
         let mut findings = Vec::new();
-        for publisher in &self.publishers {
+        for publisher in begun() {
             let topic = &publisher.topic;
             let late_s = publisher.first_s - begin_s;
             if late_s > UNEQUAL_ENDS_S {

@@ -187,6 +187,15 @@ pub enum Finding {
     },
     /// The messages have no stamps: their times are those of logging.
     NoStamps,
+    /// Topics have no stamps, but others have: the times of logging of their messages were brought
+    /// to the clock of the stamps.
+    StampsMissing {
+        /// The topics without stamps.
+        topics: Vec<String>,
+        /// Rate of the clock of the stamps relative to that of logging, without a unit; 1 where
+        /// they are the same but for an offset, and other than 1 in simulated time.
+        clock_rate: f64,
+    },
     /// A delay of the wrenches was corrected.
     DelayCorrected {
         /// The corrected delay, s; positive where the wrenches are stamped later than the motion.

@@ -68,6 +68,22 @@ impl Notice for Finding {
             | Self::AbsentJoints { .. }
             | Self::LateStart { .. }
             | Self::EarlyEnd { .. } => self.of_streams(),
+            Self::StampsMissing { topics, clock_rate } => {
+                let clock = if *clock_rate == 1.0 {
+                    "the clock of the stamps of other topics".to_owned()
+                } else {
+                    format!(
+                        "the clock of the stamps of other topics, which runs at {} times the rate \
+                         of the recorder's",
+                        general(*clock_rate, 2)
+                    )
+                };
+                format!(
+                    "{} {} no stamps: their times are those of logging, brought to {clock}.",
+                    listed(topics),
+                    if topics.len() == 1 { "has" } else { "have" }
+                )
+            }
             Self::NoStamps => {
                 "The messages have no stamps: their times are those of logging.".to_owned()
             }

@@ -36,6 +36,14 @@ pub(crate) struct MeasuredTopics {
 }
 
 impl MeasuredTopics {
+    /// Returns the topics of the joints.
+    pub(crate) fn joints(&self) -> &[String] {
+        match &self.motion {
+            MotionTopics::Joints { joints, .. } => joints,
+            MotionTopics::Odometry { .. } | MotionTopics::Imu(_) => &[],
+        }
+    }
+
     /// Finds the topics that a request names, or that have the right types.
     pub(crate) fn find(log: &LogReader, request: &Request) -> Result<Self, RecordingError> {
         let method = request.method;

@@ -57,6 +57,22 @@ impl Recording {
         }
     }
 
+    /// Exchanges the places of two samples of a robot.
+    pub(crate) fn swap_samples(&mut self, a: usize, b: usize) {
+        let count = self.times_s.len();
+        self.times_s.swap(a, b);
+        self.poses.swap(a, b);
+        for array in [
+            &mut self.joint_position,
+            &mut self.joint_velocity,
+            &mut self.wrenches,
+            &mut self.twists,
+        ] {
+            let columns = array.len() / count;
+            (0..columns).for_each(|k| array.swap(columns * a + k, columns * b + k));
+        }
+    }
+
     /// The result of least squares.
     pub(crate) fn identify(&self, request: &Request) -> Result<Identification, RecordingError> {
         let found = self.identified(request)?;

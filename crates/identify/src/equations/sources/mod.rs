@@ -11,6 +11,7 @@ mod regressor;
 mod source;
 mod wrench;
 
+use nalgebra::Matrix6;
 use tactid_dynamics::{BaseKind, FrameId, Manipulator};
 
 use self::base::BaseSource;
@@ -59,7 +60,8 @@ impl std::ops::DerefMut for Source {
     }
 }
 
-/// Returns the sources that the configured method uses, in the order of their rows.
+/// Returns the sources that the configured method uses, in the order of their rows. `projection` takes what no sensor measures
+/// from a wrench in the tool frame.
 ///
 /// # Errors
 /// Returns [`IdentifyError::Model`] if the robot does not have the link of a sensor.
@@ -68,9 +70,10 @@ pub(crate) fn sources_of(
     tool: FrameId,
     sensors: &[&str],
     settings: &EquationSettings,
+    projection: Option<Matrix6<f64>>,
 ) -> Result<Vec<Source>, IdentifyError> {
     // Also a sensor that the method does not use must be a link of the robot.
-    let wrench = Source::Wrench(WrenchSource::new(robot, sensors, settings)?);
+    let wrench = Source::Wrench(WrenchSource::new(robot, sensors, settings, projection)?);
     let effort = || Source::Effort(EffortSource::new(robot, tool, settings));
     Ok(match settings.method {
         Method::Tactile => vec![wrench],

@@ -1,12 +1,13 @@
 //! The wrenches of the fingers or of a wrist sensor, (47): the payload alone.
 
-use nalgebra::{DMatrix, SMatrix, SVector, UnitQuaternion};
+use nalgebra::{DMatrix, Matrix6, SMatrix, SVector, UnitQuaternion, Vector6};
 use tactid_dynamics::{FrameId, Manipulator, StateError, Workspace, Wrench};
 
-use super::regressor::{WrenchRegressor, columns_expressed_in, set_wrench};
+use super::regressor::{MotionTerms, WrenchRegressor, columns_expressed_in, set_wrench};
 use super::source::{MeasurementSource, RobotState};
 use crate::IdentifyError;
 use crate::equations::channels::{Channel, wrench_channels};
+use crate::equations::equation::Row;
 use crate::equations::instant::Instant;
 use crate::equations::settings::{EquationSettings, SubtractedLoad, expand};
 
@@ -22,6 +23,8 @@ pub(crate) struct WrenchSource {
     /// Axes of the wrenches; `None` for those of the sensors.
     axes: Option<Axes>,
     subtracted: Option<SubtractedLoad>,
+    /// Takes what is not measured from a wrench in the tool frame; `None` where all is measured.
+    projection: Option<Matrix6<f64>>,
 }
 
 /// Axes of wrenches, other than those of the sensors.
@@ -42,7 +45,8 @@ impl Axes {
 }
 
 impl WrenchSource {
-    /// Creates the source for the links in which the wrenches are measured.
+    /// Creates the source for the links in which the wrenches are measured. `projection` takes what is not measured from a
+    /// wrench in the tool frame.
     ///
     /// # Errors
     /// Returns [`IdentifyError::Model`] if the robot does not have one of the links.
@@ -50,6 +54,7 @@ impl WrenchSource {
         robot: &Manipulator,
         sensors: &[&str],
         settings: &EquationSettings,
+        projection: Option<Matrix6<f64>>,
     ) -> Result<Self, IdentifyError> {
         let frames = sensors.iter().map(|name| robot.frame(name));
         let noise = expand(&settings.wrench_noise, sensors.len());
@@ -63,6 +68,7 @@ impl WrenchSource {
             noise: noise.into_iter().map(SVector::from).collect(),
             has_offsets: settings.wrench_offset,
             subtracted: settings.subtracted,
+            projection,
         })
     }
 }
@@ -98,8 +104,25 @@ impl MeasurementSource for WrenchSource {
                 *target += subtracted;
             }
         }
+        if let Some(projection) = &self.projection {
+            let measured = projection * Vector6::from_column_slice(targets);
+            targets.copy_from_slice(measured.as_slice());
+        }
         entries.copy_from_slice(robot.terms.as_slice());
         Ok(())
+    }
+
+    fn set_rows(&self, entries: &[f64], rows: &mut [Row]) {
+        WrenchRegressor::new(&MotionTerms::from_column_slice(entries)).set_rows(rows);
+        if let Some(projection) = &self.projection {
+            let whole = SMatrix::<f64, 6, 10>::from_fn(|k, column| rows[k].regressor[column]);
+            let gravity = SMatrix::<f64, 6, 4>::from_fn(|k, column| rows[k].gravity[column]);
+            let (measured, of_gravity) = (projection * whole, projection * gravity);
+            for (k, row) in rows.iter_mut().enumerate() {
+                row.regressor = measured.row(k).transpose();
+                row.gravity = of_gravity.row(k).transpose();
+            }
+        }
     }
 
     /// The covariance of the sum of independent sensors, in `Σ_U` and about its origin.
