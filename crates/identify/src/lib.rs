@@ -56,11 +56,12 @@
 //! # How the crate works
 //!
 //! A [`Sample`] (joints, base, wrenches) enters an [`EquationStream`], which computes the motion of the
-//! end-effector by (1)-(20) of Hou et al. 2016 and row equations from motion and wrench by (29)-(48). Two
+//! end-effector by (1)-(20) of Hou et al. 2016 and row equations from motion and wrench by (29)-(48). Three
 //! solvers use these equations:
 //!
 //! - [`Identifier`]: least squares in the control loop, with uncertainty and detection of payload changes;
 //! - [`BatchIdentifier`]: robust least squares over a whole recording;
+//! - [`RestIdentifier`]: least squares over poses at rest, without times;
 //!
 //! The crate `tactid-calibrate` models the efforts of an arm's joints with gains and friction and identifies payloads from
 //! them; `tactid-recordings` combines several recordings, and has the paper's filter. Both use what [`solve`] and
@@ -83,6 +84,7 @@ mod hypotheses;
 mod linear_estimate;
 mod method;
 mod online;
+mod poses;
 mod prior;
 mod range;
 mod result;
@@ -101,13 +103,14 @@ pub use equations::{
 };
 pub use error::{IdentifyError, digits, three_digits};
 pub use finding::{
-    Disagreement, Finding, Hypothesis, UnexplainedLoad, WrongAssumption, distance_of_runs,
-    probability,
+    Disagreement, Finding, Hypothesis, RestingPoses, UnexplainedLoad, WrongAssumption,
+    distance_of_runs, probability,
 };
 pub use fit::{Delay, GainErrors};
 pub use linear_estimate::{LinearEstimate, SharedErrors};
 pub use method::Method;
 pub use online::Identifier;
+pub use poses::RestIdentifier;
 pub use prior::{BoundingBox, KnownMass, PriorKnowledge};
 pub use range::Range;
 pub use result::{

@@ -31,6 +31,7 @@ pub(crate) use continuation::{Step, are_angles};
 pub use equation::{Equation, Row};
 pub(crate) use geometry::Geometry;
 pub use instant::Instant;
+pub(crate) use model::Model;
 pub use motion_rows::MotionRows;
 pub use motion_stream::{MotionStep, MotionStream};
 pub use multi_cutoff::MultiCutoffStream;

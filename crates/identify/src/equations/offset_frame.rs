@@ -5,6 +5,8 @@ use std::sync::Arc;
 use nalgebra::{Isometry3, Matrix6, Vector6};
 use tactid_dynamics::{Manipulator, Wrench};
 
+use super::channels::WRENCH;
+use super::equation::Row;
 use super::sources::columns_expressed_in;
 use crate::IdentifyError;
 use crate::result::WrenchOffset;
@@ -81,6 +83,17 @@ impl OffsetFrame {
         let is_whole = self.measured.iter().all(|channel| *channel == 1.0);
         let measured = Matrix6::from_diagonal(&self.measured);
         (!is_whole).then(|| self.inverse * measured * self.map)
+    }
+
+    /// Returns the rows of a wrench in the tool frame, force then moment, in this frame.
+    pub(crate) fn mapped_rows(&self, rows: &[Row; WRENCH]) -> [Row; WRENCH] {
+        std::array::from_fn(|channel| {
+            let mut mapped = Row::zero();
+            for (row, factor) in rows.iter().zip(&self.map.row(channel)) {
+                mapped.add(row, *factor);
+            }
+            mapped
+        })
     }
 
     /// Returns the offset with these values, which are expressed in this frame.

@@ -2,6 +2,8 @@
 
 mod assumption_words;
 mod load_words;
+mod rest_words;
+mod resting_poses;
 mod run_words;
 mod words;
 mod wrong_assumption;
@@ -19,6 +21,7 @@ use crate::checks::{
 };
 use crate::sampling::Sampling;
 
+pub use self::resting_poses::RestingPoses;
 pub use self::run_words::{distance_of_runs, probability};
 pub(crate) use self::wrong_assumption::CHANNELS;
 pub use self::wrong_assumption::{Hypothesis, WrongAssumption};
@@ -265,6 +268,8 @@ pub enum Finding {
         /// Number of windows.
         windows: usize,
     },
+    /// The payload is identified from poses at rest, which show no inertia.
+    PosesAtRest(RestingPoses),
     /// Something is wrong in the description of the robot. Masses and inertias are reported only
     /// where the method uses them.
     #[serde(untagged)]
@@ -305,6 +310,7 @@ impl Notice for Finding {
             | Self::RunsDisagree(_)
             | Self::Outliers { .. }
             | Self::AnglesContinued { .. }
+            | Self::PosesAtRest(_)
             | Self::Model(_) => return Severity::Notes,
         };
         if contradicts {

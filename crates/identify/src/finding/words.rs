@@ -9,6 +9,7 @@ use tactid_dynamics::{Notice, Reader};
 use super::Finding;
 use super::assumption_words::wrong_assumption;
 use super::load_words::{gravity, negative_mass, unexplained};
+use super::rest_words::poses_at_rest;
 use super::run_words::runs_disagree;
 use crate::checks::{
     EffortsBeyondLimits, PositionJumps, PositionsBeyondLimits, TwistAxes, TwistContradiction,
@@ -61,6 +62,7 @@ pub(super) fn sentences(finding: &Finding, reader: Reader) -> String {
         } => inconsistent(*distance, *within_box, reader),
         Finding::RunsDisagree(found) => runs_disagree(found),
         Finding::Outliers { outliers, windows } => outlying(*outliers, *windows),
+        Finding::PosesAtRest(found) => poses_at_rest(found),
         Finding::Model(finding) => finding.words(reader),
     }
 }

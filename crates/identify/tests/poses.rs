@@ -1,0 +1,243 @@
+//! Poses at rest: the payload from a few attitudes, without times.
+
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
+
+use nalgebra::{Isometry3, Quaternion, UnitQuaternion, Vector3};
+use rand::{RngExt, SeedableRng, rngs::SmallRng};
+use rand_distr::StandardNormal;
+use tactid_dynamics::{Manipulator, MassProperties};
+use tactid_identify::{
+    BaseState, BatchResult, EquationSettings, Finding, IdentifyError, RestIdentifier, RestingPoses,
+    Sample, Wrench,
+};
+
+const GRAVITY: Vector3<f64> = Vector3::new(0.0, 0.0, -9.81);
+const MASS_KG: f64 = 1.2;
+const CENTER: Vector3<f64> = Vector3::new(0.001, -0.002, 0.045);
+const OFFSET: [f64; 6] = [-3.4, -4.7, -16.7, 0.005, -0.06, 0.005];
+/// Noise of a force, N, and of a moment, N m.
+const NOISE: [f64; 2] = [0.05, 0.002];
+
+/// The sensor carries the payload on its own, or stands 0.1 m below the tip and is turned about its z axis.
+fn sensor_below_the_tip() -> Manipulator {
+    let urdf = r#"<robot name="probe"><link name="base"/><link name="sensor"/><link name="tip"/>
+      <joint name="mount" type="fixed"><parent link="base"/><child link="sensor"/></joint>
+      <joint name="plate" type="fixed"><parent link="sensor"/><child link="tip"/>
+        <origin xyz="0 0.02 0.1" rpy="0 0 0.5"/></joint></robot>"#;
+    Manipulator::from_urdf(urdf, tactid_identify::BaseKind::Floating).unwrap()
+}
+
+fn attitude(random: &mut SmallRng) -> UnitQuaternion<f64> {
+    let [w, i, j, k] = std::array::from_fn(|_| random.sample(StandardNormal));
+    UnitQuaternion::from_quaternion(Quaternion::new(w, i, j, k))
+}
+
+fn wrench(attitude: &UnitQuaternion<f64>, noise: &mut dyn FnMut() -> f64) -> Wrench {
+    let force = attitude.inverse() * (-MASS_KG * GRAVITY);
+    let moment = CENTER.cross(&force);
+    let [x, y, z, a, b, c] = OFFSET;
+    let mut noisy = |size: f64| Vector3::from_fn(|_, _| size * noise());
+    Wrench {
+        force: force + Vector3::new(x, y, z) + noisy(NOISE[0]),
+        moment: moment + Vector3::new(a, b, c) + noisy(NOISE[1]),
+    }
+}
+
+fn settings(wrench_offset: bool) -> EquationSettings {
+    EquationSettings {
+        gravity: Some(GRAVITY),
+        wrench_offset,
+        ..EquationSettings::default()
+    }
+}
+
+fn identify(samples: &[(UnitQuaternion<f64>, Wrench)]) -> Result<BatchResult, IdentifyError> {
+    let robot = Manipulator::lone_body("sensor");
+    let identifier = RestIdentifier::new(&robot, "sensor", &["sensor"], &settings(true), None);
+    solve(identifier.unwrap(), samples)
+}
+
+fn solve(
+    mut identifier: RestIdentifier,
+    samples: &[(UnitQuaternion<f64>, Wrench)],
+) -> Result<BatchResult, IdentifyError> {
+    for (attitude, wrench) in samples {
+        let pose = Isometry3::from_parts(Vector3::new(0.4, 0.0, 0.5).into(), *attitude);
+        identifier.push(&Sample {
+            time_s: 0.0,
+            base: BaseState {
+                pose,
+                ..BaseState::fixed()
+            },
+            joint_position: &[],
+            joint_velocity: &[],
+            joint_effort: &[],
+            wrenches: &[*wrench],
+        })?;
+    }
+    identifier.solve()
+}
+
+fn poses(count: usize, random: &mut SmallRng) -> Vec<(UnitQuaternion<f64>, Wrench)> {
+    let attitudes: Vec<_> = (0..count).map(|_| attitude(random)).collect();
+    let mut noise = || random.sample(StandardNormal);
+    let measured = attitudes.iter().map(|each| wrench(each, &mut noise));
+    attitudes.iter().copied().zip(measured).collect()
+}
+
+fn about(axis: Vector3<f64>, angle: f64) -> UnitQuaternion<f64> {
+    UnitQuaternion::from_scaled_axis(axis * angle)
+}
+
+fn exact(attitudes: &[UnitQuaternion<f64>]) -> Vec<(UnitQuaternion<f64>, Wrench)> {
+    let measured = attitudes.iter().map(|each| wrench(each, &mut || 0.0));
+    attitudes.iter().copied().zip(measured).collect()
+}
+
+fn resting(result: &BatchResult) -> &RestingPoses {
+    let found = result.findings.iter().find_map(|finding| match finding {
+        Finding::PosesAtRest(found) => Some(found),
+        _ => None,
+    });
+    found.unwrap()
+}
+
+/// Exact wrenches give exact values, in a tip frame that is not that of the sensor and with a known tool. The inertia is
+/// unobservable.
+#[test]
+fn exact_wrenches_give_exact_values() {
+    let tool = MassProperties {
+        mass_kg: 0.5,
+        center_of_mass: Vector3::new(0.0, 0.01, 0.02),
+        inertia: nalgebra::Matrix3::identity() * 1e-3,
+    };
+    let robot = sensor_below_the_tip();
+    let identifier =
+        RestIdentifier::new(&robot, "tip", &["sensor"], &settings(true), Some(tool)).unwrap();
+    let samples = poses(6, &mut SmallRng::seed_from_u64(1));
+    let attitudes: Vec<_> = samples.iter().map(|sample| sample.0).collect();
+    let result = solve(identifier, &exact(&attitudes)).unwrap();
+    let tip = Isometry3::new(Vector3::new(0.0, 0.02, 0.1), Vector3::z() * 0.5);
+    let whole = tip.inverse_transform_vector(&(CENTER - tip.translation.vector));
+    let center = (whole * MASS_KG - tool.center_of_mass * 0.5) / (MASS_KG - 0.5);
+    let body = &result.estimate.body;
+    assert!((body.mass_kg - 0.7).abs() < 1e-9, "{body:?}");
+    assert!((body.center_of_mass - center).norm() < 1e-9, "{body:?}");
+    let unobservable: Vec<_> = result.estimate.unobservable().collect();
+    assert_eq!(unobservable, ["Ixx", "Ixy", "Ixz", "Iyy", "Iyz", "Izz"]);
+    let offset = result.fit.wrench_offset.as_ref().unwrap();
+    assert_eq!(&*offset.frame, "sensor");
+    for (found, truth) in offset.values().iter().zip(OFFSET) {
+        assert!((found - truth).abs() < 1e-9, "{offset:?}");
+    }
+}
+
+/// The 95 % intervals of mass, centre of mass and offset contain the truth in 93 to 97 % of 2000 draws of 6 to 24 poses.
+#[test]
+fn intervals_hold_for_few_and_many_poses() {
+    let mut inside = [0; 10];
+    const DRAWS: usize = 2000;
+    for seed in 0..DRAWS {
+        let mut random = SmallRng::seed_from_u64(seed as u64);
+        let count = random.random_range(6..25);
+        let result = identify(&poses(count, &mut random)).unwrap();
+        let truth = [MASS_KG, CENTER.x, CENTER.y, CENTER.z];
+        for (k, truth) in truth.into_iter().enumerate() {
+            let [low, high] = result.estimate.intervals[k];
+            inside[k] += usize::from((low..high).contains(&truth));
+        }
+        let offset = result.fit.wrench_offset.unwrap();
+        let std_devs = offset.std_devs.unwrap();
+        for k in 0..6 {
+            let error = offset.values()[k] - OFFSET[k];
+            inside[4 + k] += usize::from(error.abs() < 1.96 * std_devs[k]);
+        }
+    }
+    println!("coverage of mass, centre and offset: {inside:?} of {DRAWS}");
+    let all: usize = inside.iter().sum();
+    assert!(
+        (0.94..0.96).contains(&(all as f64 / (10.0 * DRAWS as f64))),
+        "{inside:?}"
+    );
+    for count in inside {
+        assert!(
+            (0.93..=0.97).contains(&(count as f64 / DRAWS as f64)),
+            "{inside:?}"
+        );
+    }
+}
+
+/// A hundred samples of one pose are one equation: the result is that of their mean.
+#[test]
+fn samples_of_a_pose_count_once() {
+    let mut random = SmallRng::seed_from_u64(5);
+    let means = poses(8, &mut random);
+    let many: Vec<_> = means
+        .iter()
+        .flat_map(|(attitude, mean)| {
+            (0..100).map(|k| {
+                let sign = if k % 2 == 0 { 1.0 } else { -1.0 };
+                let shift = Vector3::new(0.3, 0.1, -0.2) * sign;
+                let noisy = Wrench {
+                    force: mean.force + shift,
+                    moment: mean.moment + 0.1 * shift,
+                };
+                (*attitude, noisy)
+            })
+        })
+        .collect();
+    let [once, many] = [means, many].map(|samples| identify(&samples).unwrap());
+    assert_eq!((resting(&many).attitudes, resting(&many).samples), (8, 800));
+    for k in 0..4 {
+        let relative = many.estimate.std_devs[k] / once.estimate.std_devs[k];
+        assert!((relative - 1.0).abs() < 1e-6, "{k}: {relative}");
+    }
+}
+
+/// One attitude cannot distinguish an offset from a weight; two determine the mass, and three the centre of mass.
+#[test]
+fn the_number_of_attitudes_decides_what_is_identifiable() {
+    let all = [
+        UnitQuaternion::identity(),
+        about(Vector3::x(), 1.5),
+        about(Vector3::y(), 1.2),
+    ];
+    for turned in [all[0], about(Vector3::z(), 1.0)] {
+        let error = identify(&exact(&[all[0], turned])).unwrap_err();
+        assert_eq!(error.option(), Some("wrench_offset"), "{error}");
+    }
+    let determined = |count: usize| {
+        let result = identify(&exact(&all[..count])).unwrap();
+        let determines = result.estimate.identifiable();
+        [
+            determines[0],
+            determines[1] && determines[2] && determines[3],
+        ]
+    };
+    assert_eq!([2, 3].map(determined), [[true, false], [true, true]]);
+    let robot = Manipulator::lone_body("sensor");
+    let nothing = RestIdentifier::new(&robot, "sensor", &["sensor"], &settings(true), None);
+    assert!(nothing.unwrap().solve().is_err());
+}
+
+/// The further attitude is one that shows what the others do not: gravity has been along -z, -y and -z again, so that the centre
+/// of mass along x is missing.
+#[test]
+fn the_next_attitude_is_across_the_others() {
+    let attitudes = [
+        UnitQuaternion::identity(),
+        about(Vector3::x(), 1.5),
+        about(Vector3::x(), -1.5),
+        about(Vector3::x(), 3.1),
+    ];
+    let mut noise = SmallRng::seed_from_u64(7);
+    let mut noise = || noise.sample(StandardNormal);
+    let samples: Vec<_> = attitudes
+        .iter()
+        .map(|each| (*each, wrench(each, &mut noise)))
+        .collect();
+    let result = identify(&samples).unwrap();
+    let found = resting(&result);
+    assert!(found.next_gravity[0] != 0.0, "{found:?}");
+    assert_eq!(found.next_gravity[1..], [0.0, 0.0], "{found:?}");
+}
