@@ -20,6 +20,8 @@ pub enum Use {
     Log,
     /// Identification from arrays.
     Arrays,
+    /// Identification from poses at rest.
+    Poses,
     /// Online least squares.
     Online,
     /// The paper's filter, online.

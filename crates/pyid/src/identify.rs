@@ -11,7 +11,7 @@ use crate::arguments::{borrowed, read_joints, read_robot, read_sensors, read_wre
 use crate::arrays::{Sampled, Series, common_length};
 use crate::dynamics::Manipulator;
 use crate::errors::{IntoPyErr, detached, option_error, urdf_is_at_fault, with_option};
-use crate::identification::identified;
+use crate::identification::{identification, identified};
 use crate::interruption::InterruptionCheck;
 use crate::joint_arrays::JointArrays;
 use crate::options;
@@ -111,6 +111,41 @@ pub(crate) fn identify_arrays(
         tactid_recordings::identify_arrays(&arrays, &request, observer)
     })?;
     identified(py, &found)
+}
+
+/// Identifies the payload from poses at rest: see :func:`tactid.identify_poses`.
+#[pyfunction]
+#[pyo3(signature = (options, *, robot=None, q=None, wrench=None, pose=None, sensors=None))]
+pub(crate) fn identify_poses(
+    py: Python<'_>,
+    options: &Bound<'_, PyDict>,
+    robot: Argument<'_, '_>,
+    q: Argument<'_, '_>,
+    wrench: Argument<'_, '_>,
+    pose: Argument<'_, '_>,
+    sensors: Argument<'_, '_>,
+) -> PyResult<Py<PyDict>> {
+    let request = options::request(options)?;
+    let robot = robot.map(read_robot).transpose()?;
+    let [q, _, _] = read_joints([q, None, None], dof_of(robot.as_ref(), &request)?)?;
+    let names = sensors.map(read_sensors).transpose()?;
+    let names = names.as_ref().map(|names| borrowed(names));
+    let wrench = read_wrenches(wrench, names.as_ref().map_or(1, Vec::len))?;
+    let given_pose = pose.is_some();
+    let pose = Poses::read_measured_or_identity(pose, "pose")?;
+    let count = common_length(&[&q as &dyn Sampled, &wrench, &pose])?.unwrap_or(1);
+    let [q, wrench] = [q, wrench].map(|series| series.repeated(count));
+    let arrays = Arrays {
+        robot: robot.as_ref().map(|robot| &robot.get().robot),
+        sensors: names.as_deref(),
+        q: &q,
+        wrench: &wrench,
+        pose: if given_pose { pose.as_slice() } else { &[] },
+        ..Arrays::default()
+    };
+    let found = detached(py, || tactid_recordings::identify_poses(&arrays, &request))?;
+    let found = found.map_err(IntoPyErr::into_py_err)?;
+    identification(py, &found, &found.recording)
 }
 
 /// Returns the number of joints of the robot, which is given or read from the URDF; `None` where there is no robot.

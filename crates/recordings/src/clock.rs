@@ -19,4 +19,6 @@ pub enum Clock {
     LogTimes,
     /// The times that were given with the arrays.
     Given,
+    /// None: the measurements are poses at rest.
+    None,
 }

@@ -212,7 +212,7 @@ fn follows_from_assumptions(finding: &Finding) -> bool {
 }
 
 /// States the offset of the wrenches with the sign of wrenches that act on the sensor.
-fn negate_offsets(result: &mut BatchResult) {
+pub(crate) fn negate_offsets(result: &mut BatchResult) {
     if let Some(offset) = &mut result.fit.wrench_offset {
         *offset = offset.clone().negated();
     }

@@ -31,6 +31,18 @@ const DELAY_S: Range = Range {
 };
 
 const LOG: &[Use] = &[Use::Log];
+const MODEL: &[Use] = &[Use::Log, Use::Arrays, Use::Poses, Use::Calibration];
+const WRENCHES: &[Use] = &[Use::Log, Use::Arrays, Use::Poses];
+const OFFSET: &[Use] = &[Use::Log, Use::Arrays, Use::Poses, Use::Online, Use::Design];
+const FRAME: &[Use] = &[
+    Use::Log,
+    Use::Arrays,
+    Use::Poses,
+    Use::Online,
+    Use::PaperFilter,
+    Use::Calibration,
+    Use::Design,
+];
 const LOGS: &[Use] = &[Use::Log, Use::Calibration];
 const RECORDING: &[Use] = &[Use::Log, Use::Arrays];
 const EFFORTS: &[Use] = &[Use::Log, Use::Arrays, Use::Calibration];
@@ -79,14 +91,14 @@ options! {
     pub struct Request {
         /// The robot's URDF file. Its base is fixed, unless the motion of the base is measured.
         #[option(
-            ROBOT, EFFORTS,
+            ROBOT, MODEL,
             default = "the robot description in the log",
             python = "A text that begins with ``<`` is the URDF itself."
         )]
         pub urdf: Option<Urdf>,
         /// End-effector frame, a link of the robot.
         #[option(
-            ROBOT, ALL,
+            ROBOT, FRAME,
             default = "tool0, or the frame of the sensor where there is no robot",
             placeholder = "LINK"
         )]
@@ -103,7 +115,7 @@ options! {
         /// link that it is fixed to, then its origin x, y, z and its quaternion qx, qy, qz, qw in
         /// the frame of this link.
         #[option(
-            ROBOT, RECORDING,
+            ROBOT, WRENCHES,
             unit = "m",
             default = "the frame that the messages name; for arrays, the links of the sensors",
             range = Range::FINITE,
@@ -194,8 +206,8 @@ options! {
         /// set: six more unknowns. It is identified where the data of a recording show one (auto), in
         /// any case (yes), or never (no).
         #[option(
-            MEASUREMENTS, LEAST_SQUARES,
-            default = "auto for a recording with least squares; else no",
+            MEASUREMENTS, OFFSET,
+            default = "auto for a recording with least squares; yes for poses at rest; else no",
             about = About::Wrenches
         )]
         pub wrench_offset: Option<OffsetChoice>,
@@ -203,10 +215,10 @@ options! {
         /// squares is to identify its direction from the wrenches of a recording together with the
         /// payload (two more unknowns, its size is 9.81); or auto.
         #[option(
-            SIGNS, ALL,
+            SIGNS, FRAME,
             unit = "m/s²",
-            default = "auto: 0,0,0 for a floating base, 0,0,-9.81 for a fixed one and for a sensor \
-                without a robot; wrenches that show another one are reported",
+            default = "auto: 0,0,0 for a floating base, 0,0,-9.81 for a fixed one, for a sensor \
+                without a robot and for poses at rest; wrenches that show another one are reported",
             range = GRAVITY
         )]
         pub gravity: Option<GravityChoice>,
@@ -228,7 +240,7 @@ options! {
         pub configured_payload: Option<ConfiguredPayload>,
         /// Body on which the measured wrenches act. Most force-torque sensors report the wrench on
         /// the sensor.
-        #[option(SIGNS, RECORDING, default = "payload", about = About::Wrenches)]
+        #[option(SIGNS, WRENCHES, default = "payload", about = About::Wrenches)]
         pub wrench_acts_on: Option<ActsOn>,
         /// What the joint efforts contain: all that moves and holds arm and payload (measured), all
         /// but what holds the arm itself against gravity (without-gravity), or what the payload
@@ -257,7 +269,7 @@ options! {
         pub effort_gain_std_dev: Option<Vec<f64>>,
         /// A known body that the measured load contains besides the payload, in the tip's frame: it
         /// is subtracted. On the command line: mass, centre of mass, and inertia about it.
-        #[option(PRIOR, RECORDING, unit = "kg, m, kg m²", range = Range::FINITE)]
+        #[option(PRIOR, WRENCHES, unit = "kg, m, kg m²", range = Range::FINITE)]
         pub known_tool: Option<MassProperties>,
         /// Mass of the payload from a scale: it improves the other values, too.
         #[option(PRIOR, RECORDING, unit = "kg")]

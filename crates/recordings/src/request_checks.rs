@@ -2,7 +2,7 @@
 
 use tactid_dynamics::{InertialParameters, Manipulator};
 use tactid_identify::{BatchSettings, IdentifyError, Method};
-use tactid_options::{About, Declaration, Use};
+use tactid_options::{About, Declaration, Given, Use};
 
 use crate::choices::{EstimatorKind, WrenchIs};
 use crate::paper::needs_least_squares;
@@ -51,6 +51,21 @@ impl Request {
             |option: &Declaration| option.name == "unloaded" || !option.uses.contains(&Use::Arrays);
         match self.given().find(|given| is_of_logs(given.option)) {
             Some(given) => Err(not_for_arrays(given.option.name)),
+            None => Ok(()),
+        }
+    }
+
+    /// Checks that each option that is given applies to poses at rest.
+    ///
+    /// # Errors
+    /// Returns [`RecordingError::Option`] with the first that does not.
+    pub(crate) fn check_poses(&self) -> Result<(), RecordingError> {
+        let is_other = |given: &Given| !given.option.uses.contains(&Use::Poses);
+        match self.given().find(is_other) {
+            Some(given) => Err(RecordingError::Option {
+                option: given.option.name,
+                what: format!("`{}` does not apply to poses at rest", given.option.name),
+            }),
             None => Ok(()),
         }
     }

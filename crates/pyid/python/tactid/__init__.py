@@ -48,6 +48,7 @@ from tactid._api.designed_motion import DesignedMotion
 from tactid._api.excitation import Grip, design_excitation
 from tactid._api.offline import identify
 from tactid._api.online import Identifier, PaperFilter
+from tactid._api.poses import identify_poses
 from tactid._api.result import Identification, PaperIdentification
 from tactid._api.simulation import simulate
 from tactid._api.tactile import SummedForces, sum_forces
@@ -202,6 +203,7 @@ __all__ = [
     "design_excitation",
     "dh_urdf",
     "identify",
+    "identify_poses",
     "info",
     "motion_schema",
     "read",

@@ -315,6 +315,15 @@ def identify_arrays(
     acceleration: ArrayLike | None = None,
     sensors: str | Sequence[str] | None = None,
 ) -> _Data: ...
+def identify_poses(
+    options: _Data,
+    *,
+    robot: Manipulator | None = None,
+    q: ArrayLike | None = None,
+    wrench: ArrayLike | None = None,
+    pose: ArrayLike | None = None,
+    sensors: str | Sequence[str] | None = None,
+) -> _Data: ...
 def write_estimates(
     path: _Path,
     *,

@@ -11,6 +11,7 @@ use super::samples::{SampleReader, Samples};
 use super::unloaded::UnloadedSamples;
 use crate::alignment::{Event, Streams};
 use crate::defaults::{Contents, Motion, Options, check_tip, effort_gains};
+use crate::fault::FaultCounts;
 use crate::recording::{Reading, Recording, Selection, Sources, has_beginning};
 use crate::sources::{SENSOR_FRAME, place_sensor};
 use crate::wrench_channels::without_numbers;
@@ -80,6 +81,26 @@ impl<'a> ArrayRecording<'a> {
             },
             unloaded,
         })
+    }
+}
+
+impl ArrayRecording<'_> {
+    /// Calls `take` with the events of each sample in turn, and returns the faults.
+    ///
+    /// # Errors
+    /// Returns the first error of `take`.
+    pub(crate) fn each_sample(
+        &self,
+        mut take: impl FnMut(&[Event]) -> Result<(), RecordingError>,
+    ) -> Result<FaultCounts, RecordingError> {
+        let mut reader = SampleReader::new(&self.samples, f64::INFINITY);
+        let mut events = Vec::new();
+        for k in 0..self.samples.count() {
+            events.clear();
+            reader.read(k, &mut events);
+            take(&events)?;
+        }
+        Ok(reader.into_faults())
     }
 }
 

@@ -141,7 +141,7 @@ def identify(  # noqa: D417 - arrays and options are documented by their declara
         _check_no_arrays(arrays, f"{source} is a log")
         with opened([source], collected, progress) as ([log], run):
             found = _native.identify_log(log, run.options.plain(), run.progress)
-        return _identification(found | {"inputs": _inputs(source, collected)})
+        return identification(found | {"inputs": inputs(source, collected)})
     if _are_logs(source):
         collected = collect(options, keywords, "log", own)
         _check_no_arrays(arrays, "the source is a list of logs")
@@ -150,7 +150,7 @@ def identify(  # noqa: D417 - arrays and options are documented by their declara
     if collected.urdf is not None:
         collected = collected.replace(urdf=as_urdf(collected.urdf))
     times = cast(ArrayLike, source)
-    return _identification(_native.identify_arrays(times, collected.plain(), progress, **arrays))
+    return identification(_native.identify_arrays(times, collected.plain(), progress, **arrays))
 
 
 def _check_no_arrays(arrays: dict[str, Any], because: str) -> None:
@@ -175,13 +175,13 @@ def _from_logs(
         found = _native.identify_logs(each, run.options.plain(), run.progress)
     return combine(
         [
-            _identification(data | {"inputs": _inputs(log, options)})
+            identification(data | {"inputs": inputs(log, options)})
             for log, data in zip(logs, found, strict=True)
         ]
     )
 
 
-def _inputs(source: str | os.PathLike[str], options: Options) -> dict[str, Path]:
+def inputs(source: str | os.PathLike[str], options: Options) -> dict[str, Path]:
     """Returns the files and folders that are read, by the words that name them."""
     named = {
         "the log": source,
@@ -196,7 +196,7 @@ def _inputs(source: str | os.PathLike[str], options: Options) -> dict[str, Path]
     }
 
 
-def _identification(data: dict[str, Any]) -> Identification | PaperIdentification:
+def identification(data: dict[str, Any]) -> Identification | PaperIdentification:
     """Builds the result from the fields that the native part hands over."""
     faults = [DataFault(**fault) for fault in data["faults"]]
     findings = [Finding(kind, found) for kind, found in data["findings"]]

@@ -16,6 +16,8 @@ from rich.table import Table
 
 from tactid._api.combined import Combination
 from tactid._api.offline import identify
+from tactid._api.pose_table import read_pose_table
+from tactid._api.poses import identify_pose_table
 from tactid._api.result import Identification, PaperIdentification
 from tactid._base import terminal
 from tactid._base.errors import ArgumentError, IdentificationError
@@ -32,7 +34,7 @@ from tactid._cli.console import (
     progress,
 )
 from tactid._documents import combination_json, result_json
-from tactid._options.options import OPTIONS, options_for
+from tactid._options.options import OPTIONS, Options, options_for
 from tactid._read.recordings import log_info
 from tactid._results import table
 from tactid._results.controllers import MAKERS
@@ -41,6 +43,7 @@ from tactid._results.payload import Payload
 from tactid._results.truth import Truth, read_checks, read_truth
 from tactid._show import combination_text, reported, summary
 from tactid._show.outlook import needs_another_motion
+from tactid._show.remarks import is_at_rest
 
 
 class Form(str, Enum):
@@ -95,8 +98,8 @@ def identify_recording(
         list[Path],
         typer.Argument(
             help="A rosbag2 folder, or an .mcap or .db3 file; a table (.csv, .npz, .parquet), a"
-            " data set of LeRobot, or a ROS 1 bag. Several recordings of one payload give one"
-            " estimate, and a verdict on whether they agree.",
+            " data set of LeRobot, a ROS 1 bag, or a .csv of poses at rest. Several recordings of"
+            " one payload give one estimate, and a verdict on whether they agree.",
             metavar="LOG...",
         ),
     ],
@@ -143,7 +146,7 @@ def identify_recording(
             f"--estimates writes the estimate over time of one recording, but {len(logs)} are given"
         )
     with interruptible("no result"), progress("identifying") as done:
-        result = identify(tuple(logs), options=option_flags.read(options, "log"), progress=done)
+        result = _identified(logs, option_flags.read(options, "log"), done)
     with printing_before(_writers(logs[0], result, output)):
         refusal = _print(logs[0], result, output)
     if refusal is not None:
@@ -165,6 +168,14 @@ option_flags.show(
         "estimates",
     ),
 )
+
+
+def _identified(logs: list[Path], options: Options, done: Callable[[float], object]) -> AnyResult:
+    """Identifies the payload from logs, or from a table of poses at rest."""
+    poses = read_pose_table(logs[0]) if len(logs) == 1 else None
+    if poses is not None:
+        return identify_pose_table(logs[0], poses, options)
+    return identify(tuple(logs), options=options, progress=done)
 
 
 def _print(log: Path, result: AnyResult, output: Output) -> IdentificationError | None:
@@ -223,13 +234,19 @@ def _warn_of_disagreement(form: Form, result: AnyResult) -> None:
 def _record(log: Path, result: AnyResult, output: Output) -> dict[str, Any]:
     if isinstance(result, Combination):
         return combination_json.record(result, output.within, "command-line")
-    return result_json.record(result, output.within, "command-line", read_checks(log_info(log)))
+    return result_json.record(result, output.within, "command-line", _checks(log, result))
+
+
+def _checks(log: Path, result: Identification | PaperIdentification) -> dict[str, Any] | None:
+    """Returns the checks of the run of a simulated log; poses at rest are in no log."""
+    return None if is_at_rest(result) else read_checks(log_info(log))
 
 
 def _table(log: Path, result: AnyResult) -> Table:
     if isinstance(result, Combination):
         return table.rich_table(combination_text.columns(result))
-    truth = truth_in_frame(log, result.estimate.frame)
+    is_log = not is_at_rest(result)
+    truth = truth_in_frame(log, result.estimate.frame) if is_log else None
     return table.rich_table([reported.column(result, truth)], truth)
 
 
@@ -294,7 +311,7 @@ def _write_result(log: Path, result: AnyResult, within: float, path: Path) -> No
     if isinstance(result, Combination):
         combination_json.write(result, path, within, "command-line")
     else:
-        result_json.write(result, path, within, "command-line", read_checks(log_info(log)))
+        result_json.write(result, path, within, "command-line", _checks(log, result))
 
 
 def _write_report(result: AnyResult, within: float, path: Path) -> None:

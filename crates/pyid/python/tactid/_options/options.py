@@ -170,6 +170,7 @@ def take_own(keywords: dict[str, Any], use: Use) -> dict[str, Any]:
 _NAMES: dict[Use, str] = {
     "log": "a log",
     "arrays": "arrays",
+    "poses": "poses at rest",
     "online": "Identifier",
     "paper filter": "PaperFilter",
     "calibration": "a calibration",

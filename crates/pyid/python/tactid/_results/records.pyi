@@ -25,7 +25,7 @@ def in_order(schema: Mapping[str, Any]) -> dict[str, dict[str, Any]]: ...
 class Record(ComparedByValue):
     def __post_init__(self) -> None: ...
 
-Clock: TypeAlias = Literal["stamps", "log times", "given"]
+Clock: TypeAlias = Literal["stamps", "log times", "given", "none"]
 EstimatorKind: TypeAlias = Literal["least-squares", "nlms"]
 Method: TypeAlias = Literal["tactile", "effort", "joint-sensing", "combined"]
 Observability: TypeAlias = Literal["identifiable", "uncertain", "unobservable"]

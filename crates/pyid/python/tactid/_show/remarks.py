@@ -62,12 +62,15 @@ def _of_the_body(result: Recorded) -> list[str]:
 def _of_the_unknown(result: Recorded, style: Style) -> list[str]:
     if any(each.kind == "nothing_held" for each in result.findings):
         return []
+    if is_at_rest(result) and all(name[0] == "I" for name in result.estimate.not_identifiable):
+        return []  # The finding about the poses says that they never show the inertia.
     advised = not result.is_contradicted
     unobservable = unobservable_values(result.estimate, advised=advised)
     if not isinstance(result, IdentificationData):
         return unobservable
     is_advised = advised and bool(result.estimate.uncertain)
-    more = [*_longer(result), *_in_a_box(result, style)] if is_advised else []
+    is_box_advised = is_advised and not is_at_rest(result)
+    more = [*_longer(result), *_in_a_box(result, style)] if is_box_advised else []
     return unobservable + uncertain_values(result.estimate, advised=advised, more=more)
 
 
@@ -134,6 +137,11 @@ def _of_the_samples(result: Recorded) -> list[str]:
     return sentences
 
 
+def is_at_rest(result: Recorded) -> bool:
+    """Returns whether the result is that of poses at rest, which have no times."""
+    return result.clock == "none"
+
+
 def _were(count: int) -> str:
     return "was" if count == 1 else "were"
 
@@ -179,7 +187,7 @@ def assumptions(result: Recorded) -> str:
     """Says what was assumed, and what was chosen from the data: a line for every result."""
     parts = [f"Frame {result.estimate.frame}", f"method {result.method}"]
     parts.append(f"gravity {gravity(result)}")
-    parts.append(f"cutoff {result.cutoff_hz:.3g} Hz")
+    parts += [] if is_at_rest(result) else [f"cutoff {result.cutoff_hz:.3g} Hz"]
     parts += [delay] if (delay := _delay(result)) else []
     parts += _of_least_squares(result) if isinstance(result, IdentificationData) else []
     clocks = {"stamps": ["times from header stamps"], "log times": ["times from the log"]}

@@ -1,0 +1,201 @@
+"""Poses at rest: arrays and tables without times, against the least squares of NumPy."""
+
+import json
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+import tactid
+from conftest import TactidCommand
+from test_cli import assert_refused
+
+Array = NDArray[np.float64]
+
+MASS, CENTER = 1.2, np.array([0.001, -0.002, 0.045])
+OFFSET = np.array([-3.4, -4.7, -16.7, 0.005, -0.06, 0.005])
+NOISE = np.array([0.1, 0.1, 0.1, 0.005, 0.005, 0.005])
+
+
+def rotations(quaternions: Array) -> Array:
+    """Returns the rotation matrices of quaternions [x, y, z, w], (N, 3, 3)."""
+    x, y, z, w = quaternions.T
+    rows = [
+        [1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)],
+        [2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)],
+        [2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)],
+    ]
+    return np.moveaxis(np.array(rows), -1, 0)
+
+
+def about(axis: int, angle: float) -> list[float]:
+    """Returns the quaternion of a turn about an axis."""
+    return [*(np.sin(angle / 2) * np.eye(3)[axis]), np.cos(angle / 2)]
+
+
+def measured(quaternions: Array, seed: int, noise: float = 0.1) -> Array:
+    """Returns the wrench on the sensor in each attitude of the sensor."""
+    force = -9.81 * MASS * rotations(quaternions)[:, 2]
+    exact = np.hstack([force, np.cross(CENTER, force)]) + OFFSET
+    random = np.random.default_rng(seed).normal(size=exact.shape)
+    return exact + noise * random * NOISE
+
+
+def poses(count: int, seed: int = 3) -> tuple[Array, Array]:
+    quaternions = np.random.default_rng(seed).normal(size=(count, 4))
+    quaternions /= np.linalg.norm(quaternions, axis=1, keepdims=True)
+    pose = np.hstack([np.tile([0.4, 0, 0.5], (count, 1)), quaternions])
+    return pose, measured(quaternions, seed)
+
+
+def identify(pose: Any, wrench: Any, **keywords: Any) -> tactid.Identification:
+    return tactid.identify_poses(pose=pose, wrench=wrench, wrench_acts_on="sensor", **keywords)
+
+
+def test_plain_least_squares_agrees() -> None:
+    """Forces and moments share no unknown in the frame of the sensor: weights do not count."""
+    pose, wrench = poses(24)
+    result = identify(pose, wrench)
+    down = -9.81 * rotations(pose[:, 3:])[:, 2]
+    rows = np.zeros((24, 6, 10))
+    rows[:, :3, 0] = down
+    rows[:, 3:, 1:4] = np.cross(np.eye(3)[None], down[:, None]).transpose(0, 2, 1)
+    rows[:, :, 4:] = np.eye(6)
+    expected = np.linalg.lstsq(rows.reshape(-1, 10), wrench.ravel(), rcond=None)[0]
+    found = result.estimate
+    assert found.body.mass == pytest.approx(expected[0], abs=1e-7)
+    np.testing.assert_allclose(found.body.com, expected[1:4] / expected[0], atol=1e-8)
+    assert result.fit.wrench_offset is not None
+    np.testing.assert_allclose(result.fit.wrench_offset.values, expected[4:], atol=1e-6)
+    assert abs(found.body.mass - MASS) < found.half_widths[0] < 0.003
+    assert result.clock == "none"
+    assert not result.is_contradicted
+    assert [name[0] for name in found.not_identifiable] == ["I"] * 6
+
+
+def test_samples_of_a_pose_are_no_poses() -> None:
+    pose, wrench = poses(6)
+    once = identify(pose, wrench).estimate
+    random = np.random.default_rng(0).normal(size=(6, 100, 6))
+    many = wrench[:, None] + (random - random.mean(axis=1, keepdims=True)) * NOISE
+    of_rows = identify(np.repeat(pose, 100, axis=0), many.reshape(600, 6)).estimate
+    for found in (of_rows, identify(pose, many).estimate):
+        np.testing.assert_allclose(found.std_devs[:4], once.std_devs[:4], rtol=1e-6)
+        np.testing.assert_allclose(found.values[:4], once.values[:4], rtol=1e-6)
+    assert of_rows.windows == 6
+
+
+def test_attitudes_in_all_forms_agree() -> None:
+    pose, wrench = poses(5)
+    turned = rotations(pose[:, 3:])
+    homogeneous = np.tile(np.eye(4), (5, 1, 1))
+    homogeneous[:, :3, :3] = turned
+    expected = identify(pose, wrench).estimate.values
+    for form in (turned, homogeneous, turned.tolist()):
+        np.testing.assert_allclose(identify(form, wrench).estimate.values, expected, atol=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("count", "known"), [(2, {"mass"}), (3, {"mass", "com"}), (4, {"mass", "com"})]
+)
+def test_the_wizards_few_poses_are_enough(count: int, known: set[str]) -> None:
+    turns = np.array([about(0, 0), about(0, 1.5), about(1, 1.5), about(0, -1.5)][:count])
+    result = identify(rotations(turns), measured(turns, 1, 0.01))
+    found = result.estimate
+    identifiable = set(tactid.VALUE_NAMES) - set(found.not_identifiable)
+    assert "mass" in identifiable
+    assert ({"com.x", "com.y", "com.z"} <= identifiable) == ("com" in known)
+    assert abs(found.body.mass - MASS) < found.half_widths[0]
+
+
+def test_without_an_offset_one_pose_weighs() -> None:
+    turn = np.array([about(0, 0.3)])
+    wrench = measured(turn, 1, 0.01) - OFFSET
+    result = identify(rotations(turn), wrench, wrench_offset="no")
+    assert result.estimate.body.mass == pytest.approx(MASS, abs=0.01)
+
+
+def test_a_known_tool_is_subtracted() -> None:
+    pose, wrench = poses(12)
+    tool = tactid.MassProperties(0.5, [0, 0, 0.02], np.eye(3) * 1e-4)
+    whole, rest = identify(pose, wrench).estimate, identify(pose, wrench, known_tool=tool).estimate
+    assert rest.body.mass == pytest.approx(whole.body.mass - 0.5)
+
+
+def test_an_opposite_sign_is_named() -> None:
+    pose, wrench = poses(8)
+    result = tactid.identify_poses(pose=pose, wrench=wrench)
+    assert result.is_contradicted
+    assert "wrench_acts_on" in str(result)
+
+
+def test_a_pose_that_is_nan_is_left_out_and_counted() -> None:
+    pose, wrench = poses(8)
+    expected = identify(np.delete(pose, [2, 5], axis=0), np.delete(wrench, [2, 5], axis=0))
+    pose[2], wrench[5, 1] = np.nan, np.nan
+    result = identify(pose, wrench)
+    np.testing.assert_allclose(result.estimate.values, expected.estimate.values)
+    assert {fault.topic for fault in result.faults} == {"pose", "wrench"}
+
+
+@pytest.mark.parametrize(
+    ("keywords", "message"),
+    [
+        ({"pose": None}, "`pose` is missing"),
+        ({"wrench": None}, "`wrench` is missing"),
+        ({"wrench": np.zeros((5, 6))}, "`wrench`"),
+        ({"wrench": np.zeros((8, 3))}, "`wrench`"),
+        ({"pose": np.zeros((8, 6))}, "`pose`"),
+        ({"pose": np.tile(np.eye(3), (8, 1, 1))}, "one attitude"),
+        ({"wrench": np.full((8, 6), np.nan)}, "no pose has"),
+        ({"gravity": [0, 0, 0]}, "`gravity` is zero"),
+        ({"cutoff_hz": 3}, "does not apply to poses at rest"),
+        ({"q": np.zeros((8, 6))}, "`q` is given without a robot"),
+        ({"nonsense": 1}, "there is no keyword"),
+    ],
+)
+def test_what_is_wrong_is_named(keywords: dict[str, Any], message: str) -> None:
+    pose, wrench = poses(8)
+    with pytest.raises(tactid.TactidError, match=message):
+        tactid.identify_poses(**{"pose": pose, "wrench": wrench} | keywords)
+
+
+def write(path: Path, pose: Array, wrench: Array, names: str) -> Path:
+    np.savetxt(path, np.hstack([pose[:, 3:], wrench]), delimiter=",", header=names, comments="")
+    return path
+
+
+def test_the_command_reads_a_table(command: TactidCommand, tmp_path: Path) -> None:
+    pose, wrench = poses(24)
+    names = "qx,qy,qz,qw,fx,fy,fz,tx,ty,tz"
+    table = write(tmp_path / "poses.csv", pose, wrench, names)
+    options = (table, "--wrench-acts-on", "sensor")
+    done = command("identify", *map(str, options), "--report", str(tmp_path / "report.html"))
+    assert "never show the inertia" in done.stdout + done.stderr
+    assert "cutoff" not in done.stdout + done.stderr
+    record = json.loads(command("identify", *map(str, options), "--json").stdout)
+    assert record["estimate"]["values"]["mass"] == pytest.approx(1.2, abs=0.01)
+    assert (record["clock"], record["cutoff_hz"]) == ("none", None)
+    assert (
+        "set_target_payload(1.2" in command("identify", *map(str, options), "--format", "ur").stdout
+    )
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("qx,qy,qz,qw,fx,fy,fz\n0,0,0,1,1,2,3\n", "has no wrench"),
+        ("a,fx,fy,fz,tx,ty,tz\n0,1,1,2,3,4,5\n", "has no attitudes"),
+        ("qx,qy,qz,qw,fx,fy,fz,tx,ty,tz\n0,0,0,1,1,2,3,4,5,six\n", "line 2: tz is 'six'"),
+        ("qx,qy,qz,qw,fx,fy,fz,tx,ty,tz\n0,0,0,1,1,2,3,4,5\n", "line 2, has 9 cells"),
+        ("qx,qy,qz,qw,fx,fy,fz,tx,ty,tz\n", "has no row"),
+    ],
+)
+def test_a_wrong_table_is_refused(
+    command: TactidCommand, tmp_path: Path, text: str, message: str
+) -> None:
+    table = tmp_path / "poses.csv"
+    table.write_text(text)
+    assert_refused(command("identify", str(table)), message)
