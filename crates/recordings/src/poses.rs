@@ -1,7 +1,6 @@
 //! Identification from poses at rest: arrays without times.
 
-use nalgebra::Vector3;
-use tactid_dynamics::Wrench;
+use tactid_dynamics::{BaseKind, Wrench};
 use tactid_identify::{BaseState, BatchResult, EquationSettings, Method, RestIdentifier, Sample};
 
 use crate::alignment::{Event, Measured};
@@ -9,8 +8,8 @@ use crate::arrays::ArrayRecording;
 use crate::identification::negate_offsets;
 use crate::recording::Recording;
 use crate::{
-    ActsOn, Arrays, Clock, EstimatorKind, Finding, Identification, OffsetChoice, RecordingError,
-    RecordingReport, Request,
+    ActsOn, Arrays, Clock, EstimatorKind, Finding, GravityChoice, Identification, OffsetChoice,
+    RecordingError, RecordingReport, Request,
 };
 
 /// Identifies the payload from poses at rest: attitudes and wrenches without times.
@@ -98,9 +97,10 @@ fn rows(arrays: &Arrays<'_>) -> usize {
 }
 
 fn equations(request: &Request) -> EquationSettings {
-    let down = Vector3::new(0.0, 0.0, -9.81);
+    let given = request.gravity.and_then(GravityChoice::vector);
+    let down = || BaseKind::Fixed.default_gravity();
     EquationSettings {
-        gravity: Some(request.gravity.unwrap_or(down)),
+        gravity: Some(given.unwrap_or_else(down)),
         wrench_offset: request.wrench_offset != Some(OffsetChoice::No),
         ..request.equation_settings(Method::Tactile)
     }

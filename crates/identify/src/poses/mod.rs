@@ -85,7 +85,7 @@ impl RestIdentifier {
         let known = known_tool.map(|tool| *InertialParameters::from(tool).as_vector());
         Ok(Self {
             frame: tool.into(),
-            offset_frame: OffsetFrame::new(robot, tool, sensors)?,
+            offset_frame: OffsetFrame::new(robot, tool, sensors, &equations.unmeasured)?,
             has_offset: equations.wrench_offset,
             known_tool: known.unwrap_or_else(Vector::zeros),
             instant: Instant::new(robot.dof(), sensors.len()),
@@ -254,6 +254,8 @@ impl RestIdentifier {
                 self.offset_frame
                     .offset(&fit.offsets, Some(fit.offset_std_devs()))
             }),
+            gravity: None,
+            subtracted_weight: None,
             stride_s: f64::NAN,
             cutoff_hz: f64::NAN,
         }

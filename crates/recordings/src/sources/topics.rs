@@ -96,14 +96,6 @@ impl MeasuredTopics {
         }
     }
 
-    /// Returns the topics of joint states.
-    pub(crate) fn joints(&self) -> &[String] {
-        match &self.motion {
-            MotionTopics::Joints { joints, .. } => joints,
-            MotionTopics::Odometry { .. } | MotionTopics::Imu(_) => &[],
-        }
-    }
-
     /// Returns the topic of the measured accelerations of a sensor.
     pub(crate) fn acceleration(&self) -> Option<&String> {
         match &self.motion {

@@ -16,7 +16,6 @@ from rich.table import Table
 
 from tactid._api.combined import Combination
 from tactid._api.offline import identify
-from tactid._api.pose_table import read_pose_table
 from tactid._api.poses import identify_pose_table
 from tactid._api.result import Identification, PaperIdentification
 from tactid._base import terminal
@@ -35,6 +34,7 @@ from tactid._cli.console import (
 )
 from tactid._documents import combination_json, result_json
 from tactid._options.options import OPTIONS, Options, options_for
+from tactid._read.pose_table import read_poses
 from tactid._read.recordings import log_info
 from tactid._results import table
 from tactid._results.controllers import MAKERS
@@ -98,8 +98,8 @@ def identify_recording(
         list[Path],
         typer.Argument(
             help="A rosbag2 folder, or an .mcap or .db3 file; a table (.csv, .npz, .parquet), a"
-            " data set of LeRobot, a ROS 1 bag, or a .csv of poses at rest. Several recordings of"
-            " one payload give one estimate, and a verdict on whether they agree.",
+            " data set of LeRobot, a ROS 1 bag, or a table of poses at rest, without times. Several"
+            " recordings of one payload give one estimate, and a verdict on whether they agree.",
             metavar="LOG...",
         ),
     ],
@@ -172,9 +172,9 @@ option_flags.show(
 
 def _identified(logs: list[Path], options: Options, done: Callable[[float], object]) -> AnyResult:
     """Identifies the payload from logs, or from a table of poses at rest."""
-    poses = read_pose_table(logs[0]) if len(logs) == 1 else None
+    poses = read_poses(logs[0], options) if len(logs) == 1 else None
     if poses is not None:
-        return identify_pose_table(logs[0], poses, options)
+        return identify_pose_table(logs[0], *poses)
     return identify(tuple(logs), options=options, progress=done)
 
 

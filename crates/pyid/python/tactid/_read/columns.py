@@ -290,9 +290,8 @@ def _components_of(
     if array == "wrench":
         return components if any(name[0] == "f" for name in columns) else None
     for rotation in (components[3:], *_ROTATIONS):
-        order = (*components[:3], *rotation)
-        if all(component in columns for component in order):
-            return order
+        if all(component in columns for component in rotation):
+            return (*components[:3], *rotation)
     return None
 
 

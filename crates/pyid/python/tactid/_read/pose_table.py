@@ -1,0 +1,113 @@
+"""Poses at rest in a table: one without a column of times."""
+
+from pathlib import Path
+
+import numpy as np
+
+from tactid._base.errors import ArgumentError
+from tactid._base.values import Array
+from tactid._options.options import Options
+from tactid._read import columns
+from tactid._read.columns import Quantity
+from tactid._read.descriptions import as_urdf
+from tactid._read.robot_joints import RobotJoints
+from tactid._read.tables import Table, open_table
+
+_ARRAYS = ("q", "pose", "wrench")
+"""What a table may have of poses at rest."""
+
+_MATRICES = (9, 12, 16)
+"""Entries of a rotation matrix, and of a homogeneous one without and with its last row."""
+
+
+def read_poses(path: Path, options: Options) -> tuple[dict[str, Array], Options] | None:
+    """Reads the arrays of poses at rest, and returns them with the options that are left.
+
+    The arrays are ``wrench``, (N, 6), and ``q``, (N, n), or ``pose``, (N, 7) or (N, 3, 3). None
+    where the file is no table, or has a column of times and therefore a motion.
+
+    Raises:
+        LogError: The file cannot be read, or a number is none.
+        ArgumentError: A column is missing.
+    """
+    given = options.given.get("columns") or {}
+    table = open_table(path)
+    if table is None or "time" in given or columns.find(table, ("time",)):
+        return None
+    rest = options.replace(columns=None)
+    joints = None
+    if rest.urdf is not None:
+        rest = rest.replace(urdf=as_urdf(rest.urdf))
+        joints = RobotJoints.of(rest.urdf, rest.tip or "tool0")
+    own = joints.columns if joints is not None else lambda *_: None
+    found = columns.find(table, _ARRAYS, given, lambda array: own(table, array))
+    if "wrench" not in found:
+        raise columns.missing(table, "wrench", "f*")
+    wrench = found["wrench"].read(table)
+    if wrench.shape[1] != 6:
+        raise ArgumentError(
+            f"{path}: {found['wrench'].words} are {wrench.shape[1]} numbers a row for `wrench`:"
+            " expected three forces and three moments",
+            option="columns",
+        )
+    if joints is not None and "q" in found:
+        return {"wrench": wrench, "q": _positions(table, joints, found["q"])}, rest
+    if "pose" not in found:
+        example = ("pose", "orientation_*") if joints is None else ("q", "joint_*[deg]")
+        raise columns.missing(table, *example)
+    return {"wrench": wrench, "pose": _poses(table, found["pose"])}, rest
+
+
+def _positions(table: Table, joints: RobotJoints, quantity: Quantity) -> Array:
+    """Returns the positions of all joints of the robot; those that the table lacks are zero."""
+    values = quantity.read(table)
+    names = joints.named(table, quantity, values.shape[1])
+    q = np.zeros((len(values), len(joints.names)))
+    for place, name in enumerate(names):
+        if name in joints.names:
+            q[:, joints.names.index(name)] = values[:, place]
+    return q
+
+
+def _poses(table: Table, quantity: Quantity) -> Array:
+    """Returns attitudes as quaternions with zero positions, or as rotation matrices."""
+    values = quantity.read(table)
+    width = values.shape[1]
+    if width in _MATRICES:
+        side = 3 if width == _MATRICES[0] else 4
+        return values.reshape(len(values), -1, side)[:, :3, :3]
+    last = str(quantity.columns[-1]).lower()
+    rotation = values[:, 3:] if width > 4 else values
+    if rotation.shape[1] == 4:
+        quaternion = rotation
+    elif rotation.shape[1] == 3 and "yaw" in last:
+        quaternion = _of_angles(rotation)
+    elif rotation.shape[1] == 3:
+        quaternion = _of_vector(rotation)
+    else:
+        raise ArgumentError(
+            f"{table.path}: {quantity.words} are {width} numbers a row for `pose`: expected x, y, z"
+            " and qx, qy, qz, qw, a rotation vector or roll, pitch, yaw, or a matrix",
+            option="columns",
+        )
+    return np.hstack([np.zeros((len(values), 3)), quaternion])
+
+
+def _of_vector(vectors: Array) -> Array:
+    """Returns the quaternions, scalar last, of rotation vectors in rad."""
+    half = 0.5 * np.linalg.norm(vectors, axis=1, keepdims=True)
+    return np.hstack([0.5 * np.sinc(half / np.pi) * vectors, np.cos(half)])
+
+
+def _of_angles(angles: Array) -> Array:
+    """Returns the quaternions, scalar last, of roll, pitch and yaw in rad about fixed axes."""
+    (sr, sp, sy), (cr, cp, cy) = np.sin(0.5 * angles).T, np.cos(0.5 * angles).T
+    return np.stack(
+        [
+            sr * cp * cy - cr * sp * sy,
+            cr * sp * cy + sr * cp * sy,
+            cr * cp * sy - sr * sp * cy,
+            cr * cp * cy + sr * sp * sy,
+        ],
+        axis=1,
+    )
