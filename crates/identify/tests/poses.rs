@@ -167,6 +167,23 @@ fn intervals_hold_for_few_and_many_poses() {
     }
 }
 
+/// Two attitudes leave a direction of the centre of mass open. An axis that is almost across it has an interval that contains
+/// the truth, or none.
+#[test]
+fn intervals_hold_for_two_attitudes() {
+    let (mut known, mut missed) = (0, 0);
+    for seed in 0..1000 {
+        let result = identify(&poses(2, &mut SmallRng::seed_from_u64(seed))).unwrap();
+        for (k, truth) in CENTER.iter().enumerate() {
+            let [low, high] = result.estimate.intervals[1 + k];
+            known += usize::from(high.is_finite());
+            missed += usize::from(!(low..high).contains(truth));
+        }
+    }
+    println!("of {known} intervals of the centre of mass from two attitudes, {missed} miss it");
+    assert!(20 * missed <= known, "{missed} of {known}");
+}
+
 /// A hundred samples of one pose are one equation: the result is that of their mean.
 #[test]
 fn samples_of_a_pose_count_once() {

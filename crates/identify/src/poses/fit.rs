@@ -9,7 +9,7 @@ use crate::fit::CONVERGED_ENOUGH;
 use crate::fit::least_squares::MAX_PASSES;
 use crate::solve::pseudo_inverse::{PseudoInverse, normalized, pseudo_inverse};
 use crate::solve::spectrum::{Excitation, Spectrum};
-use crate::solve::subspace::{Matrix, NullSpace, Vector};
+use crate::solve::subspace::{LEVER_ARM_M, Matrix, NullSpace, Vector};
 use crate::solve::uncertainty::{HALF_WIDTH_95, std_dev, value_jacobian};
 
 /// The two kinds of channels: forces, then moments.
@@ -20,7 +20,7 @@ const CHANNEL_KINDS: [std::ops::Range<usize>; 2] = [0..3, 3..WRENCH];
 pub(super) struct RestFit {
     /// Parameters of the whole load.
     pub(super) parameters: Vector,
-    /// Covariance of the parameters, zero in unobservable directions.
+    /// Covariance of the parameters. What it contains in unobservable directions does not count.
     pub(super) covariance: Matrix,
     /// Information of the parameters, the offsets eliminated.
     pub(super) information: Matrix,
@@ -94,6 +94,7 @@ impl RestFit {
             }
         }
         fit.solve(&grams);
+        fit.add_unobservable_shares();
         fit.offsets = Vector6::from_fn(|channel, _| {
             let mean = &fit.means[channel];
             mean.target - mean.regressor.dot(&fit.parameters)
@@ -117,6 +118,21 @@ impl RestFit {
         self.parameters = covariance * target;
         self.covariance = covariance;
         self.null_space = null_space;
+    }
+
+    /// Adds what the centre of mass in an unobservable direction may change in values that count as determined across it: two
+    /// attitudes determine an axis of the centre of mass but for a small share of another one, which may be as far away as
+    /// [`LEVER_ARM_M`].
+    fn add_unobservable_shares(&mut self) {
+        let scales = *self.null_space.scales();
+        for direction in self.null_space.directions() {
+            let direction = direction.component_mul(&scales);
+            let of_first_moments = direction.fixed_rows::<3>(1).norm();
+            if of_first_moments > 0.0 {
+                let change = direction * (self.parameters[0] * LEVER_ARM_M / of_first_moments);
+                self.covariance += change * change.transpose();
+            }
+        }
     }
 
     /// Estimates the noise of each kind from its residuals, whose degrees of freedom are their number less the unknowns that

@@ -77,7 +77,7 @@ pub(crate) fn is_observable_pivot(pivot: f64, of_noise: f64, alone: f64, plausib
 /// Lever arm that decides between mass and inertia, m. The columns of rigid motion have lengths in the ratio of a lever arm: mass to
 /// first moments, and first moments to inertia. Where both ratios differ, rounding fills the mass or the inertia, and what the
 /// mass and the inertia show together is far above this arm or far below it.
-const LEVER_ARM_M: f64 = 1.0;
+pub(crate) const LEVER_ARM_M: f64 = 1.0;
 
 /// Returns the lengths of the columns of the parameters, at least `least` of what is usual for their kind (mass, first
 /// moments, inertia). The result depends on units by [`LEVER_ARM_M`] alone. Lengths may be infinite.
