@@ -64,13 +64,13 @@ def _of_the_unknown(result: Recorded, style: Style) -> list[str]:
         return []
     if is_at_rest(result) and all(name[0] == "I" for name in result.estimate.not_identifiable):
         return []  # The finding about the poses says that they never show the inertia.
-    advised = not result.is_contradicted
+    # Of poses at rest, the finding about them says what helps.
+    advised = not result.is_contradicted and not is_at_rest(result)
     unobservable = unobservable_values(result.estimate, advised=advised)
     if not isinstance(result, IdentificationData):
         return unobservable
     is_advised = advised and bool(result.estimate.uncertain)
-    is_box_advised = is_advised and not is_at_rest(result)
-    more = [*_longer(result), *_in_a_box(result, style)] if is_box_advised else []
+    more = [*_longer(result), *_in_a_box(result, style)] if is_advised else []
     return unobservable + uncertain_values(result.estimate, advised=advised, more=more)
 
 
