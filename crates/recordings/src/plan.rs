@@ -44,15 +44,11 @@ impl<'a> Plan<'a> {
         let (streams, mut options, mut findings) = choose_streams(sources, &events, request)?;
         findings.extend(options.not_used(request, &sources.contents));
         let is_mixed = are_mixed(&Steps::findings_of(sources, &events));
-        let equations = &mut options.equations;
         if !is_mixed {
-            findings.extend(contradicted_rates(sources, &events, equations.max_gap_s));
+            let max_gap_s = options.equations.max_gap_s;
+            findings.extend(contradicted_rates(sources, &events, max_gap_s));
         }
-        equations.wrench_noise = streams.averaging.of_averages(&equations.wrench_noise);
-        // Axes that turn against the sensor's have no channel that measures nothing.
-        if equations.wrench_axes.is_none() {
-            equations.unmeasured = unmeasured_channels(sources, &options.tip, &events);
-        }
+        set_channels(&mut options, &streams, sources, &events);
         let preview = Preview {
             sources,
             options: &options,
@@ -152,6 +148,17 @@ fn check_weight(
         });
     }
     Ok(())
+}
+
+/// Sets what the beginning shows of the channels of the wrenches: the noise of averages, and which of
+/// them measure nothing.
+fn set_channels(options: &mut Options, streams: &Streams, sources: &Sources, events: &[Event]) {
+    let equations = &mut options.equations;
+    equations.wrench_noise = streams.averaging.of_averages(&equations.wrench_noise);
+    // Axes that turn against the sensor's have no channel that measures nothing.
+    if equations.wrench_axes.is_none() {
+        equations.unmeasured = unmeasured_channels(sources, &options.tip, events);
+    }
 }
 
 /// Chooses whether measured accelerations are used, and resolves the options accordingly. The streams are
