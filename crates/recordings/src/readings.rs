@@ -41,6 +41,10 @@ pub(crate) fn contradicted_reading(
         equations,
         sensors: given.sensors.clone(),
     };
+    // Positions of two sources explain whatever is unexplained, and axes can turn where all of them are measured.
+    if plan.is_mixed || plan.equations.unmeasured.contains(&true) {
+        return Ok(None);
+    }
     let mut others: Vec<Reading> = other_axes(plan).into_iter().map(with).collect();
     others.extend(other_contents(plan).into_iter().map(with));
     others.extend(other_point(plan));
