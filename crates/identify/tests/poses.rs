@@ -5,10 +5,10 @@
 use nalgebra::{Isometry3, Quaternion, UnitQuaternion, Vector3};
 use rand::{RngExt, SeedableRng, rngs::SmallRng};
 use rand_distr::StandardNormal;
-use tactid_dynamics::{Manipulator, MassProperties};
+use tactid_dynamics::{Manipulator, MassProperties, Notice, Severity};
 use tactid_identify::{
-    BaseState, BatchResult, EquationSettings, Finding, IdentifyError, RestIdentifier, RestingPoses,
-    Sample, Wrench,
+    BaseState, BatchResult, EquationSettings, Finding, Hypothesis, IdentifyError, RestIdentifier,
+    RestingPoses, Sample, Wrench,
 };
 
 const GRAVITY: Vector3<f64> = Vector3::new(0.0, 0.0, -9.81);
@@ -257,4 +257,49 @@ fn the_next_attitude_is_across_the_others() {
     let found = resting(&result);
     assert!(found.next_gravity[0] != 0.0, "{found:?}");
     assert_eq!(found.next_gravity[1..], [0.0, 0.0], "{found:?}");
+}
+
+/// Returns the causes that a result names, the first one first.
+fn causes(result: &BatchResult) -> Vec<Hypothesis> {
+    let of_finding = |finding: &Finding| match finding {
+        Finding::WrongAssumption(found) => Some(found.cause),
+        _ => None,
+    };
+    result.findings.iter().filter_map(of_finding).collect()
+}
+
+/// A wrong sensor or gravity is named, and right ones are not, however few the poses are.
+#[test]
+fn wrong_assumptions_are_named_and_right_ones_are_not() {
+    for seed in 0..300 {
+        let mut random = SmallRng::seed_from_u64(seed);
+        let count = random.random_range(3..25);
+        let found = causes(&identify(&poses(count, &mut random)).unwrap());
+        assert!(found.is_empty(), "{seed}: {found:?} in {count} poses");
+    }
+    let right = poses(16, &mut SmallRng::seed_from_u64(2));
+    let swapped = right.iter().map(|(attitude, wrench)| {
+        let swap = |v: Vector3<f64>| Vector3::new(v.y, v.x, v.z);
+        let wrench = Wrench {
+            force: swap(wrench.force),
+            moment: swap(wrench.moment),
+        };
+        (*attitude, wrench)
+    });
+    let swapped = identify(&swapped.collect::<Vec<_>>()).unwrap();
+    assert_eq!(causes(&swapped).first(), Some(&Hypothesis::Axes));
+    let slope = about(Vector3::x(), 0.5);
+    let tilted = right
+        .iter()
+        .map(|(attitude, wrench)| (slope * attitude, *wrench));
+    let tilted = identify(&tilted.collect::<Vec<_>>()).unwrap();
+    assert_eq!(causes(&tilted).first(), Some(&Hypothesis::Gravity));
+    for (result, least) in [(swapped, Severity::Contradicts), (tilted, Severity::Doubts)] {
+        let mut severities = result.findings.iter().map(Notice::severity);
+        assert!(
+            severities.any(|each| each <= least),
+            "{:?}",
+            result.findings
+        );
+    }
 }

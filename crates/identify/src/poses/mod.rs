@@ -10,16 +10,20 @@
 //! mass; with a sensor whose zero was set, one and two do.
 
 mod advice;
+mod assumptions;
 mod fit;
 
 use tactid_dynamics::{FrameMotion, InertialParameters, Manipulator, MassProperties};
 
 use self::advice::next_attitude;
+use self::assumptions::{causes, equation_at_rest, mean};
 use self::fit::RestFit;
 use crate::IdentifyError;
 use crate::batch::{BatchResult, FitReport};
 use crate::diagnosis::{CONTRADICTION, nearest_consistent, nothing_held};
-use crate::equations::{EquationSettings, Instant, Model, OffsetFrame, Row, Sample, WRENCH};
+use crate::equations::{
+    Equation, EquationSettings, EquationStream, Instant, Model, OffsetFrame, Row, Sample, WRENCH,
+};
 use crate::finding::{Finding, RestingPoses};
 use crate::linear_estimate::{LinearEstimate, SharedErrors};
 use crate::result::PayloadEstimate;
@@ -43,6 +47,8 @@ type Rows = [Row; WRENCH];
 pub struct RestIdentifier {
     frame: std::sync::Arc<str>,
     model: Model,
+    /// Equations of samples with times, whose assumptions are those of the poses.
+    stream: EquationStream,
     offset_frame: OffsetFrame,
     has_offset: bool,
     known_tool: Vector,
@@ -56,6 +62,8 @@ pub struct RestIdentifier {
 struct Pose {
     /// Mean rows, in the frame of the offset.
     rows: Rows,
+    /// Sum of the equations of the samples, in the tool frame.
+    sum: Equation,
     samples: usize,
 }
 
@@ -74,7 +82,8 @@ impl RestIdentifier {
         equations: &EquationSettings,
         known_tool: Option<MassProperties>,
     ) -> Result<Self, IdentifyError> {
-        let model = Model::new(robot, tool, sensors, equations)?;
+        let mut model = Model::new(robot, tool, sensors, equations)?;
+        model.keep_geometry();
         if model.gravity().norm() == 0.0 {
             return Err(IdentifyError::Option {
                 option: "gravity",
@@ -85,6 +94,7 @@ impl RestIdentifier {
         let known = known_tool.map(|tool| *InertialParameters::from(tool).as_vector());
         Ok(Self {
             frame: tool.into(),
+            stream: EquationStream::with_geometry(robot, tool, sensors, equations)?,
             offset_frame: OffsetFrame::new(robot, tool, sensors, &equations.unmeasured)?,
             has_offset: equations.wrench_offset,
             known_tool: known.unwrap_or_else(Vector::zeros),
@@ -113,12 +123,18 @@ impl RestIdentifier {
             .copy_from_slice(sample.joint_position);
         self.instant.wrenches.copy_from_slice(sample.wrenches);
         self.model.entries(&self.instant)?;
-        let mut rows = [Row::zero(); WRENCH];
-        self.model.set_rows(&mut rows, self.model.last_entries());
-        let rows = self.offset_frame.mapped_rows(&rows);
+        let equation = equation_at_rest(&self.model);
+        let in_tool = std::array::from_fn(|channel| equation.rows[channel]);
+        let rows = self.offset_frame.mapped_rows(&in_tool);
         match self.poses.last_mut() {
-            Some(pose) if angle(&pose.rows, &rows) < SAME_ATTITUDE_RAD => pose.add(&rows),
-            _ => self.poses.push(Pose { rows, samples: 1 }),
+            Some(pose) if angle(&pose.rows, &rows) < SAME_ATTITUDE_RAD => {
+                pose.add(&rows, &equation);
+            }
+            _ => self.poses.push(Pose {
+                rows,
+                sum: equation,
+                samples: 1,
+            }),
         }
         Ok(())
     }
@@ -145,7 +161,7 @@ impl RestIdentifier {
             estimate,
             principal_moments,
         } = posterior.report(&self.frame, &Default::default());
-        let mut findings = self.mass_findings(found[0], estimate.std_devs[0]);
+        let mut findings = self.data_findings(found[0], estimate.std_devs[0]);
         findings.push(Finding::PosesAtRest(self.resting(&fit, &rows)));
         findings.extend(self.model.findings().map(Finding::Model));
         Ok(BatchResult {
@@ -185,6 +201,17 @@ impl RestIdentifier {
             }),
             _ => Ok(()),
         }
+    }
+
+    /// Reports wrong assumptions, or a mass that is none where there are none.
+    fn data_findings(&self, mass_kg: f64, std_dev_kg: f64) -> Vec<Finding> {
+        let poses = self.poses.iter();
+        let equations: Vec<Equation> = poses.map(|pose| mean(&pose.sum, pose.samples)).collect();
+        let causes = causes(&equations, &self.stream);
+        if causes.is_empty() {
+            return self.mass_findings(mass_kg, std_dev_kg);
+        }
+        causes.into_iter().map(Finding::WrongAssumption).collect()
     }
 
     /// Reports a mass that is none.
@@ -264,8 +291,9 @@ impl RestIdentifier {
 
 impl Pose {
     /// Adds a sample to the mean.
-    fn add(&mut self, rows: &Rows) {
+    fn add(&mut self, rows: &Rows, equation: &Equation) {
         self.samples += 1;
+        self.sum.add_mean(equation, 1.0);
         for (mean, row) in self.rows.iter_mut().zip(rows) {
             let mut difference = *row;
             difference.add(mean, -1.0);
