@@ -160,6 +160,14 @@ impl FaultCounts {
         }
     }
 
+    /// Returns the counts without the times of first occurrences, for samples that have none.
+    pub(crate) fn without_times(mut self) -> Self {
+        for (_, first_s) in self.0.values_mut() {
+            *first_s = f64::NAN;
+        }
+        self
+    }
+
     pub(crate) fn to_vec(&self) -> Vec<DataFault> {
         let entries = self.0.iter();
         entries

@@ -82,7 +82,7 @@ pub fn identify_poses(
         clock: Clock::None,
         start_ns: 0,
         duration_s: 0.0,
-        faults: faults.to_vec(),
+        faults: faults.without_times().to_vec(),
         findings: result.findings.drain(..).map(Finding::Data).collect(),
         interrupted: false,
         damage: Vec::new(),
