@@ -30,7 +30,7 @@ from tactid import (
 )
 from tactid._base.bodies import principal_moments
 from tactid._base.values import Observability, noise_intervals, values_of
-from tactid._results.records import RecordingReport
+from tactid._results.records import RecordingReport, Setup
 
 Array = NDArray[np.float64]
 
@@ -186,6 +186,7 @@ def nothing_known() -> Identification:
         excitation_directions=np.eye(10),
         residual_rms=np.full(6, np.nan),
         held_out_rms=np.full(6, np.nan),
+        held_out_plain_rms=np.full(6, np.nan),
     )
     return replace(found, delay_s=float("nan"), cutoff_hz=float("nan"))
 
@@ -266,6 +267,7 @@ def _solved(
         held_out=held_out,
         residual_rms=np.sqrt(np.average(error**2, axis=0, weights=used + 1e-12)),
         held_out_rms=np.sqrt((error[held_out] ** 2).mean(axis=0)),
+        held_out_plain_rms=np.sqrt((error[held_out] ** 2).mean(axis=0)),
         stride_s=STRIDE,
         excitation=np.sqrt(np.maximum(strengths[::-1], 0.0)),
         excitation_directions=directions.T[::-1],
@@ -280,6 +282,13 @@ def _solved(
             std_devs=sigma,
             observability=observability(np.isfinite(sigma)),
             is_physical=True,
+        ),
+        setup=Setup(
+            beginning="",
+            topics=["/joint_states", "/wrench"],
+            wrench_topics=["/wrench"],
+            wrench_frames=["tool0"],
+            wrench_acts_on="payload",
         ),
         method="tactile",
         estimator="least-squares",

@@ -17,7 +17,7 @@ from expectations import assert_fits_schema
 from tactid import Finding, Identification
 from tactid._api import result
 from tactid._documents import result_json, schemas
-from tactid._results import formats, payload, table
+from tactid._results import formats, payload, provenance, table
 from tactid._show import outlook, remarks
 
 GRAVITY = Finding(
@@ -54,8 +54,9 @@ def test_a_result_prints_its_table_and_a_line_for_each_thing_to_know() -> None:
     assert mass[1] == "kg"
     assert float(mass[2]) == pytest.approx(found.estimate.values[0], abs=1e-4)
     assert float(mass[3]) == pytest.approx(1.96 * found.estimate.std_devs[0], rel=0.05)
-    sentences = lines[-3:]
-    assert sentences == [str(OFFSET), str(SUMMED), remarks.assumptions(found)]
+    sentences = lines[-4:]
+    said = [remarks.assumptions(found), provenance.sentence(found)]
+    assert sentences == [str(OFFSET), str(SUMMED), *said]
     assert "`wrench_offset`" in sentences[0]
     assert "--" not in "".join(sentences)
     assert "array" not in str(found)
@@ -159,13 +160,20 @@ def test_a_notebook_shows_a_small_table() -> None:
     assert "Gravity of the opposite sign" in wrong
 
 
+OWN_FIELDS = {
+    "inputs": "Files and folders that were read,",
+    "hashes": "SHA-256 of each file that was read,",
+    "given": "The options that were given,",
+}
+
+
 @pytest.mark.parametrize(
     "thing", [tactid.Identification, tactid.PaperIdentification, tactid.PayloadEstimate]
 )
 def test_the_help_lists_every_field_with_its_text(thing: type) -> None:
     text = " ".join(pydoc.plain(pydoc.render_doc(thing)).replace("|", " ").split())
     for field in fields(thing):
-        schema = field.metadata.get("schema", {"description": "Files and folders that were read,"})
+        schema = field.metadata.get("schema", {"description": OWN_FIELDS.get(field.name, "")})
         assert f"{field.name}: {' '.join(schema['description'].split())}" in text, field.name
 
 

@@ -552,7 +552,7 @@ def test_without_rerun_the_extra_is_named(tmp_path: Path, log: Path) -> None:
         text=True,
         check=False,
     )
-    assert_refused(done, "pip install 'tactid[view]'")
+    assert_refused(done, "pip install rerun-sdk")
 
 
 def test_a_viewer_that_does_not_open_is_an_error(

@@ -200,6 +200,7 @@ FINDINGS = [
         },
     ),
     Finding("stamps_missing", {"topics": ["/wrench"], "clock_rate": 0.6}),
+    Finding("tool_uncertainty_assumed", {"std_dev": 0.01}),
     Finding("no_stamps"),
     Finding("delay_corrected", {"applied_s": 0.037, "estimated_s": 0.037, "std_dev_s": 1e-4}),
     Finding("delay_doubtful", {"delay_s": -0.488, "residual_ratio": 0.9, "is_at_end": False}),
@@ -402,6 +403,11 @@ SENTENCES = {
     "stamps_missing": (
         "/wrench has no stamps: their times are those of logging, brought to the clock of the"
         " stamps of other topics, which runs at 0.6 times the rate of the recorder's."
+    ),
+    "tool_uncertainty_assumed": (
+        "The known tool has no uncertainty of its own: a standard deviation of 1.0 % of its values"
+        " is assumed and is part of the intervals. `known_tool_std_dev` gives another one, and an"
+        " earlier result as `known_tool` has its own."
     ),
     "no_stamps": ("The messages have no stamps: their times are those of logging."),
     "delay_corrected": (

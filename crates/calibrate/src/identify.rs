@@ -1,7 +1,5 @@
 //! Identification of a payload with a calibration.
 
-use tactid_dynamics::InertialParameters;
-
 use super::compare::{EffortComparison, compare};
 use super::estimate::{ArmChange, CalibratedEstimate};
 use super::fingerprint::hash;
@@ -27,6 +25,7 @@ use tactid_identify::solve::{Matrix, Vector};
 use tactid_identify::{BatchResult, BatchSettings, FitReport};
 use tactid_identify::{Finding, UnexplainedLoad};
 use tactid_identify::{IdentifyError, Method};
+use tactid_identify::{KnownBodies, KnownMass};
 use tactid_identify::{LinearEstimate, SharedErrors};
 
 /// Fewest windows of the loaded recordings: 1 s at 2 Hz.
@@ -85,9 +84,7 @@ impl Calibration {
                 recording.check_signs(&model, &self.parameters, may_hold)?;
             }
         }
-        let tool = settings.known_tool.map_or(Vector::zeros(), |tool| {
-            *InertialParameters::from(tool).as_vector()
-        });
+        let known = KnownBodies::new(None, settings.known_tool);
         let solve = |recordings, mass| posterior(&model, &prior, &self.noise, recordings, mass);
         let together = solve((loaded, unloaded), None)?;
         let alone = |recordings| solve((recordings, &[]), None);
@@ -96,15 +93,17 @@ impl Calibration {
             unloaded,
             left_out,
         } = update(together, loaded, unloaded, alone)?;
-        let with_mass = match settings.known_mass {
-            Some(mass) => Some(solve((loaded, unloaded), Some(mass.with(tool[0])))?),
+        let mass_of_load = settings.known_mass.map(|mass| known.mass_of_load(mass));
+        let with_mass = match mass_of_load {
+            Some(_) => Some(solve((loaded, unloaded), mass_of_load)?),
             None => None,
         };
         let solution = Solution {
             calibrated: self,
             model: &model,
             loaded,
-            tool,
+            known,
+            mass_of_load,
             settings,
             free: &free,
             best: with_mass.as_ref().unwrap_or(&free),
@@ -135,8 +134,10 @@ struct Solution<'a> {
     calibrated: &'a Calibration,
     model: &'a EffortModel,
     loaded: &'a [EffortRecording],
-    /// Parameters of the known tool.
-    tool: Vector,
+    /// The known tool.
+    known: KnownBodies,
+    /// Mass of the whole load, where that of the payload is known.
+    mass_of_load: Option<KnownMass>,
     settings: &'a BatchSettings,
     free: &'a Posterior,
     best: &'a Posterior,
@@ -153,33 +154,37 @@ impl Solution<'_> {
     /// the number of recordings of one day does not reduce it.
     fn linear(&self) -> LinearEstimate {
         let free = self.free;
-        let shared = shared_errors([
+        let groups = [
             (self.source, &free.arm_errors.calibration),
             (self.day, &free.arm_errors.change),
             (!self.day, &free.unloaded_errors),
-        ]);
+        ];
+        let shared = shared_errors(groups, &[]);
         let covariance = free.covariance * (WIDENING * WIDENING);
-        let (parameters, scales) = (free.parameters - self.tool, free.null_space.scales());
-        let widening = nearest_consistent(parameters, &covariance, scales, None).widening;
+        let (parameters, of_payload) = self.known.payload(&free.parameters, &covariance, None);
+        let scales = free.null_space.scales();
+        let widening = nearest_consistent(parameters, &of_payload, scales, None).widening;
         let own = covariance - &shared.changes * shared.changes.transpose();
         LinearEstimate {
             parameters,
             information: information(&covariance, &free.null_space),
             covariance: own * widening.powi(2),
-            shared,
+            shared: shared_errors(groups, &self.known.errors().collect::<Vec<_>>()),
             degrees_of_freedom: f64::INFINITY, // the covariance is widened already
         }
     }
 
     fn estimate(&self) -> CalibratedEstimate {
         let best = self.best;
-        let covariance = best.covariance * (WIDENING * WIDENING);
+        let of_load = best.covariance * (WIDENING * WIDENING);
+        let (known, mass) = (&self.known, self.mass_of_load);
+        let (parameters, covariance) = known.payload(&best.parameters, &of_load, mass);
         let bounding_box = self.settings.bounding_box.as_ref();
         let scales = best.null_space.scales();
-        let parameters = best.parameters - self.tool;
         let nearest = nearest_consistent(parameters, &covariance, scales, bounding_box);
         let consistent = nearest.parameters;
-        let wide = widened(&covariance, nearest.widening, self.settings.known_mass);
+        let weighing = mass.map(|mass| known.mass_of_payload(mass));
+        let wide = widened(&covariance, nearest.widening, weighing);
         let posterior = tactid_identify::solve::Posterior {
             parameters: consistent,
             covariance: wide,
@@ -187,13 +192,13 @@ impl Solution<'_> {
             factors: [1.0; 10],
         };
         let report = posterior.report(&self.loaded[0].arm.tool, &self.settings.prior());
-        let noise_fraction = noise_fraction(best, &consistent);
+        let noise_fraction = noise_fraction(best, &consistent, &known.covariance);
         let fit = self.fit_report(noise_fraction);
         let of_data = self.data_findings(&fit);
         let of_mass = self.settings.known_mass.and_then(|mass| {
             let found = (
-                self.free.parameters[0] - self.tool[0],
-                self.free.mass_std_dev(),
+                self.free.parameters[0] - known.mass_kg().0,
+                self.mass_std_dev_kg(),
             );
             mass_finding(mass, found, consistent[0], bounding_box.is_some(), &of_data)
         });
@@ -221,6 +226,11 @@ impl Solution<'_> {
             moved_zero: self.free.moved_zero.clone(),
             unloaded_left_out: None,
         }
+    }
+
+    /// Returns the standard deviation of the payload's mass without its known mass, kg.
+    fn mass_std_dev_kg(&self) -> f64 {
+        self.free.mass_std_dev().hypot(self.known.mass_kg().1)
     }
 
     /// Returns how friction has changed, where the recordings show that it has.
@@ -309,6 +319,7 @@ impl Solution<'_> {
         FitReport {
             residual_rms: (0..channels.len()).map(rms).collect(),
             held_out_rms: vec![f64::NAN; channels.len()],
+            held_out_plain_rms: vec![f64::NAN; channels.len()],
             noise_fraction,
             weights: vec![1.0; count],
             held_out: vec![false; count],
@@ -331,9 +342,9 @@ impl Solution<'_> {
     fn data_findings(&self, fit: &FitReport) -> Vec<Finding> {
         let mut findings = Vec::new();
         let method = Method::Effort;
-        let (load_kg, known_kg) = (self.free.parameters[0], self.tool[0]);
-        let least_kg = -CONTRADICTION * self.free.mass_std_dev();
-        if let Some(nothing) = nothing_held(load_kg - known_kg, self.free.mass_std_dev()) {
+        let (load_kg, known_kg) = (self.free.parameters[0], self.known.mass_kg().0);
+        let least_kg = -CONTRADICTION * self.mass_std_dev_kg();
+        if let Some(nothing) = nothing_held(load_kg - known_kg, self.mass_std_dev_kg()) {
             findings.push(nothing);
         } else if load_kg < least_kg {
             findings.push(Finding::NegativeMass {
@@ -373,29 +384,30 @@ impl Solution<'_> {
     }
 }
 
-/// Returns the widened errors of groups of unknowns, each with its source's number.
-fn shared_errors(groups: [(u64, &GainErrors); 3]) -> SharedErrors {
+/// Returns the widened errors of groups of unknowns, each with its source's number, and those of a known tool.
+fn shared_errors(groups: [(u64, &GainErrors); 3], of_tool: &[(u64, Vector)]) -> SharedErrors {
     let columns = |(source, changes): (u64, &GainErrors)| {
         let unknowns = (0..changes.ncols() as u64).map(move |k| hash([source, k].into_iter()));
         let changes = changes.column_iter().map(|change| change * WIDENING);
         unknowns.zip(changes.collect::<Vec<_>>())
     };
-    let (unknowns, changes): (_, Vec<_>) = groups.into_iter().flat_map(columns).unzip();
+    let of_arm = groups.into_iter().flat_map(columns);
+    let (unknowns, changes): (_, Vec<_>) = of_arm.chain(of_tool.iter().copied()).unzip();
     SharedErrors {
         unknowns,
         changes: GainErrors::from_columns(&changes),
     }
 }
 
-/// Returns the fraction of the variance of each of the ten values that is noise; zero where the
-/// mass is zero or a value is not determined.
-fn noise_fraction(best: &Posterior, parameters: &Vector) -> [f64; 10] {
+/// Returns the fraction of the variance of each of the ten values that is noise, given the
+/// covariance of the known tool; zero where the mass is zero or a value is not determined.
+fn noise_fraction(best: &Posterior, parameters: &Vector, of_tool: &Matrix) -> [f64; 10] {
     let Some(jacobian) = value_jacobian(parameters) else {
         return [0.0; 10];
     };
     let variances = |covariance: &Matrix| (jacobian * covariance * jacobian.transpose()).diagonal();
     let (all, noise) = (
-        variances(&best.covariance),
+        variances(&(best.covariance + of_tool / (WIDENING * WIDENING))),
         variances(&best.noise_covariance),
     );
     std::array::from_fn(|k| {

@@ -15,7 +15,7 @@ use tactid_calibrate::{
     KnownPayload, MotionShortage, calibrate, calibrate_interruptibly,
 };
 use tactid_dynamics::{InertialParameters, MassProperties};
-use tactid_identify::{BatchSettings, Finding, HALF_WIDTH_95, KnownMass};
+use tactid_identify::{BatchSettings, Finding, HALF_WIDTH_95, KnownMass, KnownTool};
 
 /// Calibrates an arm by one recording without payload, with gains that are taken for known.
 fn calibrated_unloaded(world: &mut World) -> Calibration {
@@ -131,7 +131,7 @@ fn knowledge_of_the_payload_enters() {
         inertia: Matrix3::identity() * 1e-3,
     };
     let without_tool = BatchSettings {
-        known_tool: Some(tool),
+        known_tool: Some(tool.into()),
         ..BatchSettings::default()
     };
     let found = calibration.identify(&loaded, &[], &without_tool).unwrap();
@@ -193,10 +193,10 @@ fn contradictions_are_reported() {
     // gains by 3 %, which it lacks, fit better, with 2.34 ± 0.51 kg (95 %) for 2 kg; 39 of 40
     // others have half widths below 0.16 kg, and mean errors of 3 g (`calibration_unloaded.rs`).
     let heavy = BatchSettings {
-        known_tool: Some(MassProperties {
+        known_tool: Some(KnownTool::from(MassProperties {
             mass_kg: 5.0,
             ..upwards
-        }),
+        })),
         ..BatchSettings::default()
     };
     let found = findings(&loaded, heavy);

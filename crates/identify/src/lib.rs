@@ -81,6 +81,7 @@ mod error;
 mod finding;
 mod fit;
 mod hypotheses;
+mod known_bodies;
 mod linear_estimate;
 mod method;
 mod online;
@@ -107,6 +108,7 @@ pub use finding::{
     distance_of_runs, probability,
 };
 pub use fit::{Delay, GainErrors};
+pub use known_bodies::{KnownBodies, KnownTool};
 pub use linear_estimate::{LinearEstimate, SharedErrors};
 pub use method::Method;
 pub use online::Identifier;

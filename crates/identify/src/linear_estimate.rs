@@ -6,6 +6,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::equations::window::NOISE_CORRELATION;
 use crate::fit::{Fit, GainErrors};
+use crate::known_bodies::KnownBodies;
 use crate::serial;
 use crate::solve::pseudo_inverse::{information, pseudo_inverse};
 use crate::solve::subspace::Vector;
@@ -69,11 +70,14 @@ impl SharedErrors {
         }
     }
 
-    /// Returns the errors of gains, which all recordings of a robot share.
-    fn of_gains(changes: GainErrors) -> Self {
+    /// Returns the errors of gains, which all recordings of a robot share, and those of a known tool, which all recordings
+    /// with this tool share.
+    pub(crate) fn new(of_gains: &GainErrors, of_tool: impl Iterator<Item = (u64, Vector)>) -> Self {
+        let gains = of_gains.column_iter().map(Vector::from);
+        let (unknowns, changes): (_, Vec<_>) = (0..).zip(gains).chain(of_tool).unzip();
         Self {
-            unknowns: (0..changes.ncols() as u64).collect(),
-            changes,
+            unknowns,
+            changes: GainErrors::from_fn(changes.len(), |row, column| changes[column][row]),
         }
     }
 }
@@ -94,9 +98,9 @@ impl LinearEstimate {
         }
     }
 
-    /// Returns what a fit says about the payload, given the parameters of the `known` bodies that the fit contains, and a factor
+    /// Returns what a fit says about the payload, given the `known` bodies that the fit contains, and a factor
     /// on the standard deviations of what the recording does not share with others.
-    pub(crate) fn of_fit(fit: &Fit, known: &Vector, widening: f64) -> Self {
+    pub(crate) fn of_fit(fit: &Fit, known: &KnownBodies, widening: f64) -> Self {
         let covariance = (fit.covariance - fit.gain_covariance()) * widening.powi(2);
         let information = information(&fit.bread, &fit.null_space);
         // Windows overlap, and noise may be coloured: by so much the parameters scatter more than by white noise.
@@ -108,10 +112,10 @@ impl LinearEstimate {
             1.0
         };
         Self {
-            parameters: fit.parameters - known,
+            parameters: fit.parameters - known.parameters,
             information: information / ratio,
             covariance,
-            shared: SharedErrors::of_gains(fit.gain_errors.clone()),
+            shared: SharedErrors::new(&fit.gain_errors, known.errors()),
             degrees_of_freedom: fit.weights.len() as f64 / NOISE_CORRELATION,
         }
     }

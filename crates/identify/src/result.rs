@@ -63,6 +63,10 @@ pub struct PayloadEstimate {
     /// a mass that is not known to a quarter.
     #[schemars(with = "TenValues<f64>")]
     pub std_devs: [f64; 10],
+    /// Covariance of mass, kg, first moments, kg m, and inertia about the origin of `frame`, kg m² (xx, xy, xz, yy, yz, zz),
+    /// (10, 10): what another identification takes of this body where it is its known tool. What it contains for
+    /// unobservable values does not count. `None` online.
+    pub covariance: Option<[[f64; 10]; 10]>,
     /// Whether a body with these parameters can exist, within 1 % of its largest principal moment.
     pub is_physical: bool,
     /// Number of averaging windows so far. Online least squares counts those before a payload change, too,

@@ -12,7 +12,7 @@ use rand::{SeedableRng, rngs::SmallRng};
 use tactid_dynamics::{MassProperties, Wrench};
 use tactid_identify::{
     BatchIdentifier, BatchResult, BatchSettings, BoundingBox, EquationSettings, Finding,
-    Hypothesis, IdentifyError, KnownMass,
+    Hypothesis, IdentifyError, KnownMass, KnownTool,
 };
 use turning::{BESIDE, PointMass, TETRAHEDRON, about_all_axes, about_y, samples};
 
@@ -101,10 +101,10 @@ fn wrenches_of_zero_contradict_an_uncertain_mass() {
 fn a_known_mass_adds_no_finding_to_its_cause() {
     let mut instants = noisy_instants(5.0);
     let with_tool = BatchSettings {
-        known_tool: Some(MassProperties {
+        known_tool: Some(KnownTool::from(MassProperties {
             mass_kg: 150.0,
             ..payload()
-        }),
+        })),
         ..with_mass(100.0, 0.1)
     };
     let result = identify(&instants, EquationSettings::default(), with_tool).unwrap();
@@ -196,10 +196,10 @@ fn a_known_mass_that_the_data_confirm_is_exact() {
 fn a_known_tool_heavier_than_the_load_is_reported() {
     let instants = noisy_instants(5.0);
     let with_tool = |mass_kg: f64| {
-        let known_tool = Some(MassProperties {
+        let known_tool = Some(KnownTool::from(MassProperties {
             mass_kg,
             ..payload()
-        });
+        }));
         let settings = BatchSettings {
             known_tool,
             ..BatchSettings::default()

@@ -112,8 +112,14 @@ fn exact_wrenches_give_exact_values() {
         inertia: nalgebra::Matrix3::identity() * 1e-3,
     };
     let robot = sensor_below_the_tip();
-    let identifier =
-        RestIdentifier::new(&robot, "tip", &["sensor"], &settings(true), Some(tool)).unwrap();
+    let identifier = RestIdentifier::new(
+        &robot,
+        "tip",
+        &["sensor"],
+        &settings(true),
+        Some(tool.into()),
+    )
+    .unwrap();
     let samples = poses(6, &mut SmallRng::seed_from_u64(1));
     let attitudes: Vec<_> = samples.iter().map(|sample| sample.0).collect();
     let result = solve(identifier, &exact(&attitudes)).unwrap();

@@ -93,6 +93,8 @@ pub enum Kind {
     Body,
     /// A body of which the inertia may be missing: its mass and centre of mass, and inertia about it.
     Payload,
+    /// A known tool: a body, or the result of an identification.
+    Tool,
     /// A link, then three coordinates and a quaternion.
     Frame,
     /// Calibration of an arm, or the path of its file.

@@ -171,6 +171,9 @@ pub(crate) fn expected(kind: Kind) -> String {
         Kind::Payload => {
             "its mass and its centre of mass, four numbers, or these and its inertia, ten numbers"
         }
+        Kind::Tool => {
+            "a tactid.MassProperties, a result or its estimate, or the path of its JSON file"
+        }
         Kind::Frame => "a link, then x, y, z, qx, qy, qz, qw",
         Kind::Calibration => "a tactid.Calibration, or the path of its file",
         Kind::Choice(names) => {

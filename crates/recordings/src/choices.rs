@@ -29,7 +29,7 @@ impl Value for EstimatorKind {
 }
 
 /// Body on which a measured wrench acts.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
 pub enum ActsOn {
     /// The payload: the wrench that the robot exerts on it.

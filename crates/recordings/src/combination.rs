@@ -21,6 +21,8 @@ pub struct CombinedRun {
     pub bounding_box: Option<BoundingBox>,
     /// Frame of the estimate.
     pub frame: String,
+    /// Number that identifies its first messages; empty where it is not known.
+    pub beginning: String,
     /// Number of its windows.
     pub windows: u64,
     /// Number of samples that were rejected.
@@ -41,6 +43,7 @@ pub fn combine(results: &[Identification]) -> Result<Combination, RecordingError
         known_mass: result.known_mass,
         bounding_box: result.bounding_box,
         frame: result.estimate.frame.to_string(),
+        beginning: result.recording.setup.beginning.clone(),
         windows: result.estimate.windows,
         rejected: result.estimate.rejected,
         gaps: result.estimate.gaps,
@@ -56,8 +59,8 @@ pub fn combine(results: &[Identification]) -> Result<Combination, RecordingError
 /// recordings. A known mass and a bounding box count once.
 ///
 /// # Errors
-/// Returns [`RecordingError::Together`] if there is no recording, or the recordings have different
-/// frames, known masses or bounding boxes.
+/// Returns [`RecordingError::Together`] if there is no recording, the recordings have different
+/// frames, known masses or bounding boxes, or two of them begin with the same measurements.
 pub fn combine_runs(runs: &[CombinedRun]) -> Result<Combination, RecordingError> {
     let estimates: Vec<_> = runs.iter().map(|run| run.linear.clone()).collect();
     let first = runs.first();
@@ -80,6 +83,7 @@ pub fn combine_runs(runs: &[CombinedRun]) -> Result<Combination, RecordingError>
     };
     let frame = first.map_or("", |first| &first.frame);
     let mut combination = combine_estimates(frame, &estimates, &prior)?;
+    check_apart(runs)?;
     for run in runs {
         combination.estimate.windows += run.windows;
         combination.estimate.rejected += run.rejected;
@@ -92,4 +96,19 @@ pub fn combine_runs(runs: &[CombinedRun]) -> Result<Combination, RecordingError>
         }
     }
     Ok(combination)
+}
+
+/// Checks that no recording is a copy or the beginning of another one.
+fn check_apart(runs: &[CombinedRun]) -> Result<(), RecordingError> {
+    for (k, run) in runs.iter().enumerate() {
+        let mut before = runs[..k].iter();
+        let same = before.find(|other| other.beginning == run.beginning);
+        if let Some(other) = same.filter(|_| !run.beginning.is_empty()) {
+            return Err(RecordingError::Together(format!(
+                "{} and {} begin with the same measurements: one is a copy or a part of the other, and counts once",
+                other.name, run.name
+            )));
+        }
+    }
+    Ok(())
 }

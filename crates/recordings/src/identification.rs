@@ -3,7 +3,7 @@
 use schemars::JsonSchema;
 use serde::{Serialize, Serializer};
 use tactid_calibrate::{ArmChange, MotionShortage};
-use tactid_dynamics::{Notice, Subject};
+use tactid_dynamics::{InertialParameters, Notice, Subject};
 use tactid_identify::{
     BatchIdentifier, BatchResult, BoundingBox, Delay, Finding as Data, FitReport, Forecast,
     HistoryPoint, KnownMass, LinearEstimate, PayloadEstimate, PrincipalMoments, serial::TenValues,
@@ -239,7 +239,8 @@ impl Identification {
         if plan.request.wrench_acts_on == Some(ActsOn::Sensor) {
             negate_offsets(&mut result);
         }
-        Ok(Self::assemble(plan, run, result))
+        let gripper = batch.stream().gripper_to_subtract();
+        Ok(Self::assemble(plan, run, gripper, result))
     }
 
     /// Returns the result of a payload that was identified with a calibration of the arm.
@@ -252,7 +253,7 @@ impl Identification {
     ) -> Self {
         let still: Vec<&str> = shortages.iter().filter_map(still_joint).collect();
         keep_worst_unexplained(&mut result.findings, &still);
-        let mut found = Self::assemble(plan, run, result);
+        let mut found = Self::assemble(plan, run, None, result);
         found.recording.findings.extend(fit.noisy_joints(&still));
         found.recording.findings.extend(fit.changes());
         found.calibrated = Some(fit);
@@ -273,7 +274,12 @@ impl Identification {
         }
     }
 
-    fn assemble(plan: Plan<'_>, run: Run, mut result: BatchResult) -> Self {
+    fn assemble(
+        plan: Plan<'_>,
+        run: Run,
+        gripper: Option<InertialParameters>,
+        mut result: BatchResult,
+    ) -> Self {
         let remaining_delay = result.delay.map(|rest| Delay {
             delay_s: plan.delay_s + rest.delay_s,
             std_dev_s: rest.std_dev_s,
@@ -303,7 +309,12 @@ impl Identification {
             calibrated: None,
             known_mass: plan.request.known_mass(),
             bounding_box: plan.request.bounding_box,
-            recording: RecordingReport::new(plan, run, corrected.into_iter().chain(of_data)),
+            recording: RecordingReport::new(
+                plan,
+                run,
+                gripper,
+                corrected.into_iter().chain(of_data),
+            ),
         };
         if let Some(gravity) = &found.fit.gravity {
             found.recording.gravity_m_s2 = gravity.values.into();

@@ -58,6 +58,7 @@
 mod alignment;
 mod arm_calibration;
 mod arrays;
+mod beginning;
 mod calibration;
 mod choices;
 mod clock;
@@ -72,6 +73,7 @@ mod feed;
 mod finding;
 mod identification;
 mod identify;
+mod known_tool;
 mod log;
 mod online;
 mod orientation;
@@ -88,8 +90,10 @@ mod recording;
 mod recording_report;
 mod request;
 mod request_checks;
+mod request_tool;
 mod run;
 mod same_log;
+mod setup;
 mod shortage;
 mod sources;
 mod steps;
@@ -116,6 +120,7 @@ pub use fault::{DataFault, FaultKind};
 pub use finding::{ArmChanged, Finding, NotUsedBecause};
 pub use identification::{CalibratedFit, Identification, Identified};
 pub use identify::{identify_arrays, identify_log, identify_logs};
+pub use known_tool::GivenTool;
 pub use online::OnlineSetup;
 pub use orientation::unit_quaternion;
 pub use paper::{PaperEstimate, PaperFilter, PaperSettings, SingularValues};
@@ -124,6 +129,7 @@ pub use poses::identify_poses;
 pub use progress::{Observer, Progress};
 pub use recording_report::RecordingReport;
 pub use request::Request;
+pub use setup::Setup;
 pub use tactid_identify::{
     BoundingBox, Delay, EffortContent, FitReport, Forecast, HALF_WIDTH_95, HistoryPoint, KnownMass,
     LinearEstimate, Method, Observability, PayloadEstimate, PrincipalMoments, PriorKnowledge,

@@ -74,7 +74,7 @@ impl PaperRun {
             filter: PaperFilter::new(robot, &plan.tip, &sensors, &plan.equations, settings)?,
             history: PaperHistory::default(),
             settings,
-            known_tool: plan.request.known_tool,
+            known_tool: plan.request.known_tool.as_ref().map(|tool| tool.body),
             epoch: 0,
             next_point_s: f64::NEG_INFINITY,
             end_s: plan.sources.end_s.unwrap_or(f64::INFINITY),
@@ -94,6 +94,7 @@ impl PaperRun {
         check_windows(whole.windows, self.filter.stream(), &plan, &run)?;
         let known_bodies_kg = self.known_tool.map_or(0.0, |tool| tool.mass_kg);
         let findings = self.filter.findings(known_bodies_kg).into_iter();
+        let gripper = self.filter.stream().gripper_to_subtract();
         let body = self.without_tool(whole.body);
         let moments = InertialParameters::from(body).principal_moments();
         Ok(PaperIdentification {
@@ -106,7 +107,7 @@ impl PaperRun {
             history: self.history,
             singular_values: self.filter.singular_values(),
             settings: self.settings,
-            recording: RecordingReport::new(plan, run, findings.map(Finding::Data)),
+            recording: RecordingReport::new(plan, run, gripper, findings.map(Finding::Data)),
         })
     }
 

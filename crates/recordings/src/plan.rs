@@ -3,6 +3,7 @@
 use tactid_identify::{BatchIdentifier, BatchSettings, Delay, EquationSettings, IdentifyError};
 
 use crate::alignment::{Averaging, Event, Streams};
+use crate::beginning::identifying;
 use crate::defaults::Options;
 use crate::preview::{DelayEstimate, Preview, is_significant};
 use crate::rates::contradicted_rates;
@@ -30,6 +31,8 @@ pub(crate) struct Plan<'a> {
     pub(crate) findings: Vec<Finding>,
     /// Whether positions of two sources are mixed: nothing is concluded from what they contradict.
     pub(crate) is_mixed: bool,
+    /// Number that identifies the first events.
+    pub(crate) beginning: String,
 }
 
 impl<'a> Plan<'a> {
@@ -43,6 +46,7 @@ impl<'a> Plan<'a> {
         let events = recording.beginning(observer)?;
         let (streams, mut options, mut findings) = choose_streams(sources, &events, request)?;
         findings.extend(options.not_used(request, &sources.contents));
+        findings.extend(request.tool_at(&options.tip, options.estimator)?);
         let is_mixed = are_mixed(&Steps::findings_of(sources, &events));
         if !is_mixed {
             let max_gap_s = options.equations.max_gap_s;
@@ -92,13 +96,14 @@ impl<'a> Plan<'a> {
             estimated_delay,
             findings,
             is_mixed,
+            beginning: identifying(&events),
         })
     }
 
     /// Returns the settings of least squares: a delay is estimated once more where the beginning has one.
     pub(crate) fn batch_settings(&self) -> BatchSettings {
         BatchSettings {
-            known_tool: self.request.known_tool,
+            known_tool: self.request.known_tool(),
             known_mass: self.request.known_mass(),
             bounding_box: self.request.bounding_box,
             delay: self.estimated_delay.is_some(),

@@ -3,16 +3,19 @@
 use nalgebra::Vector3;
 use schemars::JsonSchema;
 use serde::{Serialize, Serializer};
+use tactid_dynamics::InertialParameters;
 use tactid_identify::{Method, serial};
 
 use crate::plan::Plan;
 use crate::run::Run;
 use crate::steps::{are_mixed, without_explained};
-use crate::{Clock, DataFault, EstimatorKind, Finding};
+use crate::{Clock, DataFault, EstimatorKind, Finding, Setup};
 
 /// What was assumed of a recording, what was noticed about it, and what could not be used.
 #[derive(Clone, Debug, Serialize, JsonSchema)]
 pub struct RecordingReport {
+    /// Which measurements were read, where the sensors are, and what was subtracted.
+    pub setup: Setup,
     /// Measurements that were used.
     pub method: Method,
     /// Estimator that was used.
@@ -50,10 +53,12 @@ pub struct RecordingReport {
 }
 
 impl RecordingReport {
-    /// Reports on a recording that was run through, with what the estimator noticed in the end.
+    /// Reports on a recording that was run through, with the gripper that the estimator subtracted and what it noticed in
+    /// the end.
     pub(crate) fn new(
         plan: Plan<'_>,
         run: Run,
+        gripper: Option<InertialParameters>,
         noticed: impl IntoIterator<Item = Finding>,
     ) -> Self {
         let mut findings = run.noticed(&plan);
@@ -64,6 +69,7 @@ impl RecordingReport {
         }
         let sources = plan.sources;
         Self {
+            setup: Setup::new(sources, plan.request, plan.beginning, gripper),
             method: plan.equations.method,
             estimator: plan.estimator,
             cutoff_hz: plan.equations.cutoff_hz,

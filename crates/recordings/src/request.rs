@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::path::PathBuf;
 
 use tactid_calibrate::CalibrationSettings;
-use tactid_dynamics::{InertialParameters, MassProperties, Urdf};
+use tactid_dynamics::{InertialParameters, Urdf};
 use tactid_identify::{
     BoundingBox, EffortContent, EquationSettings, KnownMass, Method, Range, SubtractedLoad,
     Unknowns,
@@ -16,6 +16,7 @@ use crate::choices::{
     ActsOn, ConfiguredPayload, EstimatorKind, GravityChoice, OffsetChoice, SensorFrame, WrenchIs,
 };
 use crate::clock::LONGEST_STAMP_DELAY_S;
+use crate::known_tool::GivenTool;
 use crate::paper::PaperSettings;
 
 /// Range of gravity, m/s²: up to twice that of Jupiter. A larger one is in another unit.
@@ -267,10 +268,27 @@ options! {
             about = About::Efforts
         )]
         pub effort_gain_std_dev: Option<Vec<f64>>,
-        /// A known body that the measured load contains besides the payload, in the tip's frame: it
-        /// is subtracted. On the command line: mass, centre of mass, and inertia about it.
-        #[option(PRIOR, WRENCHES, unit = "kg, m, kg m²", range = Range::FINITE)]
-        pub known_tool: Option<MassProperties>,
+        /// A known body that the measured load contains besides the payload, such as a gripper, in
+        /// the tip's frame: it is subtracted. It is an earlier result, whose uncertainty is then
+        /// part of that of the payload: the path of its JSON file. Or it is ten numbers: mass,
+        /// centre of mass, and inertia about it.
+        #[option(
+            PRIOR, WRENCHES,
+            unit = "kg, m, kg m²",
+            range = Range::FINITE,
+            python = "A ``tactid.MassProperties``, a result or its estimate, or the path of its JSON file."
+        )]
+        pub known_tool: Option<GivenTool>,
+        /// Standard deviation of the values of a known tool that is given as numbers, relative to the
+        /// largest value of their kind (mass, centre of mass, inertia): a fraction in Python, 0.01,
+        /// and a percentage on the command line, 1%.
+        #[option(
+            PRIOR, WRENCHES,
+            default = "1 %",
+            kind = Kind::Percentage,
+            range = Range::GAIN_STD_DEV
+        )]
+        pub known_tool_std_dev: Option<f64>,
         /// Mass of the payload from a scale: it improves the other values, too.
         #[option(PRIOR, RECORDING, unit = "kg")]
         pub known_mass_kg: Option<f64>,

@@ -1,12 +1,13 @@
 //! Checks of a request: each range and each combination once, before anything is read.
 
-use tactid_dynamics::{InertialParameters, Manipulator};
+use tactid_dynamics::Manipulator;
 use tactid_identify::{BatchSettings, IdentifyError, Method};
 use tactid_options::{About, Declaration, Given, Use};
 
 use crate::choices::{EstimatorKind, GravityChoice, WrenchIs};
 use crate::paper::needs_least_squares;
 use crate::request::FILTER;
+use crate::request_tool::check_body;
 use crate::{RecordingError, Request};
 
 impl Request {
@@ -191,24 +192,9 @@ impl Request {
         if let Some(frame) = &self.sensor_frame {
             frame.parent_from_sensor()?;
         }
-        let bodies = [
-            ("known_tool", self.known_tool),
-            (
-                "configured_payload",
-                self.configured_payload.map(|given| given.0),
-            ),
-        ];
-        for (option, body) in bodies {
-            let body = body.map(InertialParameters::from);
-            if !body.is_none_or(|body| body.is_physical_within(ROUNDED)) {
-                return Err(RecordingError::Option {
-                    option,
-                    what: format!(
-                        "`{option}` is no body that can exist: its mass must be more than zero, and each principal \
-                         moment of inertia about its centre of mass at most the sum of the two others"
-                    ),
-                });
-            }
+        self.check_tool()?;
+        if let Some(configured) = self.configured_payload {
+            check_body("configured_payload", configured.0)?;
         }
         self.check_subtracted()
     }
@@ -252,10 +238,6 @@ pub(crate) fn not_for_arrays(option: &'static str) -> RecordingError {
         what: format!("`{option}` does not apply to arrays"),
     }
 }
-
-/// Violation of the triangle inequality of a tool's principal moments that is tolerated, a
-/// fraction: those of a data sheet are rounded.
-const ROUNDED: f64 = 0.02;
 
 /// Returns the number of entries of a field; `None` if it is not given.
 fn len<T>(given: &Option<Vec<T>>) -> Option<usize> {

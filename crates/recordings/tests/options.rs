@@ -8,8 +8,8 @@ use nalgebra::{Matrix3, Vector3};
 use serde_json::{Value, json};
 use tactid_dynamics::MassProperties;
 use tactid_recordings::{
-    ActsOn, BoundingBox, EstimatorKind, GravityChoice, Kind, Method, OffsetChoice, Request,
-    SensorFrame, Use,
+    ActsOn, BoundingBox, EstimatorKind, GivenTool, GravityChoice, Kind, Method, OffsetChoice,
+    Request, SensorFrame, Use,
 };
 
 fn read(options: Value) -> Result<Request, serde_json::Error> {
@@ -66,11 +66,11 @@ fn a_request_is_read_by_the_names_of_its_options() {
             min: Vector3::zeros(),
             max: Vector3::new(1.0, 2.0, 3.0),
         }),
-        known_tool: Some(MassProperties {
+        known_tool: Some(GivenTool::from(MassProperties {
             mass_kg: 2.0,
             center_of_mass: Vector3::new(0.0, 0.0, 0.1),
             inertia: Matrix3::new(1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0, 9.0),
-        }),
+        })),
         unloaded: Some("empty.mcap".into()),
         ..Request::default()
     };

@@ -9,7 +9,8 @@ use recorded_arrays::{CARRIED_KG, Recording, carried, quick, recorded};
 use tactid_dynamics::{MassProperties, Wrench};
 use tactid_identify::{EquationSettings, Finding as Data, Sample, states_of_poses};
 use tactid_recordings::{
-    ActsOn, EstimatorKind, Finding, GravityChoice, Method, OnlineSetup, RecordingError, Request,
+    ActsOn, EstimatorKind, Finding, GivenTool, GravityChoice, Method, OnlineSetup, RecordingError,
+    Request,
 };
 
 /// The paper's filter has the paper's cutoff, gap and delay, as on a log.
@@ -43,7 +44,7 @@ fn the_papers_filter_subtracts_a_known_tool() {
             center_of_mass: Vector3::zeros(),
             inertia: Matrix3::zeros(),
         };
-        let result = recording.filtered(&request(Some(tool)));
+        let result = recording.filtered(&request(Some(tool.into())));
         let rest_kg = result.estimate.body.mass_kg;
         assert!((rest_kg - (all_kg - tool_kg)).abs() < 1e-12, "{rest_kg}");
         if tool_kg > all_kg {
@@ -68,11 +69,11 @@ fn the_papers_filter_reports_a_negative_mass() {
     let mut recording = recorded();
     assert_eq!(findings(&recording, &Request::paper()), []);
     let heavy = Request {
-        known_tool: Some(MassProperties {
+        known_tool: Some(GivenTool::from(MassProperties {
             mass_kg: 500.0,
             center_of_mass: Vector3::zeros(),
             inertia: Matrix3::zeros(),
-        }),
+        })),
         ..Request::paper()
     };
     let rest_kg = recording.filtered(&heavy).estimate.body.mass_kg;
@@ -194,7 +195,7 @@ fn a_value_out_of_range_is_named() {
     };
     assert_names(&epochs, "epochs");
     let unknown_tool = Request {
-        known_tool: Some(tool),
+        known_tool: Some(tool.into()),
         ..Request::default()
     };
     assert_names(&unknown_tool, "known_tool");

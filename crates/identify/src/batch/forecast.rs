@@ -4,6 +4,7 @@ use nalgebra::{SMatrix, SVector, SymmetricEigen};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+use super::report::FitReport;
 use crate::equations::Equation;
 use crate::fit::Fit;
 use crate::fit::normal_equations::NormalEquations;
@@ -37,13 +38,13 @@ pub struct Forecast {
 }
 
 impl Forecast {
-    /// Creates a forecast from the windows of a fit, one every `stride_s`. `parameters` are those of the payload
-    /// alone. `None` for a mass of zero.
+    /// Creates a forecast from the windows of a fit and its report. `parameters` are those of the payload alone. `None` for a
+    /// mass of zero.
     pub(crate) fn new(
         equations: &[Equation],
         fit: &Fit,
         parameters: &SVector<f64, 10>,
-        stride_s: f64,
+        of_fit: &FitReport,
     ) -> Option<Self> {
         let middle = equations.len() / 2;
         let mut whole = NormalEquations::with_known_mass(fit);
@@ -55,7 +56,7 @@ impl Forecast {
             whole.add(equation, window);
         }
         let of_second = whole.information() - of_first;
-        let second_s = (equations.len() - middle) as f64 * stride_s;
+        let second_s = (equations.len() - middle) as f64 * of_fit.stride_s;
         // W Wᵀ is the covariance in the observable directions.
         let mut root = SMatrix::<f64, 10, 10>::zeros();
         for (k, (information, direction)) in whole.spectrum().observable().enumerate() {
@@ -74,8 +75,8 @@ impl Forecast {
             // The bias correction may leave a direction a negative information.
             growth: growth.eigenvalues.map(|rate| rate.max(0.0)),
             fractions,
-            noise_fraction: fit.noise_fraction(parameters),
-            length_s: equations.len() as f64 * stride_s,
+            noise_fraction: of_fit.noise_fraction,
+            length_s: equations.len() as f64 * of_fit.stride_s,
         })
     }
 
@@ -85,7 +86,7 @@ impl Forecast {
     /// determine the value. `values` and `std_devs` are those of the estimate at the end of the recording.
     ///
     /// The information is extrapolated at the rate of the second half of the windows. An error of the model (a
-    /// sign, a frame, friction) is a bias, which no time removes. The uncertainty of the gains stays, too: where it alone is
+    /// sign, a frame, friction) is a bias, which no time removes. The uncertainty of gains and of a known tool stays, too: where it alone is
     /// larger than the target, the time is infinite.
     #[must_use]
     pub fn remaining_s(&self, values: &[f64; 10], std_devs: &[f64; 10], within: f64) -> [f64; 10] {

@@ -7,6 +7,7 @@ use crate::equations::Equation;
 use crate::equations::window::NOISE_CORRELATION;
 use crate::fit::Fit;
 use crate::fit::normal_equations::NormalEquations;
+use crate::known_bodies::KnownBodies;
 use crate::prior::BoundingBox;
 use crate::result::HistoryPoint;
 use crate::solve::uncertainty::{std_devs, values_of};
@@ -16,12 +17,11 @@ use crate::solve::widening::widened;
 const MAX_POINTS: usize = 600;
 
 /// Returns the estimate from the first windows alone, for growing numbers of windows, with the robust weights
-/// and the noise of the fit to all of them. `known` are the parameters of the known bodies, which are
-/// subtracted.
+/// and the noise of the fit to all of them. The `known` bodies are subtracted.
 pub(crate) fn history(
     equations: &[Equation],
     fit: &Fit,
-    known: &SVector<f64, 10>,
+    known: &KnownBodies,
     bounding_box: Option<&BoundingBox>,
 ) -> Vec<HistoryPoint> {
     let stride = equations.len().div_ceil(MAX_POINTS).max(1);
@@ -47,7 +47,7 @@ pub(crate) fn history(
 fn solve(
     normal_equations: &NormalEquations<'_>,
     fit: &Fit,
-    known: &SVector<f64, 10>,
+    known: &KnownBodies,
     bounding_box: Option<&BoundingBox>,
 ) -> Option<([f64; 10], [f64; 10])> {
     let scales = fit.scales();
@@ -62,12 +62,14 @@ fn solve(
     let mut covariance = spectrum.across_unobservable(covariance);
     let of_gains = normal_equations.gain_errors(&spectrum);
     covariance += &of_gains * of_gains.transpose();
-    let parameters = parameters.component_mul(scales) - known;
+    let parameters = parameters.component_mul(scales);
     let covariance = SMatrix::from_fn(|i, j| covariance[(i, j)] * scales[i] * scales[j]);
+    let (parameters, covariance) = known.payload(&parameters, &covariance, fit.known_mass);
     let consistent = nearest_consistent(parameters, &covariance, scales, bounding_box);
     let parameters = consistent.parameters;
     let values = values_of(&parameters)?;
-    let covariance = widened(&covariance, consistent.widening, fit.known_mass);
+    let weighing = fit.known_mass.map(|mass| known.mass_of_payload(mass));
+    let covariance = widened(&covariance, consistent.widening, weighing);
     let of_values = std_devs(&parameters, &covariance, &spectrum.null_space(*scales));
     Some((values, of_values.std_devs))
 }

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use nalgebra::SVector;
-use tactid_dynamics::{InertialParameters, Manipulator, MassProperties};
+use tactid_dynamics::{InertialParameters, Manipulator};
 
 use super::equation_batch::EquationBatch;
 use super::forecast::Forecast;
@@ -19,6 +19,7 @@ use crate::finding::{Finding, Hypothesis, WrongAssumption};
 use crate::fit::further::{self, FurtherFit};
 use crate::fit::{Delay, Fit, FitOptions, least_squares};
 use crate::hypotheses::Explanation;
+use crate::known_bodies::{KnownBodies, KnownTool};
 use crate::linear_estimate::LinearEstimate;
 use crate::prior::{BoundingBox, KnownMass, PriorKnowledge};
 use crate::result::{HistoryPoint, PayloadEstimate, is_physical};
@@ -30,9 +31,9 @@ use crate::solve::widening::widened;
 /// Prior knowledge and options of the batch identifier. By default nothing is known.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct BatchSettings {
-    /// Mass properties, in the tool frame, of a known body that the measured load contains besides the payload,
-    /// such as a tool changer. They are subtracted.
-    pub known_tool: Option<MassProperties>,
+    /// A known body that the measured load contains besides the payload. It is subtracted, and its uncertainty is part of
+    /// that of the payload.
+    pub known_tool: Option<KnownTool>,
     /// Mass of the payload from a scale: one more row of least squares.
     pub known_mass: Option<KnownMass>,
     /// A box in the tool frame that contains the whole payload: the estimate is projected onto bodies that fit
@@ -174,7 +175,10 @@ impl BatchIdentifier {
         let solution = self.without_known_mass()?;
         let (channels, fit_without_mass) = (&solution.channels, &solution.found.fit);
         let equations = &solution.found.equations[..];
-        let known_mass = self.settings.known_mass.map(|mass| mass.with(known[0]));
+        let known_mass = self
+            .settings
+            .known_mass
+            .map(|mass| known.mass_of_load(mass));
         let known_mass_fit = known_mass.and_then(|mass| {
             let options = FitOptions {
                 known_mass: Some(mass),
@@ -188,13 +192,16 @@ impl BatchIdentifier {
         let cutoff_hz = self.equations.cutoff_hz;
         let frame = self.stream.offset_frame();
         let parameters = consistent.parameters;
-        let covariance = widened(&fit.covariance, consistent.widening, fit.known_mass);
+        let (_, covariance) = known.payload(&fit.parameters, &fit.covariance, fit.known_mass);
+        let weighing = fit.known_mass.map(|mass| known.mass_of_payload(mass));
+        let covariance = widened(&covariance, consistent.widening, weighing);
         let of_recording = consistent_payload(fit_without_mass, &known, None);
+        let noise_fraction = fit.noise_fraction(&parameters, &known.covariance);
         let of_fit = FitReport::new(
             &self.batch,
             equations,
             (fit, Some(&solution.found.values)),
-            &parameters,
+            noise_fraction,
             channels,
             cutoff_hz,
             frame,
@@ -210,7 +217,8 @@ impl BatchIdentifier {
             principal_moments,
         } = posterior.report(&self.frame, &self.settings.prior());
         let has_gripper = self.stream.gripper_to_subtract().is_some();
-        let whole = InertialParameters::from_vector(parameters + known).mass_properties();
+        let whole =
+            InertialParameters::from_vector(parameters + known.parameters).mass_properties();
         Ok(BatchResult {
             estimate: PayloadEstimate {
                 composite: whole.filter(|_| has_gripper),
@@ -219,20 +227,21 @@ impl BatchIdentifier {
             linear: LinearEstimate::of_fit(fit_without_mass, &known, of_recording.widening),
             principal_moments,
             history: history(equations, fit, &known, bounding_box),
-            forecast: Forecast::new(equations, fit, &parameters, of_fit.stride_s),
+            forecast: Forecast::new(equations, fit, &parameters, &of_fit),
             fit: of_fit,
             delay: self.remaining_delay(&solution),
-            findings: self.findings(&solution, fit, consistent, known[0]),
+            findings: self.findings(&solution, fit, consistent, known.mass_kg()),
         })
     }
 
-    /// Returns what was noticed, given the fit that is reported and the payload that is consistent with it.
+    /// Returns what was noticed, given the fit that is reported, the payload that is consistent with it, and the mass of the
+    /// known bodies with its standard deviation, kg.
     fn findings(
         &self,
         solution: &Solution<'_>,
         fit: &Fit,
         consistent: ConsistentPayload,
-        known_bodies_kg: f64,
+        known_bodies_kg: (f64, f64),
     ) -> Vec<Finding> {
         let without_mass = &solution.found.fit;
         let of_data = data_findings(
@@ -243,8 +252,10 @@ impl BatchIdentifier {
             known_bodies_kg,
             solution.explanation.as_ref(),
         );
-        let found_kg = without_mass.parameters[0] - known_bodies_kg;
-        let found = (found_kg, without_mass.mass_std_dev_kg());
+        let found = (
+            without_mass.parameters[0] - known_bodies_kg.0,
+            without_mass.mass_std_dev_kg().hypot(known_bodies_kg.1),
+        );
         let of_mass = self.settings.known_mass.and_then(|mass| {
             mass_finding(
                 mass,
@@ -338,17 +349,9 @@ impl BatchIdentifier {
         }
     }
 
-    /// Inertial parameters, in the tool frame, of the known bodies that the measured load contains besides the
-    /// payload.
-    fn known_bodies(&self) -> SVector<f64, 10> {
-        let mut known = SVector::<f64, 10>::zeros();
-        if let Some(gripper) = self.stream.gripper_to_subtract() {
-            known += gripper.as_vector();
-        }
-        if let Some(tool) = self.settings.known_tool {
-            known += InertialParameters::from(tool).as_vector();
-        }
-        known
+    /// The known bodies that the measured load contains besides the payload.
+    fn known_bodies(&self) -> KnownBodies {
+        KnownBodies::new(self.stream.gripper_to_subtract(), self.settings.known_tool)
     }
 
     /// Estimates the delay of the load with the weights of a fit without it.

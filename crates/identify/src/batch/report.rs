@@ -1,6 +1,5 @@
 //! How well a fit explains what was measured.
 
-use nalgebra::SVector;
 use schemars::JsonSchema;
 use serde::Serialize;
 
@@ -41,10 +40,13 @@ pub struct FitReport {
     /// Weighted rms of measured less predicted on the held-out windows, in the unit of each channel, (C,). A fit
     /// to all other windows predicts them. Unknown where these are too few.
     pub held_out_rms: Vec<f64>,
+    /// Rms of measured less predicted on the held-out windows as `held_out_rms`, but with the full weight of every window, in the
+    /// unit of each channel, (C,): far larger than that where contact or another disturbance is in windows that count little.
+    pub held_out_plain_rms: Vec<f64>,
     /// Fraction of the variance of each of the [ten values](crate::VALUE_NAMES) that is noise of the recording: 1 where
-    /// the gains are exact. The rest is the uncertainty of the gains of the joint efforts
-    /// ([`effort_gain_std_dev`](crate::EquationSettings::effort_gain_std_dev)), or of a calibration: no longer recording
-    /// reduces it.
+    /// the gains and the known tool are exact. The rest is the uncertainty of the gains of the joint efforts
+    /// ([`effort_gain_std_dev`](crate::EquationSettings::effort_gain_std_dev)), of a calibration, or of a known tool: no
+    /// longer recording reduces it.
     #[schemars(with = "TenValues<f64>")]
     pub noise_fraction: [f64; 10],
     /// Strength with which the motion excites ten directions of the scaled parameters, relative to the
@@ -68,13 +70,12 @@ pub struct FitReport {
 
 impl FitReport {
     /// Reports on a fit of the `equations`, those of a batch without what further unknowns with these `values` explain. The
-    /// filter of the batch has the cutoff `cutoff_hz`; `parameters` are those of the payload, and `frame` is that of a wrench
-    /// offset.
+    /// filter of the batch has the cutoff `cutoff_hz`, and `frame` is that of a wrench offset.
     pub(crate) fn new(
         batch: &EquationBatch,
         equations: &[Equation],
         (fit, values): (&Fit, Option<&FurtherValues>),
-        parameters: &SVector<f64, 10>,
+        noise_fraction: [f64; 10],
         channels: &Channels,
         cutoff_hz: f64,
         frame: &OffsetFrame,
@@ -91,6 +92,7 @@ impl FitReport {
             .zip(&residuals)
             .map(|(all, rest)| all - rest);
         let predicted = explained.collect();
+        let [held_out_rms, held_out_plain_rms] = validate(equations, fit, channels, &held_out);
         let table = |values| Table {
             columns: channels.count(),
             values,
@@ -99,9 +101,10 @@ impl FitReport {
         Self {
             times_s: equations.iter().map(|equation| equation.time_s).collect(),
             residual_rms: rms(&residuals, &fit.weights, channels.count()),
-            held_out_rms: validate(equations, fit, channels, &held_out),
+            held_out_rms,
+            held_out_plain_rms,
             weights: fit.weights.clone(),
-            noise_fraction: fit.noise_fraction(parameters),
+            noise_fraction,
             excitation: fit.excitation.strengths.clone(),
             excitation_directions: fit
                 .excitation
@@ -122,14 +125,14 @@ impl FitReport {
     }
 }
 
-/// Held-out validation: returns the rms residual of each channel on windows that a second fit does not use.
-/// Their robust weights are those of the fit to the `whole` recording.
+/// Held-out validation: returns the rms residual of each channel on windows that a second fit does not use, with their robust
+/// weights in the fit to the `whole` recording, and with full weights.
 fn validate(
     equations: &[Equation],
     whole: &Fit,
     channels: &Channels,
     held_out: &[bool],
-) -> Vec<f64> {
+) -> [Vec<f64>; 2] {
     let seen: Vec<bool> = held_out.iter().map(|held| !held).collect();
     let options = FitOptions {
         used: Some(&seen),
@@ -140,13 +143,17 @@ fn validate(
         ..FitOptions::new(channels)
     };
     let Some(blind) = least_squares::fit(equations, options) else {
-        return vec![f64::NAN; channels.count()];
+        return [0, 1].map(|_| vec![f64::NAN; channels.count()]);
     };
-    let pairs = whole.weights.iter().zip(held_out);
-    let weights: Vec<f64> = pairs
-        .map(|(w, held)| if *held { *w } else { 0.0 })
-        .collect();
-    rms(&residuals(equations, &blind), &weights, channels.count())
+    let residuals = residuals(equations, &blind);
+    let with_weights = |weight: fn(f64) -> f64| {
+        let pairs = whole.weights.iter().zip(held_out);
+        let weights: Vec<f64> = pairs
+            .map(|(w, held)| if *held { weight(*w) } else { 0.0 })
+            .collect();
+        rms(&residuals, &weights, channels.count())
+    };
+    [with_weights(|weight| weight), with_weights(|_| 1.0)]
 }
 
 /// Returns what a fit leaves of the load, window by window.

@@ -18,6 +18,7 @@ use crate::finding::Finding;
 use crate::fit::further::FurtherValues;
 use crate::fit::{Fit, FitOptions, least_squares};
 use crate::hypotheses::{Explanation, explanation};
+use crate::known_bodies::KnownBodies;
 use crate::prior::BoundingBox;
 use crate::solve::consistency::project;
 
@@ -47,7 +48,7 @@ pub(crate) fn findings_without_prior(
     let Some(fit) = least_squares::fit(equations, FitOptions::new(&channels)) else {
         return of_model.collect();
     };
-    let known = gripper.map_or(SVector::zeros(), |gripper| *gripper.as_vector());
+    let known = KnownBodies::new(gripper, None);
     let consistent = consistent_payload(&fit, &known, None);
     let mut findings: Vec<Finding> = consistent.contradiction.into_iter().collect();
     let explanation = wrong_assumptions(equations, &fit, None, stream);
@@ -56,7 +57,7 @@ pub(crate) fn findings_without_prior(
         &fit,
         &fit,
         stream,
-        known[0],
+        known.mass_kg(),
         explanation.as_ref(),
     ));
     findings.extend(of_model);
@@ -73,15 +74,14 @@ pub struct ConsistentPayload {
     pub widening: f64,
 }
 
-/// Returns the physically consistent payload that is nearest to a fit. `known` are the parameters of the known bodies that
-/// the fit contains.
+/// Returns the physically consistent payload that is nearest to a fit, which contains the `known` bodies.
 pub(crate) fn consistent_payload(
     fit: &Fit,
-    known: &SVector<f64, 10>,
+    known: &KnownBodies,
     bounding_box: Option<&BoundingBox>,
 ) -> ConsistentPayload {
-    let parameters = fit.parameters - known;
-    let covariance = fit.metric + fit.gain_covariance();
+    let of_load = fit.metric + fit.gain_covariance();
+    let (parameters, covariance) = known.payload(&fit.parameters, &of_load, fit.known_mass);
     nearest_consistent(parameters, &covariance, fit.scales(), bounding_box)
 }
 
@@ -120,14 +120,15 @@ pub(crate) fn wrong_assumptions(
     explanation(equations, fit, values, stream)
 }
 
-/// Returns findings about wrong assumptions, signs, errors of the model and outliers, and about the mass of the known bodies,
-/// `known_bodies_kg`. The equations are those of the recording and those of the fits, which lack what further unknowns explain.
+/// Returns findings about wrong assumptions, signs, errors of the model and outliers, and about the mass of the known bodies
+/// with its standard deviation, `known_bodies_kg`. The equations are those of the recording and those of the fits, which lack what
+/// further unknowns explain.
 pub(crate) fn data_findings(
     equations: [&[Equation]; 2],
     fit_without_mass: &Fit,
     fit: &Fit,
     stream: &EquationStream,
-    known_bodies_kg: f64,
+    known_bodies_kg: (f64, f64),
     explanation: Option<&Explanation>,
 ) -> Vec<Finding> {
     // A known mass would hide a wrong sign, and a wrong one would look like an offset.
@@ -152,7 +153,7 @@ fn model_findings(
     equations: [&[Equation]; 2],
     given: &Fit,
     stream: &EquationStream,
-    known_bodies_kg: f64,
+    known_bodies_kg: (f64, f64),
     explanation: Option<&Explanation>,
 ) -> Vec<Finding> {
     let (channels, gravity, method) = (stream.channels(), stream.gravity(), stream.method());

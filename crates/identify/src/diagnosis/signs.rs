@@ -9,14 +9,14 @@ use crate::equations::{Channels, Equation};
 use crate::finding::Finding;
 use crate::fit::{Fit, FitOptions, least_squares};
 
-/// Returns findings about the signs of gravity and load, and about the mass of the known bodies, `known_bodies_kg`, then the
-/// load that is `unexplained`. `gravity` is the configured one, m/s².
+/// Returns findings about the signs of gravity and load, and about the mass of the known bodies with its standard deviation,
+/// `known_bodies_kg`, then the load that is `unexplained`. `gravity` is the configured one, m/s².
 pub(super) fn sign_findings(
     equations: &[Equation],
     given: &Fit,
     channels: &Channels,
     gravity: &Vector3<f64>,
-    known_bodies_kg: f64,
+    known_bodies_kg: (f64, f64),
     method: Method,
     unexplained: Option<Finding>,
 ) -> Vec<Finding> {
@@ -42,19 +42,20 @@ pub(super) fn sign_findings(
     std::iter::once(contradicted).chain(negative).collect()
 }
 
-/// Returns what the mass of the whole load, with its standard deviation, says: nothing is held beyond the known bodies, the
+/// Returns what the masses of the whole load and of the known bodies, with their standard deviations, say: nothing is held beyond the known bodies, the
 /// load has the wrong sign, or the known bodies are too heavy. `or_gravity` is whether gravity may have the wrong sign as well.
 pub(super) fn mass_findings(
     (mass_kg, std_dev_kg): (f64, f64),
-    known_bodies_kg: f64,
+    (known_bodies_kg, known_std_dev_kg): (f64, f64),
     method: Method,
     or_gravity: bool,
 ) -> Option<Finding> {
     let negative = (mass_kg < 0.0 && std_dev_kg.is_finite())
         .then_some(Finding::NegativeMass { method, or_gravity });
-    nothing_held(mass_kg - known_bodies_kg, std_dev_kg)
+    let of_payload_kg = std_dev_kg.hypot(known_std_dev_kg);
+    nothing_held(mass_kg - known_bodies_kg, of_payload_kg)
         .or(negative)
-        .or_else(|| too_heavy(mass_kg, std_dev_kg, known_bodies_kg))
+        .or_else(|| too_heavy(mass_kg, of_payload_kg, known_bodies_kg))
 }
 
 /// Reports a mass beyond the known bodies that is zero within its uncertainty.
@@ -66,7 +67,7 @@ pub fn nothing_held(mass_kg: f64, std_dev_kg: f64) -> Option<Finding> {
     })
 }
 
-/// Reports known bodies that weigh more than the load by more than its uncertainty.
+/// Reports known bodies that weigh more than the load by more than the uncertainty of the difference, `std_dev_kg`.
 fn too_heavy(load_kg: f64, std_dev_kg: f64, known_bodies_kg: f64) -> Option<Finding> {
     let is_significant = known_bodies_kg - load_kg > CONTRADICTION * std_dev_kg;
     (load_kg < known_bodies_kg && is_significant).then_some(Finding::KnownBodiesTooHeavy {

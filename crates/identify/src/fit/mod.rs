@@ -153,20 +153,25 @@ impl Fit {
         &self.gain_errors * self.gain_errors.transpose()
     }
 
-    /// Returns the fraction of the variance of each of the ten values that is noise, at parameters near those of the fit:
-    /// 1 where the gains are exact. The rest is caused by errors of the gains.
-    pub(crate) fn noise_fraction(&self, parameters: &SVector<f64, 10>) -> [f64; 10] {
+    /// Returns the fraction of the variance of each of the ten values that is noise, at the `parameters` of the payload: 1
+    /// where the gains and the known bodies are exact. The rest is caused by errors of the gains, and by those of the known
+    /// bodies, whose covariance is `of_known`.
+    pub(crate) fn noise_fraction(
+        &self,
+        parameters: &SVector<f64, 10>,
+        of_known: &SMatrix<f64, 10, 10>,
+    ) -> [f64; 10] {
         let Some(slopes) = value_jacobian(parameters) else {
             return [1.0; 10];
         };
         let variances = |of: &SMatrix<f64, 10, 10>| (slopes * of * slopes.transpose()).diagonal();
-        let (of_gains, all) = (
-            variances(&self.gain_covariance()),
-            variances(&self.covariance),
+        let (constant, all) = (
+            variances(&(self.gain_covariance() + of_known)),
+            variances(&(self.covariance + of_known)),
         );
         std::array::from_fn(|k| {
             if all[k] > 0.0 {
-                (1.0 - of_gains[k] / all[k]).clamp(0.0, 1.0)
+                (1.0 - constant[k] / all[k]).clamp(0.0, 1.0)
             } else {
                 1.0
             }

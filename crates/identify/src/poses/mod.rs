@@ -13,7 +13,7 @@ mod advice;
 mod assumptions;
 mod fit;
 
-use tactid_dynamics::{FrameMotion, InertialParameters, Manipulator, MassProperties};
+use tactid_dynamics::{FrameMotion, Manipulator};
 
 use self::advice::next_attitude;
 use self::assumptions::{causes, equation_at_rest, mean};
@@ -25,11 +25,12 @@ use crate::equations::{
     Equation, EquationSettings, EquationStream, Instant, Model, OffsetFrame, Row, Sample, WRENCH,
 };
 use crate::finding::{Finding, RestingPoses};
+use crate::fit::GainErrors;
+use crate::known_bodies::{KnownBodies, KnownTool};
 use crate::linear_estimate::{LinearEstimate, SharedErrors};
 use crate::result::PayloadEstimate;
 use crate::serial::Table;
 use crate::solve::report::{Posterior, Report};
-use crate::solve::subspace::Vector;
 
 /// Samples belong to one attitude as long as the direction of gravity in the tool is within this angle of
 /// the first of them, rad: half a degree, more than the noise of encoders and of orientations, and
@@ -51,7 +52,7 @@ pub struct RestIdentifier {
     stream: EquationStream,
     offset_frame: OffsetFrame,
     has_offset: bool,
-    known_tool: Vector,
+    known: KnownBodies,
     instant: Instant,
     poses: Vec<Pose>,
     rejected: u64,
@@ -80,7 +81,7 @@ impl RestIdentifier {
         tool: &str,
         sensors: &[&str],
         equations: &EquationSettings,
-        known_tool: Option<MassProperties>,
+        known_tool: Option<KnownTool>,
     ) -> Result<Self, IdentifyError> {
         let mut model = Model::new(robot, tool, sensors, equations)?;
         model.keep_geometry();
@@ -91,13 +92,12 @@ impl RestIdentifier {
                     .to_owned(),
             });
         }
-        let known = known_tool.map(|tool| *InertialParameters::from(tool).as_vector());
         Ok(Self {
             frame: tool.into(),
             stream: EquationStream::with_geometry(robot, tool, sensors, equations)?,
             offset_frame: OffsetFrame::new(robot, tool, sensors, &equations.unmeasured)?,
             has_offset: equations.wrench_offset,
-            known_tool: known.unwrap_or_else(Vector::zeros),
+            known: KnownBodies::new(None, known_tool),
             instant: Instant::new(robot.dof(), sensors.len()),
             model,
             poses: Vec::new(),
@@ -148,12 +148,12 @@ impl RestIdentifier {
         self.check()?;
         let rows: Vec<Rows> = self.poses.iter().map(|pose| pose.rows).collect();
         let fit = RestFit::new(&rows, self.has_offset);
-        let found = fit.parameters - self.known_tool;
-        let consistent = nearest_consistent(found, &fit.covariance, fit.null_space.scales(), None);
+        let (found, covariance) = self.known.payload(&fit.parameters, &fit.covariance, None);
+        let consistent = nearest_consistent(found, &covariance, fit.null_space.scales(), None);
         let parameters = consistent.parameters;
         let posterior = Posterior {
             parameters,
-            covariance: fit.covariance,
+            covariance,
             null_space: &fit.null_space,
             factors: fit.t_factors(&parameters),
         };
@@ -176,7 +176,7 @@ impl RestIdentifier {
                 parameters: found,
                 information: fit.information,
                 covariance: fit.covariance,
-                shared: SharedErrors::none(),
+                shared: SharedErrors::new(&GainErrors::zeros(0), self.known.errors()),
                 degrees_of_freedom: fit.freedom.iter().copied().fold(f64::INFINITY, f64::min),
             },
             fit: self.fit_report(&fit, &rows),
@@ -216,7 +216,7 @@ impl RestIdentifier {
 
     /// Reports a mass that is none.
     fn mass_findings(&self, mass_kg: f64, std_dev_kg: f64) -> Vec<Finding> {
-        let known_bodies_kg = self.known_tool[0];
+        let (known_bodies_kg, _) = self.known.mass_kg();
         let negative = || {
             let is_negative = mass_kg < -CONTRADICTION * std_dev_kg;
             is_negative.then_some(if mass_kg + known_bodies_kg > 0.0 {

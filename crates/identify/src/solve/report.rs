@@ -7,7 +7,7 @@ use tactid_dynamics::{InertialParameters, MassProperties};
 use super::PrincipalMoments;
 use super::intervals::intervals;
 use super::subspace::{Matrix, NullSpace, Vector};
-use super::uncertainty::{ValueStdDevs, observability, std_devs};
+use super::uncertainty::{ValueStdDevs, observability, std_devs, value_jacobian};
 use crate::prior::{BoundingBox, PriorKnowledge};
 use crate::result::{PayloadEstimate, body_of_values, is_physical, values_of_body};
 
@@ -61,19 +61,35 @@ impl Posterior<'_> {
         let body = body_of(&self.parameters);
         let bounding_box = prior.bounding_box.as_ref();
         Report {
-            estimate: estimate(
-                frame.into(),
-                body,
-                is_physical(&body),
-                &widened,
-                bounding_box,
-            ),
+            estimate: PayloadEstimate {
+                covariance: Some(self.widened_covariance().data.0),
+                ..estimate(
+                    frame.into(),
+                    body,
+                    is_physical(&body),
+                    &widened,
+                    bounding_box,
+                )
+            },
             principal_moments: PrincipalMoments::with_std_devs(
                 &self.parameters,
                 &covariance,
                 self.null_space,
             ),
         }
+    }
+}
+
+impl Posterior<'_> {
+    /// Returns the covariance of the parameters with the factors on the standard deviations of the ten values.
+    fn widened_covariance(&self) -> Matrix {
+        let slopes = value_jacobian(&self.parameters);
+        let inverse = slopes.and_then(|slopes| Some((slopes, slopes.try_inverse()?)));
+        let Some((slopes, inverse)) = inverse.filter(|_| self.factors != [1.0; 10]) else {
+            return self.covariance;
+        };
+        let wide = inverse * Matrix::from_diagonal(&self.factors.into()) * slopes;
+        wide * self.covariance * wide.transpose()
     }
 }
 
@@ -94,6 +110,7 @@ pub(crate) fn estimate(
         composite: None,
         observability: observability(&values, &std_devs, &of_values.observable),
         intervals: intervals(&values, &std_devs, bounding_box),
+        covariance: None,
         std_devs,
         is_physical,
         windows: 0,

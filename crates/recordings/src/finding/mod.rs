@@ -185,6 +185,11 @@ pub enum Finding {
         /// Whether it has a payload.
         is_loaded: bool,
     },
+    /// The known tool is given without an uncertainty: one is assumed.
+    ToolUncertaintyAssumed {
+        /// Standard deviation of the values, relative to the largest of their kind, without a unit.
+        std_dev: f64,
+    },
     /// The messages have no stamps: their times are those of logging.
     NoStamps,
     /// Topics have no stamps, but others have: the times of logging of their messages were brought

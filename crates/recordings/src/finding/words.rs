@@ -55,7 +55,8 @@ impl Notice for Finding {
             Self::DelayCorrected { .. } | Self::DelayDoubtful { .. } => self.of_delay(reader),
             Self::OptionNotUsed { .. }
             | Self::AccelerationNotUsed { .. }
-            | Self::JointsRenamed { .. } => self.of_options(reader),
+            | Self::JointsRenamed { .. }
+            | Self::ToolUncertaintyAssumed { .. } => self.of_options(reader),
             Self::FrameFollowed { .. }
             | Self::AxesAssumed { .. }
             | Self::TopicRecognized { .. }
@@ -133,6 +134,13 @@ impl Finding {
                     reader.option("acceleration_topic")
                 )
             }
+            Self::ToolUncertaintyAssumed { std_dev } => format!(
+                "The known tool has no uncertainty of its own: a standard deviation of {} of its values is assumed and is \
+                 part of the intervals. {} gives another one, and an earlier result as {} has its own.",
+                percent(*std_dev),
+                reader.option("known_tool_std_dev"),
+                reader.option("known_tool")
+            ),
             Self::JointsRenamed { names } => {
                 let pairs = names
                     .iter()

@@ -110,8 +110,9 @@ def combine(results: Sequence[Recorded]) -> Combination:
 
     A known mass and a bounding box count once. What the gains of a robot's efforts or its
     calibration leave unknown is the same in all recordings: no number of them reduces it, and it is
-    in the combined interval. Other errors that the recordings share (a known tool, an unloaded
-    reference) show in no difference between them and are in no interval.
+    in the combined interval. The same holds for a known tool. Other errors that the recordings
+    share (an unloaded reference, the gain of a sensor) show in no difference between them and are
+    in no interval.
 
     >>> runs = [tactid.identify("one.mcap"), tactid.identify("two.mcap")]
     >>> tactid.combine(runs).agreement.agree
@@ -125,7 +126,7 @@ def combine(results: Sequence[Recorded]) -> Combination:
 
     Raises:
         ArgumentError: There is no result, or the results have different frames, known masses or
-            bounding boxes, or two are the same recording.
+            bounding boxes, or one is a copy or the beginning of another.
         IdentificationError: A result is that of the paper's filter, which has no information.
     """
     results = _checked(results)
@@ -186,6 +187,7 @@ def _contribution(name: str, result: IdentificationData) -> dict[str, Any]:
     known = {key: getattr(result, key) for key in ("linear", "known_mass", "bounding_box")}
     return {
         "name": name,
+        "beginning": result.setup.beginning,
         **{key: None if each is None else listed_fields(each) for key, each in known.items()},
         **{key: getattr(result.estimate, key) for key in ("frame", "windows", "rejected", "gaps")},
     }

@@ -18,6 +18,7 @@ from tactid._options.declaration import with_options
 from tactid._options.options import OPTIONS, Options, collect
 from tactid._read.descriptions import as_urdf
 from tactid._read.recordings import LogPath, opened
+from tactid._results.provenance import given_options, hashes
 
 FROM_ARRAYS = ("robot", "q", "qd", "effort", "wrench", "pose", "twist", "acceleration", "sensors")
 """The keywords of :func:`identify` that belong to arrays."""
@@ -141,7 +142,7 @@ def identify(  # noqa: D417 - arrays and options are documented by their declara
         _check_no_arrays(arrays, f"{source} is a log")
         with opened([source], collected, progress) as ([log], run):
             found = _native.identify_log(log, run.options.plain(), run.progress)
-        return identification(found | {"inputs": inputs(source, collected)})
+        return identification(found | provenance(inputs(source, collected), collected))
     if _are_logs(source):
         collected = collect(options, keywords, "log", own)
         _check_no_arrays(arrays, "the source is a list of logs")
@@ -150,7 +151,8 @@ def identify(  # noqa: D417 - arrays and options are documented by their declara
     if collected.urdf is not None:
         collected = collected.replace(urdf=as_urdf(collected.urdf))
     times = cast(ArrayLike, source)
-    return identification(_native.identify_arrays(times, collected.plain(), progress, **arrays))
+    found = _native.identify_arrays(times, collected.plain(), progress, **arrays)
+    return identification(found | provenance(inputs(None, collected), collected))
 
 
 def _check_no_arrays(arrays: dict[str, Any], because: str) -> None:
@@ -175,19 +177,29 @@ def _from_logs(
         found = _native.identify_logs(each, run.options.plain(), run.progress)
     return combine(
         [
-            identification(data | {"inputs": inputs(log, options)})
+            identification(data | provenance(inputs(log, options), options))
             for log, data in zip(logs, found, strict=True)
         ]
     )
 
 
-def inputs(source: str | os.PathLike[str], options: Options) -> dict[str, Path]:
+def provenance(inputs: dict[str, Path], options: Options) -> dict[str, Any]:
+    """Returns the fields that say where a result comes from, besides those that Rust hands over."""
+    return {
+        "inputs": inputs,
+        "hashes": hashes(inputs),
+        "given": given_options(options.given),
+    }
+
+
+def inputs(source: str | os.PathLike[str] | None, options: Options) -> dict[str, Path]:
     """Returns the files and folders that are read, by the words that name them."""
     named = {
         "the log": source,
         "`urdf`": options.urdf,
         "`unloaded`": options.unloaded,
         "`calibration`": options.calibration,
+        "`known_tool`": options.known_tool,
     }
     return {
         words: Path(path).absolute()

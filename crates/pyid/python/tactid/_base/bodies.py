@@ -12,6 +12,8 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from tactid._base.values import Values, finite
+
 BORDER = 1e-9
 """How far rounding may push a flat body past the triangle inequality."""
 
@@ -27,6 +29,19 @@ def inertia_about_origin(values: Sequence[float]) -> NDArray[np.float64]:
     com = np.array(values[1:4], dtype=float)
     moved: NDArray[np.float64] = com @ com * np.eye(3) - np.outer(com, com)
     return inertia_about_com(values) + values[0] * moved
+
+
+def together(one: Values, other: Values) -> Values:
+    """Returns two bodies in one frame as one body; what is not known of one is not of both."""
+    if None in (*one[:4], *other[:4]):
+        return [None] * len(one)
+    # What is unknown is NaN here.
+    bodies = [np.array(body, dtype=float) for body in (one, other)]
+    mass = float(sum(body[0] for body in bodies))
+    com = np.sum([body[0] * body[1:4] for body in bodies], axis=0) / mass
+    about_origin = np.sum([inertia_about_origin(body.tolist()) for body in bodies], axis=0)
+    inertia = about_origin - mass * (com @ com * np.eye(3) - np.outer(com, com))
+    return [finite(value) for value in (mass, *com, *inertia[np.triu_indices(3)])]
 
 
 def principal_moments(values: Sequence[float]) -> list[float]:

@@ -5,6 +5,7 @@ destination of a symbolic link is the file that it points to; the link stays. A 
 or a standard stream is never replaced: it gets the bytes of the complete file.
 """
 
+import hashlib
 import os
 import secrets
 import shutil
@@ -172,3 +173,12 @@ def write_atomically(path: Path, content: str | bytes) -> None:
     encoded = content if isinstance(content, bytes) else content.encode(errors="replace")
     with atomic_path(path) as temporary:
         temporary.write_bytes(encoded)
+
+
+def sha256(path: Path) -> str:
+    """Returns the SHA-256 of a file as hexadecimal digits."""
+    digest = hashlib.sha256()
+    with path.open("rb") as file:
+        while block := file.read(1 << 20):
+            digest.update(block)
+    return digest.hexdigest()

@@ -1,7 +1,7 @@
 """The ten values of a payload: their order, their nested layout in JSON, and their kinds."""
 
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import fields, is_dataclass
 from typing import Any, Literal, NamedTuple, Protocol
 
@@ -69,9 +69,14 @@ def nested(values: Sequence[Any]) -> dict[str, Any]:
     return {"mass": result["mass"], **result}
 
 
-def flat(record: dict[str, Any]) -> list[float]:
-    """Returns the ten values of a nested layout: the inverse of :func:`nested`."""
-    return [float(record[p[0]] if len(p) == 1 else record[p[0]][p[1]]) for p in PATHS]
+def entries(record: Mapping[str, Any]) -> list[Any]:
+    """Returns the ten entries of a nested layout: the inverse of :func:`nested`."""
+    return [record[p[0]] if len(p) == 1 else record[p[0]][p[1]] for p in PATHS]
+
+
+def flat(record: Mapping[str, Any]) -> list[float]:
+    """Returns the ten values of a nested layout, all of which are numbers."""
+    return [float(entry) for entry in entries(record)]
 
 
 class Body(Protocol):

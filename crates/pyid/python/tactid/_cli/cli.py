@@ -38,7 +38,8 @@ from tactid._results import table
 
 EXIT_CODES = (
     "Exit codes: 0, the payload is identified; 1, the data contradict the result (the reason is"
-    " printed first), or it cannot be given in the format that was asked for; 2, an option, a file"
+    " printed first) or determine none of its values, or it cannot be given in the format that was"
+    " asked for; 2, an option, a file"
     " or the recording is wrong; 70, an internal error; 130, interrupted by Ctrl-C; 141, standard"
     " output was closed; 143, ended by SIGTERM."
 )

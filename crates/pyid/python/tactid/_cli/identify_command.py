@@ -38,8 +38,7 @@ from tactid._read.pose_table import read_poses
 from tactid._read.recordings import log_info
 from tactid._results import table
 from tactid._results.controllers import MAKERS
-from tactid._results.formats import uncontradicted
-from tactid._results.payload import Payload
+from tactid._results.formats import controller_text, uncontradicted
 from tactid._results.truth import Truth, read_checks, read_truth
 from tactid._show import combination_text, reported, summary
 from tactid._show.outlook import needs_another_motion
@@ -139,6 +138,7 @@ def identify_recording(
             "--urdf": options["urdf"],
             "--unloaded": options["unloaded"],
             "--calibration": options["calibration"],
+            "--known-tool": _json_file(options["known_tool"]),
         },
     )
     if estimates is not None and len(logs) > 1:
@@ -151,7 +151,7 @@ def identify_recording(
         refusal = _print(logs[0], result, output)
     if refusal is not None:
         terminal.report(f"error: {refusal.worded('command-line')}")
-    if refusal is not None or result.is_contradicted:
+    if refusal is not None or result.is_contradicted or not any(result.estimate.identifiable):
         raise typer.Exit(1)
 
 
@@ -178,6 +178,12 @@ def _identified(logs: list[Path], options: Options, done: Callable[[float], obje
     return identify(tuple(logs), options=options, progress=done)
 
 
+def _json_file(known_tool: str | None) -> Path | None:
+    """Returns the file of a known tool that is given as one."""
+    is_file = known_tool is not None and Path(known_tool).suffix.lower() == ".json"
+    return Path(known_tool) if is_file and known_tool is not None else None
+
+
 def _print(log: Path, result: AnyResult, output: Output) -> IdentificationError | None:
     """Prints the result; returns why it cannot be given in the format that was asked for.
 
@@ -202,7 +208,7 @@ def _print(log: Path, result: AnyResult, output: Output) -> IdentificationError 
     else:
         _warn_of_disagreement(output.form, result)
         try:
-            text = _in_form(output.form, result.estimate)
+            text = _in_form(output.form, result)
             accepted = output.accepts_contradicted
             print(printable(uncontradicted(result, text, accepted, "command-line")))
         except IdentificationError as error:
@@ -271,13 +277,14 @@ def _design_command(options: dict[str, Any]) -> str | None:
     return f"tactid excite {shlex.join(words)} {payload} --out motion"
 
 
-def _in_form(form: Form, payload: Payload) -> str:
+def _in_form(form: Form, result: AnyResult) -> str:
+    payload = result.estimate
     forms: dict[Form, Callable[[], str]] = {
         Form.URDF: payload.to_urdf,
         Form.MUJOCO: payload.to_mujoco,
         Form.ROS: payload.to_ros,
-        Form.CONTROLLER: payload.to_controller,
-        **{Form(maker): partial(payload.to_controller, maker) for maker in MAKERS},
+        Form.CONTROLLER: partial(controller_text, result),
+        **{Form(maker): partial(controller_text, result, maker) for maker in MAKERS},
     }
     return forms[form]()
 

@@ -55,6 +55,7 @@ _FORMS = {
     "grip": _Form(str, "X,Y,Z,NX,NY,NZ,DISTANCE,FORCE,FRICTION,RADIUS", option_text.grip),
     "payload": _Form(str, "M,X,Y,Z", option_text.numbers),
     "body": _Form(str, "M,X,Y,Z,XX,XY,XZ,YY,YZ,ZZ", option_text.body),
+    "tool": _Form(str, "FILE.json|M,X,Y,Z,XX,XY,XZ,YY,YZ,ZZ", option_text.tool),
     "frame": _Form(str, "LINK,X,Y,Z,QX,QY,QZ,QW", option_text.frame),
 }
 """How options are written, by the names of their kinds."""

@@ -1,5 +1,7 @@
 """Options written on the command line: from text to values, with a clear error for the rest."""
 
+from pathlib import Path
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -94,6 +96,11 @@ def body(flag: str, text: str) -> MassProperties:
         return MassProperties(mass, [x, y, z], [[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
     except ArgumentError as error:
         raise ArgumentError(f"{flag} is {text!r}: {error}") from None
+
+
+def tool(flag: str, text: str) -> MassProperties | str:
+    """Reads the ten values of a known tool, or the path of a JSON file."""
+    return text if Path(text).suffix.lower() == ".json" else body(flag, text)
 
 
 def inertia(flag: str, text: str) -> list[list[float]]:

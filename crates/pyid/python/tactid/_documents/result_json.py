@@ -81,6 +81,21 @@ VIEWS: dict[str, dict[str, Any]] = {
         "description": "Names of the files and folders that were read, by what they are.",
         "additionalProperties": {"type": "string"},
     },
+    "sha256": {
+        "type": "object",
+        "description": "SHA-256 of each file that was read, by what it is and by its name.",
+        "additionalProperties": {"type": "object", "additionalProperties": {"type": "string"}},
+    },
+    "options": {
+        "type": "object",
+        "description": "The options that were given, by their names.",
+    },
+    "provenance": {
+        "type": "object",
+        "description": "Where the result comes from, in words: files, sensors, what was subtracted,"
+        " options.",
+        "additionalProperties": {"type": "string"},
+    },
 }
 """What the document has besides the fields of the result, as JSON schemas."""
 
@@ -138,12 +153,17 @@ def record(
         "motion_advice": motion_advice(unknown),
         **remaining,
         "remarks": remarks(result, style),
-        "files": {
-            words.strip("`").removeprefix("the "): path.name
-            for words, path in result.inputs.items()
-        },
+        "files": {_what(words): path.name for words, path in result.inputs.items()},
+        "sha256": {_what(words): dict(each) for words, each in result.hashes.items()},
+        "options": dict(result.given),
+        "provenance": result.provenance,
         **({"simulation": dict(checks)} if checks else {}),
     }
+
+
+def _what(words: str) -> str:
+    """Returns the key of a file, given the words that name it among the inputs."""
+    return words.strip("`").removeprefix("the ")
 
 
 def _remaining(result: IdentificationData, within: float) -> dict[str, Any]:

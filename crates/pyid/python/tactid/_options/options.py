@@ -19,6 +19,7 @@ from tactid import _native
 from tactid._base.errors import ArgumentError
 from tactid._native import MassProperties
 from tactid._options.declaration import Declaration, Declarations, Use, documented
+from tactid._options.known_tool import plain_tool
 
 Method = Literal["tactile", "effort", "joint-sensing", "combined"]
 """Which measurements the payload is identified from."""
@@ -111,7 +112,10 @@ class Options:
 
     def plain(self) -> dict[str, Any]:
         """Returns the options that are given, with values of plain types, as Rust reads them."""
-        return {name: _plain(value) for name, value in self.given.items()}
+        return {
+            name: plain_tool(value) if name == "known_tool" else _plain(value)
+            for name, value in self.given.items()
+        }
 
 
 def options_for(use: Use) -> list[Declaration]:

@@ -10,16 +10,23 @@ from collections.abc import Callable, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from tactid._base.bodies import inertia_about_com, principal_axes
+from tactid._base.bodies import inertia_about_com, principal_axes, together
 from tactid._base.errors import ArgumentError
 from tactid._base.values import Values
 from tactid._results import forms
 
 
-def controller(maker: str, values: Values, frame: str, uncertain: Sequence[str] = ()) -> str:
+def controller(
+    maker: str,
+    values: Values,
+    frame: str,
+    uncertain: Sequence[str] = (),
+    tool: tuple[Values, str] | None = None,
+) -> str:
     """Returns the payload for the controllers of a maker.
 
-    A comment names the values that are ``uncertain``.
+    A comment names the values that are ``uncertain``, and says whether the line contains the
+    ``tool`` that was subtracted, which is given in the same frame and in words.
 
     Raises:
         ArgumentError: The maker is not known.
@@ -28,9 +35,17 @@ def controller(maker: str, values: Values, frame: str, uncertain: Sequence[str] 
     """
     if maker not in MAKERS:
         raise ArgumentError(f"`maker` is {maker!r}: expected one of {', '.join(MAKERS)}")
-    comment, line = MAKERS[maker](values, frame).split("\n")
+    place = TOOL_ELSEWHERE.get(maker)
+    whole = values if tool is None or place is not None else together(values, tool[0])
+    comment, line = MAKERS[maker](whole, frame).split("\n")
     names = f"; uncertain: {', '.join(uncertain)}" if uncertain else ""
-    return f"{comment}{names}\n{line}"
+    contains = "" if tool is None else f"; {_of_the_tool(tool[1], place)}"
+    return f"{comment}{names}{contains}\n{line}"
+
+
+def _of_the_tool(what: str, place: str | None) -> str:
+    """Says whether a line contains what was subtracted, and where it belongs otherwise."""
+    return f"with the {what}" if place is None else f"without the {what}, set in {place}"
 
 
 def universal_robots(values: Values, frame: str) -> str:
@@ -118,6 +133,18 @@ MAKERS: dict[str, Callable[[Values, str], str]] = {
     "abb": abb,
 }
 """The makers of controllers, by the names of their formats."""
+
+TOOL_ELSEWHERE = {
+    "franka": "the end effector's settings in Desk",
+    "abb": "tload of the tool's tooldata",
+}
+"""Makers whose payload is without the tool, and where its load belongs.
+
+The payload of Universal Robots is tool and workpiece together (Script Manual and "How to change
+payload and center of gravity settings"), and so are the load data of KUKA, which a tool number
+selects. Source of the others: libfranka, ``Robot::setLoad``, which is not for the end effector;
+ABB, RAPID data types, ``loaddata``: the load in the gripper, while ``tooldata`` has the tool's.
+"""
 
 
 def _quaternion(rotation: NDArray[np.float64]) -> list[float]:

@@ -1,10 +1,13 @@
 """A result in the format of another program, which takes it for right."""
 
-from typing import Protocol
+from collections.abc import Sequence
+from typing import Protocol, cast
 
 from tactid._base.errors import IdentificationError
-from tactid._base.naming import Style, option_name
+from tactid._base.naming import Style, listed, option_name
+from tactid._results import controllers, forms
 from tactid._results.payload import Payload
+from tactid._results.provenance import Sourced, sentence, subtracted, subtracted_body
 
 
 class Formats:
@@ -69,7 +72,9 @@ class Formats:
 
         Args:
             maker: ``"ur"``, ``"franka"``, ``"kuka"`` or ``"abb"`` for a line of the language of
-                that maker's controllers: see :meth:`PayloadEstimate.to_controller`.
+                that maker's controllers: see :meth:`PayloadEstimate.to_controller`. The payload of
+                ``"ur"`` and ``"kuka"`` contains the known tool, and comments say from which
+                recording it is.
             accept_contradicted: Whether to return a result that the data contradict, too.
 
         Raises:
@@ -77,15 +82,19 @@ class Formats:
             IdentificationError: A value that the controller needs is unknown, no body can have
                 these values, or the data contradict the result.
         """
-        return uncontradicted(self, self.estimate.to_controller(maker), accept_contradicted)
+        return uncontradicted(self, controller_text(self, maker), accept_contradicted)
 
 
-class Result(Protocol):
-    """A result of one recording, or of several."""
+class Identified(Protocol):
+    """What has a payload: a result of one recording, or of several."""
 
     @property
     def estimate(self) -> Payload:
         """The payload."""
+
+
+class Result(Identified, Protocol):
+    """A result of one recording, or of several."""
 
     @property
     def is_contradicted(self) -> bool:
@@ -93,6 +102,27 @@ class Result(Protocol):
 
     def worded_remarks(self, style: Style) -> list[str]:
         """Says what a reader must know to trust the result; what shows it to be wrong is first."""
+
+
+def controller_text(result: Identified, maker: str | None = None) -> str:
+    """Returns the payload for a controller, with comments that say where it comes from.
+
+    Where the payload of a maker is everything beyond the flange, it contains the tool that was
+    subtracted; a comment says so, or where the tool belongs.
+    """
+    runs: Sequence[Sourced] = getattr(result, "runs", None) or [cast(Sourced, result)]
+    tools = [subtracted_body(run) for run in runs]
+    if any(tool != tools[0] for tool in tools):
+        raise IdentificationError("no payload for a controller: the recordings have several tools")
+    estimate = result.estimate
+    tool = None if tools[0] is None else (tools[0], listed(subtracted(runs[0])))
+    payload = (estimate.reported_values, estimate.frame, estimate.uncertain_names, tool)
+    sources = [sentence(run) for run in runs]
+    if maker is None:
+        return "\n".join([forms.controller(*payload), "", *sources])
+    first, *line = controllers.controller(maker, *payload).split("\n")
+    mark = first.split()[0]
+    return "\n".join([first, *(f"{mark} {source}" for source in sources), *line])
 
 
 def uncontradicted(result: Result, text: str, accepted: bool, style: Style = "keyword") -> str:

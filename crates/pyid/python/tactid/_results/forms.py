@@ -46,7 +46,12 @@ def mujoco(values: Values, frame: str, uncertain: Sequence[str] = ()) -> str:
 <inertial pos="{x} {y} {z}" mass="{mass}" fullinertia="{xx} {yy} {zz} {xy} {xz} {yz}"/>"""
 
 
-def controller(values: Values, frame: str, uncertain: Sequence[str] = ()) -> str:
+def controller(
+    values: Values,
+    frame: str,
+    uncertain: Sequence[str] = (),
+    tool: tuple[Values, str] | None = None,
+) -> str:
     """Returns what a robot controller asks for, as text.
 
     An unknown inertia is marked as such: most controllers accept a payload without one. Some
@@ -65,6 +70,7 @@ def controller(values: Values, frame: str, uncertain: Sequence[str] = ()) -> str
         f"centre of mass x y z m   {_row(com)}",
         f"centre of mass x y z mm  {_row([1e3 * entry for entry in com])}",
         *([f"uncertain            {', '.join(uncertain)}"] if uncertain else []),
+        *([f"without the          {tool[1]}"] if tool else []),
     ]
     if missing := unknown(values):
         lines += ["", f"inertia              not identifiable: {', '.join(missing)}"]

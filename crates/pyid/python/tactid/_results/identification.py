@@ -7,13 +7,13 @@ points of the history.
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from tactid import _native
 from tactid._base.values import Array, listed_fields
-from tactid._results import records
+from tactid._results import provenance, records
 from tactid._results.payload import Payload, PayloadEstimate
 from tactid._results.records import History, PaperHistory, PrincipalMoments
 
@@ -32,6 +32,17 @@ class Recorded(records.RecordingReport):
 
     inputs: Mapping[str, Path] = field(default_factory=dict, kw_only=True)
     """Files and folders that were read, by the words that name them; empty for arrays."""
+
+    hashes: provenance.Hashes = field(default_factory=dict, kw_only=True)
+    """SHA-256 of each file that was read, by the words of ``inputs`` and by its name."""
+
+    given: Mapping[str, Any] = field(default_factory=dict, kw_only=True)
+    """The options that were given, by their names, as JSON has them."""
+
+    @property
+    def provenance(self) -> dict[str, str]:
+        """Where the result comes from, in words: files, sensors, what was subtracted, options."""
+        return provenance.facts(self)
 
     @property
     def source_name(self) -> str:

@@ -111,7 +111,7 @@ class Payload(records.Record):
         Raises:
             IdentificationError: A value is unknown, or no body can have these values.
         """
-        return forms.urdf(self.reported_values, self.frame, self._uncertain_names)
+        return forms.urdf(self.reported_values, self.frame, self.uncertain_names)
 
     def to_mujoco(self) -> str:
         """Returns the payload as the ``<inertial>`` of a body in MuJoCo's MJCF.
@@ -126,7 +126,7 @@ class Payload(records.Record):
         Raises:
             IdentificationError: A value is unknown, or no body can have these values.
         """
-        return forms.mujoco(self.reported_values, self.frame, self._uncertain_names)
+        return forms.mujoco(self.reported_values, self.frame, self.uncertain_names)
 
     def to_ros(self) -> str:
         """Returns the payload as a ``geometry_msgs/msg/InertiaStamped`` in YAML.
@@ -139,7 +139,7 @@ class Payload(records.Record):
         Raises:
             IdentificationError: A value is unknown, or no body can have these values.
         """
-        return forms.ros(self.reported_values, self.frame, self._uncertain_names)
+        return forms.ros(self.reported_values, self.frame, self.uncertain_names)
 
     def to_controller(self, maker: str | None = None) -> str:
         """Returns what a robot controller asks for, as text with units.
@@ -163,7 +163,7 @@ class Payload(records.Record):
             ArgumentError: The maker is not known.
             IdentificationError: A value that is needed is unknown, or no body can have the values.
         """
-        payload = (self.reported_values, self.frame, self._uncertain_names)
+        payload = (self.reported_values, self.frame, self.uncertain_names)
         if maker is None:
             return forms.controller(*payload)
         return controllers.controller(maker, *payload)
@@ -189,7 +189,7 @@ class Payload(records.Record):
         return [name for name, each in pairs if each in states]
 
     @property
-    def _uncertain_names(self) -> list[str]:
+    def uncertain_names(self) -> list[str]:
         """The names for people of the values that are uncertain."""
         return self._named("uncertain", names=NAMES)
 

@@ -25,6 +25,7 @@ def in_order(schema: Mapping[str, Any]) -> dict[str, dict[str, Any]]: ...
 class Record(ComparedByValue):
     def __post_init__(self) -> None: ...
 
+ActsOn: TypeAlias = Literal["payload", "sensor"]
 Clock: TypeAlias = Literal["stamps", "log times", "given", "none"]
 EstimatorKind: TypeAlias = Literal["least-squares", "nlms"]
 Method: TypeAlias = Literal["tactile", "effort", "joint-sensing", "combined"]
@@ -190,6 +191,7 @@ class FitReport(Record):
     held_out: NDArray[np.bool_]
     residual_rms: NDArray[np.float64]
     held_out_rms: NDArray[np.float64]
+    held_out_plain_rms: NDArray[np.float64]
     noise_fraction: NDArray[np.float64]
     excitation: NDArray[np.float64]
     excitation_directions: NDArray[np.float64]
@@ -299,6 +301,7 @@ class PayloadEstimate(Record):
     is_physical: bool
     composite: MassProperties | None = ...
     intervals: NDArray[np.float64] = ...
+    covariance: NDArray[np.float64] | None = ...
     windows: int = ...
     payload_changes: int = ...
     since_s: float = ...
@@ -313,6 +316,7 @@ class PrincipalMoments(Record):
 
 @dataclass(frozen=True, eq=False)
 class RecordingReport(Record):
+    setup: Setup
     method: Method
     estimator: EstimatorKind
     cutoff_hz: float
@@ -350,6 +354,17 @@ class RunReport(Record):
     active: ActiveReport | None = ...
     wall_time_s: float = ...
     steps_per_second: float = ...
+
+@dataclass(frozen=True, eq=False)
+class Setup(Record):
+    beginning: str
+    topics: Sequence[str]
+    wrench_topics: Sequence[str]
+    wrench_frames: Sequence[str]
+    wrench_acts_on: ActsOn
+    known_tool: MassProperties | None = ...
+    known_tool_std_devs: NDArray[np.float64] | None = ...
+    gripper: MassProperties | None = ...
 
 @dataclass(frozen=True, eq=False)
 class SharedErrors(Record):

@@ -54,7 +54,7 @@ about the centre of mass.</p>
 <h2>Agreement</h2>
 {_distances(result)}
 <h2>Formats for other programs</h2>
-{payload_forms(result.estimate)}""",
+{payload_forms(result)}""",
     )
 
 

@@ -9,6 +9,7 @@ from tactid._base.naming import Style, listed
 from tactid._base.text_table import as_text, empty_table
 from tactid._native import distance_of_runs, probability
 from tactid._results.combination import CombinationData
+from tactid._results.provenance import sentence
 from tactid._results.table import Column, heading, html_table, plain_text
 from tactid._show import reported
 from tactid._show.remarks import assumptions, remarks, uncertain_values, unobservable_values
@@ -124,7 +125,7 @@ def lines(result: CombinationData, style: Style = "keyword") -> list[str]:
         own = remarks(run, style)
         of_runs += [f"{name}: {line}" for line in (own[1:] if run.is_contradicted else own)]
         of_runs += [f"{damage}; what could be read was used." for damage in run.damage]
-        of_runs.append(f"{name}: {assumptions(run)}")
+        of_runs += [f"{name}: {line}" for line in (assumptions(run), sentence(run))]
     return [*combined_remarks(result, style), *of_runs]
 
 

@@ -6,19 +6,6 @@ from typing import Any
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-SYMBOLS = (
-    "m",
-    "a_x",
-    "a_y",
-    "a_z",
-    "I_{xx}",
-    "I_{xy}",
-    "I_{xz}",
-    "I_{yy}",
-    "I_{yz}",
-    "I_{zz}",
-)
-
 ESTIMATE, EARLIER, TRUE, GRID = "#1f5fa8", "#a9b1ba", "#c8502d", "#d9dde2"
 STYLE: Any = {
     "axes.edgecolor": "#5b6570",

@@ -5,12 +5,12 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from tactid._base.values import UNITS
+from tactid._base.values import NAMES, UNITS
 from tactid._results.combination import CombinationData
 from tactid._results.payload import PayloadEstimate
 from tactid._show import drawing
 from tactid._show.combination_text import WHOLE
-from tactid._show.drawing import ESTIMATE, SYMBOLS, remark
+from tactid._show.drawing import ESTIMATE, remark
 from tactid._show.recording_plots import PANELS, STYLE
 
 SINGLE = "#5b6570"
@@ -66,7 +66,7 @@ def _panel(axes: Axes, index: int, estimates: list[PayloadEstimate]) -> None:
             markersize=5 if whole else 4,
             capsize=3,
         )
-    axes.set_title(f"${SYMBOLS[index]}$ / {UNITS[index]}")
+    axes.set_title(f"{NAMES[index]} / {UNITS[index]}")
     axes.tick_params(axis="y", length=0)
     axes.locator_params(axis="x", nbins=4)
     if not known:

@@ -9,7 +9,7 @@ from tactid._base.naming import duration, listed
 from tactid._base.values import KIND_NAMES, KINDS, Z95, Array
 from tactid._native import VALUE_NAMES
 from tactid._results.identification import IdentificationData
-from tactid._show.remarks import TOO_LONG, motion_advice
+from tactid._show.remarks import TOO_LONG, constant_errors, motion_advice
 
 WITHIN = 0.01
 """Target for half of each 95 % interval, as a fraction of the largest value of its kind."""
@@ -38,7 +38,8 @@ def outlook(result: IdentificationData, within: float = WITHIN) -> str | None:
     limited = np.isinf(remaining) & _limited_by_gains(result, within)
     if limited.any():
         listed_names = listed(np.array(VALUE_NAMES)[limited].tolist())
-        return f"The uncertainty of the effort gains alone keeps {listed_names} from {target}."
+        constant = constant_errors(result)
+        return f"The uncertainty of {constant} alone keeps {listed_names} from {target}."
     hopeless = remaining > TOO_LONG * result.duration_s
     if hopeless.any():
         names = np.array(VALUE_NAMES)[hopeless].tolist()

@@ -10,10 +10,10 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from numpy.typing import NDArray
 
-from tactid._base.values import UNITS
+from tactid._base.values import NAMES, UNITS
 from tactid._results.identification import Recorded
 from tactid._results.truth import Truth
-from tactid._show.drawing import EARLIER, ESTIMATE, STYLE, SYMBOLS, TRUE, padded, png, remark
+from tactid._show.drawing import EARLIER, ESTIMATE, STYLE, TRUE, padded, png, remark
 
 PAIRS = {6: (0, 1), 7: (2, 3), 8: (4, 5), 9: (7, 6), 10: (9, 8)}
 """Indices of the two parameters that each of the paper's figures shows."""
@@ -83,7 +83,7 @@ def parameters(history: History, truth: Truth | None, indices: Sequence[int]) ->
             whole.plot(earlier.time, earlier.values[:, index], color=EARLIER, linewidth=0.8)
         for panel in (whole, close):
             _line(panel, final.time, final.values[:, index], true)
-        whole.set_ylabel(f"${SYMBOLS[index]}$ / {UNITS[index]}")
+        whole.set_ylabel(f"{NAMES[index]} / {UNITS[index]}")
         whole.set_ylim(_settled_limits(history, index, true))
         close.ticklabel_format(axis="y", useOffset=False)
         close.set_ylim(_close_limits(final.values[late, index], true, truth, index))
@@ -171,13 +171,13 @@ def _convergence(history: History, truth: Truth | None) -> Figure:
     figure = Figure(figsize=(9.0, 4.0))
     axes = figure.subplots()
     final = history.passes[-1]
-    for index, symbol in enumerate(SYMBOLS):
+    for index, name in enumerate(NAMES):
         values = final.values[:, index]
         if truth is not None:
             error = 100 * np.abs(values - truth.actual[index]) / truth.scales[index]
             values = _largest_lately(final.time, error)
         style = "-" if history.identifiable[index] else ":"
-        axes.plot(final.time, values, style, color=f"C{index}", label=f"${symbol}$")
+        axes.plot(final.time, values, style, color=f"C{index}", label=name)
     if truth is None:
         axes.set_ylabel("value / SI")
         axes.set_yscale("symlog")

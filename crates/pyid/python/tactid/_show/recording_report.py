@@ -2,6 +2,9 @@
 
 import html
 import math
+from collections.abc import Callable
+from contextlib import suppress
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -11,8 +14,8 @@ from tactid._base.errors import IdentificationError
 from tactid._base.files import write_atomically
 from tactid._base.naming import Style, option_name
 from tactid._base.values import Z95, Interval, Values, digits_of
+from tactid._results.formats import Identified, controller_text
 from tactid._results.identification import IdentificationData, Recorded
-from tactid._results.payload import Payload
 from tactid._results.records import FitReport
 from tactid._show import body_plot, page, recording_plots, reported
 from tactid._show.outlook import WITHIN, outlook
@@ -30,6 +33,13 @@ METHODS = {
     "effort": "joint efforts, and motion",
     "joint-sensing": "momentum of base and joints",
     "combined": "wrenches, joint efforts and momentum together",
+}
+
+MAKER_TITLES = {
+    "ur": "Universal Robots",
+    "franka": "Franka",
+    "kuka": "KUKA",
+    "abb": "ABB",
 }
 
 CAPTIONS = {
@@ -102,7 +112,7 @@ def render(result: Recorded, within: float = WITHIN, style: Style = "keyword") -
 {advice}
 {figure("excitation")}
 <h2>Formats for other programs</h2>
-{payload_forms(result.estimate)}
+{payload_forms(result)}
 <h2>The identification</h2>
 {page.facts(_facts(result))}""",
     )
@@ -122,12 +132,17 @@ def with_interval(value: float, interval: Interval | None) -> tuple[str, str, st
     return shown[0], "–" if interval.is_cut(value) else shown[1], shown[2], shown[3]
 
 
-def explained(fit: FitReport, windows: NDArray[np.bool_]) -> list[float | None]:
-    """Returns the fraction of each channel's variance in these windows that is predicted."""
+def explained(
+    fit: FitReport, windows: NDArray[np.bool_], *, weighted: bool = True
+) -> list[float | None]:
+    """Returns the fraction of each channel's variance in these windows that is predicted.
+
+    The windows have their robust weights, or count alike.
+    """
     measured, predicted = fit.measured[windows], fit.predicted[windows]
     weight = np.nan_to_num(fit.weights[windows], nan=0.0, posinf=0.0)
     # Held-out windows without any weight have the full one.
-    weight = weight if weight.any() else np.ones_like(weight)
+    weight = weight if weighted and weight.any() else np.ones_like(weight)
     total = weight.sum()
     fractions: list[float | None] = []
     for values, fitted in zip(measured.T, predicted.T, strict=True):
@@ -195,25 +210,42 @@ def _body(result: Recorded, values: Values, half_widths: Values) -> str:
 
 def _agreement(fit: FitReport) -> str:
     held_out = fit.held_out
-    seen, unseen = explained(fit, ~held_out), explained(fit, held_out)
+    residuals = fit.measured - fit.predicted
+    plain = np.sqrt(np.mean(residuals**2, axis=0)) if len(residuals) else fit.residual_rms
+    groups = (
+        (fit.residual_rms, fit.held_out_rms, _fractions(fit, weighted=True)),
+        (plain, fit.held_out_plain_rms, _fractions(fit, weighted=False)),
+    )
     rows = []
     for index, channel in enumerate(fit.channels):
-        fitted, held = float(fit.residual_rms[index]), float(fit.held_out_rms[index])
+        cells = "".join(
+            f"<td>{_rms(float(fitted[index]))}</td>"
+            f'<td class="value">{_rms(float(held[index]))}</td>'
+            f'<td>{_percent(seen[index])}</td><td class="value">{_percent(unseen[index])}</td>'
+            for fitted, held, (seen, unseen) in groups
+        )
         rows.append(
             f"<tr><td>{html.escape(channel.name)}</td>"
-            f'<td class="unit">{html.escape(channel.unit)}</td>'
-            f'<td>{_rms(fitted)}</td><td class="value">{_rms(held)}</td>'
-            f"<td>{_percent(seen[index])}</td>"
-            f'<td class="value">{_percent(unseen[index])}</td></tr>\n'
+            f'<td class="unit">{html.escape(channel.unit)}</td>{cells}</tr>\n'
         )
+    columns = "<th>fit</th><th>held out</th>" * 4
+    kinds = '<th colspan="2">rms residual</th><th colspan="2">variance predicted</th>' * 2
     return f"""<div class="wide"><table>
 <caption>{np.count_nonzero(held_out)} of {len(held_out)} windows are held out. Residuals there
-should be as small as in the fit. A channel in which the motion changes nothing contains only noise,
-of which little is predicted.</caption>
-<thead><tr><th></th><th></th><th colspan="2">rms residual</th>
-<th colspan="2">variance predicted</th></tr>
-<tr><th>channel</th><th></th><th>fit</th><th>held out</th><th>fit</th><th>held out</th></tr></thead>
+should be as small as in the fit. Windows with outliers count little in the weighted numbers, and as
+much as any other in the plain ones: where these are far worse, a contact or another disturbance is
+in the recording. A channel in which the motion changes nothing contains only noise, of which little
+is predicted.</caption>
+<thead><tr><th></th><th></th><th colspan="4">weighted</th><th colspan="4">plain</th></tr>
+<tr><th></th><th></th>{kinds}</tr>
+<tr><th>channel</th><th></th>{columns}</tr></thead>
 <tbody>{"".join(rows)}</tbody></table></div>"""
+
+
+def _fractions(fit: FitReport, *, weighted: bool) -> tuple[list[float | None], list[float | None]]:
+    """Returns which part of the variance is predicted in the fit, and in the held-out windows."""
+    seen = explained(fit, ~fit.held_out, weighted=weighted)
+    return seen, explained(fit, fit.held_out, weighted=weighted)
 
 
 def _rms(value: float) -> str:
@@ -224,21 +256,33 @@ def _percent(fraction: float | None) -> str:
     return "–" if fraction is None else f"{round(100 * fraction, 2) + 0.0:.2f} %"
 
 
-def payload_forms(estimate: Payload) -> str:
-    """Returns the payload in the formats of other programs as HTML, each to unfold."""
-    parts = []
-    forms = {
-        "For a robot controller": estimate.to_controller,
-        "URDF": estimate.to_urdf,
-        "MuJoCo": estimate.to_mujoco,
+def payload_forms(result: Identified) -> str:
+    """Returns the payload in the formats of other programs as HTML, each to unfold.
+
+    Lines for the controllers of makers are there as far as the values they need are known.
+    """
+    forms: dict[str, Callable[[], str]] = {
+        "For a robot controller": partial(controller_text, result),
+        "URDF": result.estimate.to_urdf,
+        "MuJoCo": result.estimate.to_mujoco,
     }
+    parts = []
     for title, form in forms.items():
         try:
             text = f"<pre>{html.escape(form())}</pre>"
         except IdentificationError as error:
             text = f"<p>{html.escape(str(error))}</p>"
-        parts.append(f"<details><summary>{title}</summary>{text}</details>\n")
+        parts.append(_folded(title, text))
+    for maker, title in MAKER_TITLES.items():
+        with suppress(IdentificationError):
+            parts.append(
+                _folded(title, f"<pre>{html.escape(controller_text(result, maker))}</pre>")
+            )
     return "".join(parts)
+
+
+def _folded(title: str, content: str) -> str:
+    return f"<details><summary>{title}</summary>{content}</details>\n"
 
 
 def _facts(result: Recorded) -> dict[str, str]:
@@ -253,7 +297,7 @@ def _facts(result: Recorded) -> dict[str, str]:
     }
     if isinstance(result, IdentificationData):
         facts |= _of_least_squares(result, facts["delay of the wrenches"])
-    return facts | {"gravity": gravity(result)}
+    return facts | {"gravity": gravity(result)} | result.provenance
 
 
 def _of_least_squares(result: IdentificationData, delay: str) -> dict[str, str]:

@@ -218,11 +218,23 @@ def calibration(result: IdentificationData) -> str:
 
 
 def gains(result: IdentificationData) -> str:
-    """Says how much of the intervals is noise; empty where the gains of the efforts are exact."""
+    """Says how much of the intervals is noise; empty where gains and known tool are exact."""
     if result.calibrated is not None or (result.fit.noise_fraction == 1).all():
         return ""
     shares = _noise_shares(result.fit.noise_fraction)
-    return f"the uncertainty of the effort gains is in the intervals {shares}"
+    return f"the uncertainty of {constant_errors(result)} is in the intervals {shares}"
+
+
+def constant_errors(result: IdentificationData) -> str:
+    """Names what is uncertain besides the noise of the recording, which no motion reduces."""
+    uses_efforts = result.method in ("effort", "combined")
+    has_tool = result.setup.known_tool is not None and np.any(result.setup.known_tool_std_devs)
+    return listed(
+        [
+            *(["the effort gains"] if uses_efforts or not has_tool else []),
+            *(["the known tool"] if has_tool else []),
+        ]
+    )
 
 
 def _noise_shares(noise_fraction: NDArray[np.float64]) -> str:

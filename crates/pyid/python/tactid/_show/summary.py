@@ -4,6 +4,7 @@ from html import escape
 
 from tactid._base.naming import Style
 from tactid._results.identification import IdentificationData, Recorded
+from tactid._results.provenance import sentence
 from tactid._results.table import heading, html_table, plain_text
 from tactid._show.outlook import WITHIN, outlook
 from tactid._show.remarks import assumptions, remarks
@@ -11,13 +12,13 @@ from tactid._show.reported import column
 
 
 def lines(result: Recorded, within: float = WITHIN, style: Style = "keyword") -> list[str]:
-    """Returns the remarks, the outlook and the assumptions, a line each.
+    """Returns remarks, outlook, assumptions and where the result comes from, a line each.
 
     What shows the result to be wrong comes first.
     """
-    sentence = outlook(result, within) if isinstance(result, IdentificationData) else None
-    ahead = [] if sentence is None else [sentence]
-    return [*remarks(result, style), *ahead, assumptions(result)]
+    longer = outlook(result, within) if isinstance(result, IdentificationData) else None
+    ahead = [] if longer is None else [longer]
+    return [*remarks(result, style), *ahead, assumptions(result), sentence(result)]
 
 
 def text(result: Recorded) -> str:
@@ -30,4 +31,4 @@ def html(result: Recorded) -> str:
     """Returns a small table for a notebook, and what shows the result to be wrong."""
     shown = html_table(column(result), heading(result.estimate.frame))
     first = remarks(result)[:1] if result.is_contradicted else []
-    return shown + "".join(f"<p>{escape(sentence)}</p>" for sentence in first)
+    return shown + "".join(f"<p>{escape(line)}</p>" for line in first)

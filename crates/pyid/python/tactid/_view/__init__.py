@@ -40,7 +40,7 @@ def record(
     except ModuleNotFoundError as error:
         if error.name is None or error.name.partition(".")[0] not in ("rerun", "rerun_bindings"):
             raise
-        raise TactidError("Rerun is missing, which shows it: pip install 'tactid[view]'") from None
+        raise TactidError("Rerun is missing, which shows it: pip install rerun-sdk") from None
     estimate = None if result is None else Estimate.read(result)
     scene = _scene(log, urdf, estimate)
     # A name that is not UTF-8 is shown with replacement characters.
