@@ -159,7 +159,6 @@ fn intervals_hold_for_few_and_many_poses() {
             inside[4 + k] += usize::from(error.abs() < 1.96 * std_devs[k]);
         }
     }
-    println!("coverage of mass, centre and offset: {inside:?} of {DRAWS}");
     let all: usize = inside.iter().sum();
     assert!(
         (0.94..0.96).contains(&(all as f64 / (10.0 * DRAWS as f64))),
@@ -186,7 +185,6 @@ fn intervals_hold_for_two_attitudes() {
             missed += usize::from(!(low..high).contains(truth));
         }
     }
-    println!("of {known} intervals of the centre of mass from two attitudes, {missed} miss it");
     assert!(20 * missed <= known, "{missed} of {known}");
 }
 

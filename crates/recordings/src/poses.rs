@@ -1,15 +1,18 @@
 //! Identification from poses at rest: arrays without times.
 
+use std::ops::ControlFlow;
+
 use tactid_dynamics::{BaseKind, Wrench};
 use tactid_identify::{BaseState, BatchResult, EquationSettings, Method, RestIdentifier, Sample};
 
 use crate::alignment::{Event, Measured};
 use crate::arrays::ArrayRecording;
+use crate::beginning::identifying;
 use crate::identification::negate_offsets;
 use crate::recording::Recording;
 use crate::{
     ActsOn, Arrays, Clock, EstimatorKind, Finding, GravityChoice, Identification, OffsetChoice,
-    RecordingError, RecordingReport, Request,
+    RecordingError, RecordingReport, Request, Setup,
 };
 
 /// Identifies the payload from poses at rest: attitudes and wrenches without times.
@@ -52,7 +55,9 @@ pub fn identify_poses(
     let equations = equations(request);
     let sensors: Vec<&str> = sources.sensors.iter().map(String::as_str).collect();
     let (robot, tip) = (&sources.robot, &sources.options.tip);
-    let tool = request.known_tool;
+    let of_tool = request.tool_at(tip, EstimatorKind::LeastSquares)?;
+    let tool = request.known_tool();
+    let beginning = recording.beginning(&mut |_| ControlFlow::Continue(()))?;
     let mut identifier = RestIdentifier::new(robot, tip, &sensors, &equations, tool)?;
     let mut joints = Vec::new();
     let faults = recording.each_sample(|events| {
@@ -72,7 +77,9 @@ pub fn identify_poses(
     if request.wrench_acts_on == Some(ActsOn::Sensor) {
         negate_offsets(&mut result);
     }
+    let noticed = result.findings.drain(..).map(Finding::Data);
     let report = RecordingReport {
+        setup: Setup::new(sources, request, identifying(&beginning), None),
         method: Method::Tactile,
         estimator: EstimatorKind::LeastSquares,
         cutoff_hz: f64::NAN,
@@ -83,7 +90,7 @@ pub fn identify_poses(
         start_ns: 0,
         duration_s: 0.0,
         faults: faults.without_times().to_vec(),
-        findings: result.findings.drain(..).map(Finding::Data).collect(),
+        findings: of_tool.into_iter().chain(noticed).collect(),
         interrupted: false,
         damage: Vec::new(),
     };

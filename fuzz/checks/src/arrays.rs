@@ -7,8 +7,8 @@ use arbitrary::Arbitrary;
 use nalgebra::{Isometry3, Vector3};
 use tactid_dynamics::{BaseKind, Urdf};
 use tactid_recordings::{
-    ActsOn, Arrays, BoundingBox, EstimatorKind, Method, OffsetChoice, Request, UnloadedArrays,
-    identify_arrays,
+    ActsOn, Arrays, BoundingBox, EstimatorKind, GravityChoice, Method, OffsetChoice, Request,
+    UnloadedArrays, identify_arrays,
 };
 
 #[derive(Arbitrary, Debug)]
@@ -129,7 +129,7 @@ fn request(input: &Input) -> Request {
         wrench_acts_on: input.acts_on_sensor.then_some(ActsOn::Sensor),
         gravity: input
             .gravity
-            .map(|all| Vector3::from(all.map(|number| number.0))),
+            .map(|all| GravityChoice::Given(all.map(|number| number.0).into())),
         cutoff_hz: input.cutoff_hz.map(|number| number.0),
         max_gap_s: input.max_gap_s.map(|number| number.0),
         delay_s: input.delay_s.map(|number| number.0),

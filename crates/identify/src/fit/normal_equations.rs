@@ -264,7 +264,10 @@ mod tests {
             assert!(difference < 1e-6 * expected.amax(), "{difference}");
             let exact = changed(&equations, |_, row| row.gain_error = 0.0);
             let exact = least_squares::fit(&exact, options).unwrap();
-            assert_eq!(exact.noise_fraction(&exact.parameters, &SMatrix::zeros()), [1.0; 10]);
+            assert_eq!(
+                exact.noise_fraction(&exact.parameters, &SMatrix::zeros()),
+                [1.0; 10]
+            );
             let added = (found.covariance - exact.covariance - expected).amax();
             assert!(added < 1e-6 * expected.amax(), "{added}");
         }

@@ -274,6 +274,7 @@ impl RestIdentifier {
             held_out: vec![false; rows.len()],
             residual_rms: (0..WRENCH).map(rms).collect(),
             held_out_rms: vec![f64::NAN; WRENCH],
+            held_out_plain_rms: vec![f64::NAN; WRENCH],
             noise_fraction: [1.0; 10],
             excitation: excitation.strengths,
             excitation_directions: excitation.directions.iter().map(|v| (*v).into()).collect(),

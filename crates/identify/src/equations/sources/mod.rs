@@ -26,8 +26,8 @@ use crate::{IdentifyError, Method};
 /// One of the measurement sources.
 #[derive(Clone, Debug)]
 pub(crate) enum Source {
-    /// The wrenches of the sensors.
-    Wrench(WrenchSource),
+    /// The wrenches of the sensors, which has the most fields.
+    Wrench(Box<WrenchSource>),
     /// The joint efforts.
     Effort(EffortSource),
     /// The motion of all bodies but the end-effector.
@@ -41,7 +41,7 @@ impl std::ops::Deref for Source {
 
     fn deref(&self) -> &Self::Target {
         match self {
-            Self::Wrench(source) => source,
+            Self::Wrench(source) => &**source,
             Self::Effort(source) => source,
             Self::Momentum(source) => source,
             Self::Base(source) => source,
@@ -52,7 +52,7 @@ impl std::ops::Deref for Source {
 impl std::ops::DerefMut for Source {
     fn deref_mut(&mut self) -> &mut Self::Target {
         match self {
-            Self::Wrench(source) => source,
+            Self::Wrench(source) => &mut **source,
             Self::Effort(source) => source,
             Self::Momentum(source) => source,
             Self::Base(source) => source,
@@ -73,7 +73,8 @@ pub(crate) fn sources_of(
     projection: Option<Matrix6<f64>>,
 ) -> Result<Vec<Source>, IdentifyError> {
     // Also a sensor that the method does not use must be a link of the robot.
-    let wrench = Source::Wrench(WrenchSource::new(robot, sensors, settings, projection)?);
+    let wrench = WrenchSource::new(robot, sensors, settings, projection)?;
+    let wrench = Source::Wrench(Box::new(wrench));
     let effort = || Source::Effort(EffortSource::new(robot, tool, settings));
     Ok(match settings.method {
         Method::Tactile => vec![wrench],

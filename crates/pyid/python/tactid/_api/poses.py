@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from tactid import _native
-from tactid._api.offline import identification, inputs
+from tactid._api.offline import identification, inputs, provenance
 from tactid._api.result import Identification
 from tactid._base.values import Array
 from tactid._native import Manipulator
@@ -78,14 +78,18 @@ def identify_poses(
         q, pose, wrench = _one_by_one(q, pose, np.asarray(wrench))
     arrays: dict[str, Any] = {"robot": robot, "q": q, "pose": pose, "wrench": wrench}
     found = _native.identify_poses(collected.plain(), sensors=sensors, **arrays)
-    return cast(Identification, identification(found))
+    return cast(
+        Identification, identification(found | provenance(inputs(None, collected), collected))
+    )
 
 
 def identify_pose_table(path: Path, arrays: Mapping[str, Any], options: Options) -> Identification:
     """Identifies the payload from the arrays of a table of poses: see :func:`identify_poses`."""
     collected = collect(options, {}, "poses")
     found = _native.identify_poses(collected.plain(), **arrays)
-    return cast(Identification, identification(found | {"inputs": inputs(path, collected)}))
+    return cast(
+        Identification, identification(found | provenance(inputs(path, collected), collected))
+    )
 
 
 def _one_by_one(
