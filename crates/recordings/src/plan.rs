@@ -45,8 +45,7 @@ impl<'a> Plan<'a> {
         let sources = recording.sources();
         let events = recording.beginning(observer)?;
         let (streams, mut options, mut findings) = choose_streams(sources, &events, request)?;
-        findings.extend(options.not_used(request, &sources.contents));
-        findings.extend(request.tool_at(&options.tip, options.estimator)?);
+        findings.extend(checked(request, &options, sources)?);
         let is_mixed = are_mixed(&Steps::findings_of(sources, &events));
         if !is_mixed {
             let max_gap_s = options.equations.max_gap_s;
@@ -58,7 +57,6 @@ impl<'a> Plan<'a> {
             options: &options,
             events: &events,
         };
-        check_weight(request, &options, sources)?;
         let chosen = options
             .chooses_cutoff
             .then(|| preview.choose_cutoff(&streams));
@@ -153,6 +151,18 @@ fn check_weight(
         });
     }
     Ok(())
+}
+
+/// Checks that the options fit the recording, and reports which of them are not used or assumed.
+fn checked(
+    request: &Request,
+    options: &Options,
+    sources: &Sources,
+) -> Result<Vec<Finding>, RecordingError> {
+    check_weight(request, options, sources)?;
+    let mut findings = options.not_used(request, &sources.contents);
+    findings.extend(request.tool_at(&options.tip, options.estimator)?);
+    Ok(findings)
 }
 
 /// Sets what the beginning shows of the channels of the wrenches: the noise of averages, and which of

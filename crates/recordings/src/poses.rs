@@ -8,6 +8,7 @@ use tactid_identify::{BaseState, BatchResult, EquationSettings, Method, RestIden
 use crate::alignment::{Event, Measured};
 use crate::arrays::ArrayRecording;
 use crate::beginning::identifying;
+use crate::fault::FaultCounts;
 use crate::identification::negate_offsets;
 use crate::recording::Recording;
 use crate::{
@@ -59,20 +60,7 @@ pub fn identify_poses(
     let tool = request.known_tool();
     let beginning = recording.beginning(&mut |_| ControlFlow::Continue(()))?;
     let mut identifier = RestIdentifier::new(robot, tip, &sensors, &equations, tool)?;
-    let mut joints = Vec::new();
-    let faults = recording.each_sample(|events| {
-        if let Some((base, wrenches)) = sample(events, sensors.len(), robot.dof(), &mut joints) {
-            identifier.push(&Sample {
-                time_s: 0.0,
-                base,
-                joint_position: &joints,
-                joint_velocity: &[],
-                joint_effort: &[],
-                wrenches: &wrenches,
-            })?;
-        }
-        Ok::<(), RecordingError>(())
-    })?;
+    let faults = push_samples(&recording, &mut identifier)?;
     let mut result = identifier.solve()?;
     if request.wrench_acts_on == Some(ActsOn::Sensor) {
         negate_offsets(&mut result);
@@ -95,6 +83,29 @@ pub fn identify_poses(
         damage: Vec::new(),
     };
     Ok(identification(result, report))
+}
+
+/// Pushes all samples that can be used, and returns what could not.
+fn push_samples(
+    recording: &ArrayRecording<'_>,
+    identifier: &mut RestIdentifier,
+) -> Result<FaultCounts, RecordingError> {
+    let sources = recording.sources();
+    let (sensors, dof) = (sources.sensors.len(), sources.robot.dof());
+    let mut joints = Vec::new();
+    recording.each_sample(|events| {
+        if let Some((base, wrenches)) = sample(events, sensors, dof, &mut joints) {
+            identifier.push(&Sample {
+                time_s: 0.0,
+                base,
+                joint_position: &joints,
+                joint_velocity: &[],
+                joint_effort: &[],
+                wrenches: &wrenches,
+            })?;
+        }
+        Ok::<(), RecordingError>(())
+    })
 }
 
 /// Returns the number of rows of the first array that has one for each pose.

@@ -14,7 +14,7 @@ use crate::diagnosis::{
     ConsistentPayload, consistent_payload, data_findings, mass_finding, without_repetition,
     wrong_assumptions,
 };
-use crate::equations::{Channels, EquationSettings, EquationStream, PushOutcome, Sample};
+use crate::equations::{Channels, Equation, EquationSettings, EquationStream, PushOutcome, Sample};
 use crate::finding::{Finding, Hypothesis, WrongAssumption};
 use crate::fit::further::{self, FurtherFit};
 use crate::fit::{Delay, Fit, FitOptions, least_squares};
@@ -175,17 +175,7 @@ impl BatchIdentifier {
         let solution = self.without_known_mass()?;
         let (channels, fit_without_mass) = (&solution.channels, &solution.found.fit);
         let equations = &solution.found.equations[..];
-        let known_mass = self
-            .settings
-            .known_mass
-            .map(|mass| known.mass_of_load(mass));
-        let known_mass_fit = known_mass.and_then(|mass| {
-            let options = FitOptions {
-                known_mass: Some(mass),
-                ..FitOptions::new(channels)
-            };
-            least_squares::fit(equations, options)
-        });
+        let known_mass_fit = self.with_known_mass(channels, equations, &known);
         let fit = known_mass_fit.as_ref().unwrap_or(fit_without_mass);
         let bounding_box = self.settings.bounding_box.as_ref();
         let consistent = consistent_payload(fit, &known, bounding_box);
@@ -232,6 +222,20 @@ impl BatchIdentifier {
             delay: self.remaining_delay(&solution),
             findings: self.findings(&solution, fit, consistent, known.mass_kg()),
         })
+    }
+
+    /// Fits the parameters with the mass of the payload, where that is known.
+    fn with_known_mass(
+        &self,
+        channels: &Channels,
+        equations: &[Equation],
+        known: &KnownBodies,
+    ) -> Option<Fit> {
+        let options = FitOptions {
+            known_mass: Some(known.mass_of_load(self.settings.known_mass?)),
+            ..FitOptions::new(channels)
+        };
+        least_squares::fit(equations, options)
     }
 
     /// Returns what was noticed, given the fit that is reported, the payload that is consistent with it, and the mass of the
