@@ -123,7 +123,7 @@ fn steps_of_positions_are_reported() {
     let mixed = findings_after(200.0, |instant| {
         let sample = (200.0 * instant.time_s).round() as i32;
         if sample % 10 == 0 {
-            instant.joints[1][0] += 2.0;
+            instant.joints[0][1] += 2.0;
         }
     });
     let jump = |f: &Finding| matches!(f, Finding::PositionsJump(j) if j.are_of_two_sources());
