@@ -89,7 +89,8 @@ def formats_of(result: Identification | tactid.Combination) -> list[Callable[...
 def test_a_caller_gets_an_exception_unless_it_insists(shifted: Path) -> None:
     wrong = tactid.identify(shifted, tip="wrist_3_link", wrench_offset="no")
     sound = tactid.identify(shifted, tip="wrist_3_link", wrench_offset="yes")
-    both = tactid.combine([sound, replace(wrong, inputs={})])
+    other = replace(wrong.setup, beginning="another recording")
+    both = tactid.combine([sound, replace(wrong, inputs={}, setup=other)])
     for result in (wrong, both):
         assert result.is_contradicted
         for form in formats_of(result):

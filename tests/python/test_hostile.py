@@ -158,7 +158,7 @@ def run_info(monkeypatch: pytest.MonkeyPatch) -> Callable[[Exception], int]:
         def fail(_log: Path) -> None:
             raise error
 
-        monkeypatch.setattr(cli, "log_info", fail)
+        monkeypatch.setattr(cli, "contents", fail)
         monkeypatch.setattr(sys, "argv", ["tactid", "info", "a"])
         monkeypatch.setenv("MPLBACKEND", "agg")
         return __main__._run()

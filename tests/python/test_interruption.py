@@ -72,7 +72,7 @@ def interrupt(*_: object) -> None:
 def test_ctrl_c_that_a_command_does_not_handle_is_one_line(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    monkeypatch.setattr(cli, "log_info", interrupt)
+    monkeypatch.setattr(cli, "contents", interrupt)
     monkeypatch.setattr(sys, "argv", ["tactid", "info", "run.mcap"])
     assert cli.run() == 130
     assert capsys.readouterr().err == "tactid: interrupted\n"
@@ -168,7 +168,7 @@ def test_an_interruption_that_a_library_turns_into_its_own_error_is_one_line(
         f"    try:\n        os.kill(os.getpid(), signal.{name})\n"
         "    except BaseException:\n        pass\n"
         "    raise ValueError('invalid bounding box')\n"
-        "cli.log_info = swallow\n"
+        "cli.contents = swallow\n"
         "__main__.main()\n"
     )
     done = subprocess.run(

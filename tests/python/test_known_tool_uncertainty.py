@@ -185,7 +185,7 @@ def test_a_wrong_tool_is_refused(gripper: Any, tmp_path: Path) -> None:
             "estimate": document["estimate"]
             | {"values": document["estimate"]["values"] | {"mass": None}}
         },
-        "expected a JSON file": {"estimate": 1},
+        "expected the JSON file": {"estimate": 1},
     }
     for message, changes in cases.items():
         (tmp_path / "tool.json").write_text(json.dumps(document | changes))

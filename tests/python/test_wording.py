@@ -172,7 +172,27 @@ FINDINGS = [
     ),
     Finding(
         "constant_channels",
-        {"source": "/wrench", "frame": "tool0", "channels": ["force x"], "is_zero": True},
+        {
+            "source": "/wrench",
+            "frame": "tool0",
+            "channels": ["force x"],
+            "is_zero": True,
+            "is_left_out": False,
+        },
+    ),
+    Finding(
+        "poses_at_rest",
+        {
+            "attitudes": 24,
+            "samples": 2400,
+            "frame": "sensor",
+            "has_offset": True,
+            "force_noise": 0.0096,
+            "moment_noise": 0.0005,
+            "next_gravity": [1.0, 0.0, -1.0],
+            "next_value": "com.x",
+            "next_fraction": 0.98,
+        },
     ),
     Finding("angles_continued", {"joints": ["joint_1"], "count": 22}),
     Finding(
@@ -385,6 +405,12 @@ SENTENCES = {
     "constant_channels": (
         "/wrench: force x in `tool0` is exactly zero in all samples, as of a sensor that does not"
         " measure it. The estimate takes it for measured."
+    ),
+    "poses_at_rest": (
+        "The payload is identified from 24 attitudes at rest (the means of 2400 samples), which"
+        " never show the inertia. The intervals follow from the noise between attitudes, 0.0096 N"
+        " and 0.0005 N m. A further attitude with gravity in the middle between +x and -z of sensor"
+        " would help most: the interval of com.x becomes 2 % narrower."
     ),
     "angles_continued": (
         "The positions of joint_1 start again after a turn, 22 times: they were continued."

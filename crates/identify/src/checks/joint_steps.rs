@@ -44,13 +44,16 @@ pub struct StepMonitor {
     names: Vec<String>,
     time_s: f64,
     last: Vec<f64>,
-    /// The last step of each joint, rad or m; NaN before there is one.
-    steps: Vec<f64>,
+    /// The last step of each joint that is more than a motion, rad or m; zero before there is one.
+    fast: Vec<f64>,
     samples: u64,
     /// Number of new starts of each joint.
     starts: Vec<u64>,
     /// Number of jumps of each joint.
     jumps: Vec<u64>,
+    /// Number of steps in the direction of the fast one before, as of positions in degrees. Samples of two sources go to and
+    /// fro.
+    onward: u64,
     /// Number of samples with a jump.
     jumped: u64,
     /// Time of the last jump or start, s.
@@ -76,10 +79,11 @@ impl StepMonitor {
             names: joints.iter().map(|&joint| names[joint].clone()).collect(),
             time_s: f64::NEG_INFINITY,
             last: vec![0.0; joints.len()],
-            steps: vec![f64::NAN; joints.len()],
+            fast: vec![0.0; joints.len()],
             samples: 0,
             starts: vec![0; joints.len()],
             jumps: vec![0; joints.len()],
+            onward: 0,
             jumped: 0,
             noticed_s: f64::NEG_INFINITY,
             first: None,
@@ -116,14 +120,14 @@ impl StepMonitor {
 
     /// Counts a step of a joint, and returns its size if it is a jump.
     fn jump(&mut self, joint: usize, change: f64, duration_s: f64) -> Option<f64> {
-        let before = std::mem::replace(&mut self.steps[joint], change);
         let step = Step::of(change, duration_s, self.are_angles[joint]);
-        // One that is much like the one before belongs to a motion, as of positions in degrees.
-        let is_steady = before.is_nan() || (change - before).abs() < before.abs();
         match step {
             Step::Motion { turns: 0.0 } => return None,
             Step::Motion { .. } => self.starts[joint] += 1,
-            Step::Jump if is_steady => return None,
+            Step::Jump if std::mem::replace(&mut self.fast[joint], change) * change > 0.0 => {
+                self.onward += 1;
+                return None;
+            }
             Step::Jump => self.jumps[joint] += 1,
         }
         self.noticed_s = self.time_s + duration_s;
@@ -134,7 +138,10 @@ impl StepMonitor {
     /// positions.
     #[must_use]
     pub fn jumps(&self, source: &str, span_s: f64) -> Option<PositionJumps> {
-        let first = self.first.filter(|_| self.is_recent(span_s))?;
+        let are_to_and_fro = self.jumps.iter().sum::<u64>() > self.onward;
+        let first = self
+            .first
+            .filter(|_| are_to_and_fro && self.is_recent(span_s))?;
         let others = (0..self.names.len()).filter(|&joint| joint != first.joint);
         let jumping = others.filter(|&joint| self.jumps[joint] > 0);
         let joints = std::iter::once(first.joint).chain(jumping);

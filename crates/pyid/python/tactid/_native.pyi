@@ -45,6 +45,7 @@ __all__ = [
     "identify_arrays",
     "identify_log",
     "identify_logs",
+    "identify_poses",
     "info",
     "options",
     "probability",

@@ -63,9 +63,7 @@ def _of_file(path: Path) -> dict[str, Any]:
     except OSError as error:
         raise _error(f"is {path}: {error.strerror}") from None
     except (ValueError, KeyError, TypeError, RecursionError):
-        raise _error(
-            f"is {path}: expected a JSON file that --result or --json of tactid identify wrote"
-        ) from None
+        raise _error(f"is {path}: expected the JSON file of an earlier result") from None
     if document.get("is_contradicted"):
         raise _error(f"is {path}, a result that its data contradict: identify the tool again")
     std_devs = estimate.get("std_devs")
