@@ -51,8 +51,8 @@ pub struct StepMonitor {
     starts: Vec<u64>,
     /// Number of jumps of each joint.
     jumps: Vec<u64>,
-    /// Number of steps in the direction of the fast one before, as of positions in degrees. Samples of two sources go to and
-    /// fro.
+    /// Number of jumps in the direction of the one before: many of them are a motion, as of positions in degrees. Samples of
+    /// two sources go to and fro.
     onward: u64,
     /// Number of samples with a jump.
     jumped: u64,
@@ -124,11 +124,11 @@ impl StepMonitor {
         match step {
             Step::Motion { turns: 0.0 } => return None,
             Step::Motion { .. } => self.starts[joint] += 1,
-            Step::Jump if std::mem::replace(&mut self.fast[joint], change) * change > 0.0 => {
-                self.onward += 1;
-                return None;
+            Step::Jump => {
+                let before = std::mem::replace(&mut self.fast[joint], change);
+                self.onward += u64::from(before * change > 0.0);
+                self.jumps[joint] += 1;
             }
-            Step::Jump => self.jumps[joint] += 1,
         }
         self.noticed_s = self.time_s + duration_s;
         (step == Step::Jump).then_some(change.abs())
@@ -138,10 +138,11 @@ impl StepMonitor {
     /// positions.
     #[must_use]
     pub fn jumps(&self, source: &str, span_s: f64) -> Option<PositionJumps> {
-        let are_to_and_fro = self.jumps.iter().sum::<u64>() > self.onward;
+        let jumps: u64 = self.jumps.iter().sum();
+        let is_motion = self.onward >= FEWEST_JUMPS && 2 * self.onward > jumps;
         let first = self
             .first
-            .filter(|_| are_to_and_fro && self.is_recent(span_s))?;
+            .filter(|_| !is_motion && self.is_recent(span_s))?;
         let others = (0..self.names.len()).filter(|&joint| joint != first.joint);
         let jumping = others.filter(|&joint| self.jumps[joint] > 0);
         let joints = std::iter::once(first.joint).chain(jumping);
