@@ -95,6 +95,7 @@ bench-study-logs: $(VENV)/installed ## from logs with 1 % noise on every channel
 bench-coverage: $(VENV)/installed ## how often 95 % intervals hold the truth, 2000 runs of each method, 400 of each motion from efforts, and errors of the model
 	$(BIN)/python bench/coverage.py
 	$(BIN)/python bench/coverage_efforts.py
+	$(BIN)/python bench/coverage_remedies.py
 	$(BIN)/python bench/coverage_model.py
 
 bench-hour: $(VENV)/installed ## seconds and memory for a log of one hour at 1 kHz, which is simulated first

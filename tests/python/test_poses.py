@@ -10,6 +10,9 @@ from numpy.typing import NDArray
 
 import tactid
 from conftest import TactidCommand
+from recorded_arm import ur5e
+from tactid._api.poses import identify_pose_table
+from tactid._read.pose_table import read_poses
 from test_cli import assert_refused
 
 Array = NDArray[np.float64]
@@ -199,3 +202,34 @@ def test_a_wrong_table_is_refused(
     table = tmp_path / "poses.csv"
     table.write_text(text)
     assert_refused(command("identify", str(table)), message)
+
+
+def test_a_motion_without_known_times_is_not_at_rest(
+    command: TactidCommand, tmp_path: Path
+) -> None:
+    _pose, wrench = poses(24)
+    (tmp_path / "arm.urdf").write_text(ur5e())
+    names = ",".join(["Zeit", *(f"q_{k}" for k in range(6)), *(f"qd_{k}" for k in range(6))])
+    rows = np.hstack([np.arange(24)[:, None], np.zeros((24, 12)), wrench])
+    table = tmp_path / "motion.csv"
+    np.savetxt(table, rows, delimiter=",", header=names + ",fx,fy,fz,tx,ty,tz", comments="")
+    refused = command("identify", str(table), "--urdf", str(tmp_path / "arm.urdf"))
+    assert_refused(refused, "no columns that are known as `time`")
+
+
+def test_a_table_of_rotation_matrices_and_a_robot_in_toml(tmp_path: Path) -> None:
+    pose, wrench = poses(24)
+    path = tmp_path / "poses.npz"
+    np.savez(path, pose=rotations(pose[:, 3:]), wrench=wrench)
+    options = tactid.Options(wrench_acts_on="sensor")
+    arrays = read_poses(path, options)
+    assert arrays is not None
+    found = identify_pose_table(path, arrays, options)
+    assert np.allclose(
+        found.estimate.values, identify(pose, wrench).estimate.values, equal_nan=True
+    )
+    (tmp_path / "arm.toml").write_text("[[joints]]\nd = 0.3\nalpha_deg = 90\n[[joints]]\na = 0.4\n")
+    q = np.random.default_rng(1).uniform(-3, 3, size=(24, 2))
+    result = tactid.identify_poses(urdf=tmp_path / "arm.toml", q=q, wrench=wrench)
+    assert result.given["urdf"] == str(tmp_path / "arm.toml")
+    assert list(result.hashes["`urdf`"]) == ["arm.toml"]

@@ -13,6 +13,7 @@ import pytest
 from pyarrow import parquet
 
 import tactid
+from conftest import TactidCommand
 from recorded_arm import FIXED, JOINTS, PAYLOAD, ur5e
 from recordings import state
 from tactid._read import columns, tables
@@ -191,6 +192,11 @@ def test_efforts_and_an_unloaded_reference_come_from_tables(tmp_path: Path) -> N
     assert_right(identified(loaded, unloaded=unloaded))
     arm = tactid.calibrate([unloaded], urdf=ur5e())
     assert [each.path for each in arm.recordings] == [unloaded]
+    # A calibration needs the efforts also of a table that has a wrench.
+    names += AXES
+    every = np.column_stack([s.time, s.q, s.unloaded_effort, s.wrench])
+    arm = tactid.calibrate([write(tmp_path / "both.csv", names, every)], urdf=ur5e())
+    assert len(arm.recordings) == 1
 
 
 def test_currents_are_no_torques(rows: np.ndarray, tmp_path: Path) -> None:
@@ -361,3 +367,49 @@ def test_progress_can_stop_the_reading_of_a_table(rows: np.ndarray, tmp_path: Pa
         identified(path, progress=stop)
     assert len(done) == 1
     assert 0 < done[0] < 0.5
+
+
+def test_the_command_chooses_an_episode(
+    command: TactidCommand, rows: np.ndarray, tmp_path: Path
+) -> None:
+    """Also what follows the identification, such as the table of a comparison, has the episode."""
+    folder, _ = data_set(tmp_path, rows)
+    (tmp_path / "arm.urdf").write_text(ur5e())
+    options = (folder, "--episode", "1", "--urdf", tmp_path / "arm.urdf", "--cutoff-hz", "5")
+    for name in ("identify", "compare"):
+        done = command(name, *options)
+        assert done.returncode == 0, done.stderr
+    record = json.loads(command("identify", *options, "--json").stdout)
+    assert list(record["sha256"]["log"]) == ["data/chunk-000/file-000.parquet"]
+
+
+def test_arrays_with_other_numbers_of_rows_are_an_error(rows: np.ndarray, tmp_path: Path) -> None:
+    path = tmp_path / "rates.npz"
+    np.savez(path, time=rows[:, 0], q=rows[:, 1:7], wrench=np.repeat(rows[:, 13:], 2, axis=0))
+    with pytest.raises(tactid.LogError, match=r"`wrench` has 1\d\d\d rows, but `\w+` has \d+"):
+        identified(path)
+
+
+@pytest.mark.parametrize(
+    ("given", "message"),
+    [
+        ({"columns": "q=a"}, "`columns` is 'q=a'"),
+        ({"columns": {"q": [1]}}, "`columns` is"),
+        ({"columns": {"q": []}}, "`columns` is"),
+        ({"episode": "1"}, "`episode` is '1': expected a whole number"),
+    ],
+)
+def test_an_option_of_tables_of_another_type_is_refused(
+    rows: np.ndarray, tmp_path: Path, given: dict[str, Any], message: str
+) -> None:
+    path = write(tmp_path / "a.csv", NUMBERS, rows)
+    with pytest.raises(tactid.ArgumentError, match=message):
+        identified(path, **given)
+
+
+def test_a_text_of_a_robot_may_begin_with_a_byte_order_mark(
+    rows: np.ndarray, tmp_path: Path
+) -> None:
+    result = identified(write(tmp_path / "a.csv", NUMBERS, rows), urdf="\ufeff" + ur5e())
+    assert result.given["urdf"] == "as text"
+    assert "`urdf`" not in result.inputs

@@ -23,10 +23,11 @@ pub(crate) fn finding_data<N: Notice + Serialize>(
 ) -> PyResult<FindingData> {
     let data = pythonize(py, notice)?.cast_into::<PyDict>()?;
     // A contradiction of a calibration is a finding by its assumption.
-    let tag = ["kind", "assumption"]
-        .into_iter()
-        .find(|tag| matches!(data.contains(tag), Ok(true)));
-    let tag = tag.unwrap_or("kind");
+    let tag = if data.contains("kind")? {
+        "kind"
+    } else {
+        "assumption"
+    };
     let kind = data.as_any().get_item(tag)?.extract()?;
     data.del_item(tag)?;
     Ok((kind, data.unbind()))

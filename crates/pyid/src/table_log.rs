@@ -48,29 +48,23 @@ pub(crate) fn write_samples(
     let mut interruption = InterruptionCheck::new(None);
     let written = detached(py, || {
         let mut log = LogWriter::create(&path)?;
-        if let Some(rows) = &joints {
-            let message = |k| rows.message(k);
-            write(
-                &mut log,
-                &rows.topic,
-                &rows.time,
-                message,
-                &mut interruption,
-            )?;
-        }
-        if let Some(rows) = &wrench {
-            let message = |k| rows.message(k);
-            write(
-                &mut log,
-                &rows.topic,
-                &rows.time,
-                message,
-                &mut interruption,
-            )?;
-        }
+        write(&mut log, joints.as_ref(), &mut interruption)?;
+        write(&mut log, wrench.as_ref(), &mut interruption)?;
         log.finish().map(|_| ())
     })?;
     interruption.finish(py, written.map_err(IntoPyErr::into_py_err))
+}
+
+/// Rows of a table that are messages of one topic.
+trait Rows {
+    type Message: Message;
+
+    fn topic(&self) -> &str;
+
+    /// Times of the rows, s.
+    fn time(&self) -> &Series;
+
+    fn message(&self, row: usize) -> Self::Message;
 }
 
 /// Joint states, a row each.
@@ -98,6 +92,18 @@ impl JointRows {
             qd,
             effort,
         })
+    }
+}
+
+impl Rows for JointRows {
+    type Message = JointState;
+
+    fn topic(&self) -> &str {
+        &self.topic
+    }
+
+    fn time(&self) -> &Series {
+        &self.time
     }
 
     fn message(&self, k: usize) -> JointState {
@@ -129,6 +135,18 @@ impl WrenchRows {
             wrench,
         })
     }
+}
+
+impl Rows for WrenchRows {
+    type Message = WrenchStamped;
+
+    fn topic(&self) -> &str {
+        &self.topic
+    }
+
+    fn time(&self) -> &Series {
+        &self.time
+    }
 
     fn message(&self, k: usize) -> WrenchStamped {
         let vector = |first| <[f64; 3]>::from(self.wrench.vector(k, first)).into();
@@ -143,21 +161,22 @@ impl WrenchRows {
 }
 
 /// Writes the rows of one topic, unless the user interrupts.
-fn write<M: Message>(
+fn write<R: Rows>(
     log: &mut Log,
-    topic: &str,
-    times_s: &Series,
-    message: impl Fn(usize) -> M,
+    rows: Option<&R>,
     interruption: &mut InterruptionCheck,
 ) -> Result<(), LogError> {
-    let channel = log.channel::<M>(topic, Durability::Volatile)?;
+    let Some(rows) = rows else {
+        return Ok(());
+    };
+    let channel = log.channel::<R::Message>(rows.topic(), Durability::Volatile)?;
     let mut logged_ns = 0;
-    for (k, &time_s) in times_s.as_slice().iter().enumerate() {
+    for (k, &time_s) in rows.time().as_slice().iter().enumerate() {
         if k.is_multiple_of(CHECK_EVERY) && interruption.check(0.0).is_break() {
             break; // the check has the exception
         }
         logged_ns = nanoseconds(time_s).max(logged_ns);
-        log.write(&channel, logged_ns, &message(k))?;
+        log.write(&channel, logged_ns, &rows.message(k))?;
     }
     Ok(())
 }

@@ -9,6 +9,7 @@ from numpy.typing import ArrayLike
 
 from tactid import _native
 from tactid._api.calibration import Calibration, from_model
+from tactid._base.files import is_urdf_text
 from tactid._base.findings import DataFault, Finding
 from tactid._native import Manipulator
 from tactid._options.declaration import with_options
@@ -66,17 +67,15 @@ def calibrate(  # noqa: D417 - options are documented by their declarations
     own = take_own(keywords, "calibration")
     collected = collect(options, keywords, "calibration", ("robot", "options", "progress"))
     given = {role: _listed(own[role]) for role in ROLES if isinstance(own.get(role), _SOURCES)}
-    with opened([each for role in given.values() for each in role], collected, progress) as (
-        logs,
-        reader,
-    ):
+    sources = [each for role in given.values() for each in role]
+    with opened(sources, collected, progress, method="effort") as (logs, reader):
         remaining = iter(logs)
         own |= {role: [next(remaining) for _ in each] for role, each in given.items()}
         run = _native.calibrate_arm(own, reader.options.plain(), reader.progress, robot)
     paths = [each for role in given.values() for each in role if not isinstance(each, Mapping)]
     inputs: dict[str, Any] = {f"the log {path}": path for path in paths}
-    if isinstance(collected.urdf, str | os.PathLike):
-        inputs |= {} if str(collected.urdf).lstrip().startswith("<") else {"`urdf`": collected.urdf}
+    if isinstance(collected.urdf, str | os.PathLike) and not is_urdf_text(collected.urdf):
+        inputs["`urdf`"] = collected.urdf
     return from_model(
         run["model"],
         gain_prior=run["gain_prior"],

@@ -11,12 +11,13 @@ from tactid import _native
 from tactid._api.combined import Combination, combine
 from tactid._api.result import Identification, PaperIdentification
 from tactid._base.errors import ArgumentError
+from tactid._base.files import is_urdf_text
 from tactid._base.findings import DataFault, Finding
 from tactid._native import Manipulator
 from tactid._options.arrays import with_arrays
 from tactid._options.declaration import with_options
 from tactid._options.options import OPTIONS, Options, collect
-from tactid._read.descriptions import as_urdf
+from tactid._read.descriptions import with_urdf
 from tactid._read.recordings import LogPath, opened
 from tactid._results.provenance import given_options, hashes
 
@@ -148,10 +149,8 @@ def identify(  # noqa: D417 - arrays and options are documented by their declara
         _check_no_arrays(arrays, "the source is a list of logs")
         return _from_logs(source, collected, progress)
     collected = collect(options, keywords, "arrays", own)
-    if collected.urdf is not None:
-        collected = collected.replace(urdf=as_urdf(collected.urdf))
-    times = cast(ArrayLike, source)
-    found = _native.identify_arrays(times, collected.plain(), progress, **arrays)
+    times, plain = cast(ArrayLike, source), with_urdf(collected).plain()
+    found = _native.identify_arrays(times, plain, progress, **arrays)
     return identification(found | provenance(inputs(None, collected), collected))
 
 
@@ -204,7 +203,7 @@ def inputs(source: str | os.PathLike[str] | None, options: Options) -> dict[str,
     return {
         words: Path(path).absolute()
         for words, path in named.items()
-        if isinstance(path, str | os.PathLike) and not str(path).lstrip().startswith("<")
+        if isinstance(path, str | os.PathLike) and not is_urdf_text(path)
     }
 
 

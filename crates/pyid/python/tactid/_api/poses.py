@@ -14,6 +14,7 @@ from tactid._base.values import Array
 from tactid._native import Manipulator
 from tactid._options.declaration import with_options
 from tactid._options.options import OPTIONS, Options, collect
+from tactid._read.descriptions import with_urdf
 
 OWN = ("robot", "q", "pose", "wrench", "sensors", "options")
 """The keywords that are no options."""
@@ -69,27 +70,27 @@ def identify_poses(
             all poses have one attitude, which does not distinguish an offset from a weight.
     """
     collected = collect(options, keywords, "poses", OWN)
-    pose = _homogeneous(pose)
     if (
         wrench is not None
         and np.ndim(wrench) == 3
         and (sensors is None or isinstance(sensors, str))
     ):
         q, pose, wrench = _one_by_one(q, pose, np.asarray(wrench))
-    arrays: dict[str, Any] = {"robot": robot, "q": q, "pose": pose, "wrench": wrench}
-    found = _native.identify_poses(collected.plain(), sensors=sensors, **arrays)
-    return cast(
-        Identification, identification(found | provenance(inputs(None, collected), collected))
-    )
+    arrays = {"robot": robot, "q": q, "pose": pose, "wrench": wrench, "sensors": sensors}
+    return _identified(None, collected, arrays)
 
 
 def identify_pose_table(path: Path, arrays: Mapping[str, Any], options: Options) -> Identification:
     """Identifies the payload from the arrays of a table of poses: see :func:`identify_poses`."""
-    collected = collect(options, {}, "poses")
-    found = _native.identify_poses(collected.plain(), **arrays)
-    return cast(
-        Identification, identification(found | provenance(inputs(path, collected), collected))
-    )
+    collect(options.replace(columns=None), {}, "poses")
+    return _identified(path, options, arrays)
+
+
+def _identified(path: Path | None, options: Options, arrays: Mapping[str, Any]) -> Identification:
+    plain = with_urdf(options.replace(columns=None)).plain()
+    pose = _homogeneous(arrays.get("pose"))
+    found = _native.identify_poses(plain, **{**arrays, "pose": pose})
+    return cast(Identification, identification(found | provenance(inputs(path, options), options)))
 
 
 def _one_by_one(

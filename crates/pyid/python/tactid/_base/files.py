@@ -5,6 +5,7 @@ destination of a symbolic link is the file that it points to; the link stays. A 
 or a standard stream is never replaced: it gets the bytes of the complete file.
 """
 
+import functools
 import hashlib
 import os
 import secrets
@@ -175,8 +176,19 @@ def write_atomically(path: Path, content: str | bytes) -> None:
         temporary.write_bytes(encoded)
 
 
+def is_urdf_text(given: object) -> bool:
+    """Returns whether what stands for a URDF is its text, and not a path."""
+    return isinstance(given, str) and given.lstrip("\ufeff").lstrip().startswith("<")
+
+
 def sha256(path: Path) -> str:
-    """Returns the SHA-256 of a file as hexadecimal digits."""
+    """Returns the SHA-256 of a file as hexadecimal digits; a file is read again if it changes."""
+    status = path.stat()
+    return _sha256(path, status.st_size, status.st_mtime_ns)
+
+
+@functools.lru_cache(maxsize=256)
+def _sha256(path: Path, _size: int, _changed_ns: int) -> str:
     digest = hashlib.sha256()
     with path.open("rb") as file:
         while block := file.read(1 << 20):

@@ -11,7 +11,7 @@ from tactid._base.files import write_atomically
 from tactid._base.output_files import check_outputs
 from tactid._base.text_table import empty_table
 from tactid._base.values import NAMES, nested
-from tactid._cli import option_flags
+from tactid._cli import option_flags, option_text
 from tactid._cli.console import interruptible, notes, print_whole, progress
 from tactid._cli.identify_command import truth_in_frame
 from tactid._documents import result_json
@@ -37,6 +37,7 @@ def compare_recording(
             "--urdf": options["urdf"],
             "--unloaded": options["unloaded"],
             "--calibration": options["calibration"],
+            "--known-tool": option_text.tool_file(options["known_tool"]),
         },
     )
     with interruptible("no result"), progress("comparing") as done:

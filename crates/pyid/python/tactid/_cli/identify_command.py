@@ -138,7 +138,7 @@ def identify_recording(
             "--urdf": options["urdf"],
             "--unloaded": options["unloaded"],
             "--calibration": options["calibration"],
-            "--known-tool": _json_file(options["known_tool"]),
+            "--known-tool": option_text.tool_file(options["known_tool"]),
         },
     )
     if estimates is not None and len(logs) > 1:
@@ -174,14 +174,8 @@ def _identified(logs: list[Path], options: Options, done: Callable[[float], obje
     """Identifies the payload from logs, or from a table of poses at rest."""
     poses = read_poses(logs[0], options) if len(logs) == 1 else None
     if poses is not None:
-        return identify_pose_table(logs[0], *poses)
+        return identify_pose_table(logs[0], poses, options)
     return identify(tuple(logs), options=options, progress=done)
-
-
-def _json_file(known_tool: str | None) -> Path | None:
-    """Returns the file of a known tool that is given as one."""
-    is_file = known_tool is not None and Path(known_tool).suffix.lower() == ".json"
-    return Path(known_tool) if is_file and known_tool is not None else None
 
 
 def _print(log: Path, result: AnyResult, output: Output) -> IdentificationError | None:

@@ -9,7 +9,6 @@ from tactid._base.text_table import empty_table
 from tactid._native import LogInfo
 from tactid._read import columns
 from tactid._read.foreign_logs import BagInfo
-from tactid._read.recordings import ARRAYS
 from tactid._read.tables import Table as Columns
 
 MOST_TOPICS = 1000
@@ -46,7 +45,7 @@ def columns_table(table: Columns) -> Table:
     Those that are named after the joints of a robot are known with its URDF only.
     """
     known: dict[str | None, str] = {}
-    for array in ARRAYS:
+    for array in columns.DIMENSIONS:
         try:
             found = columns.find(table, [array])
         except ArgumentError:  # several may be the array

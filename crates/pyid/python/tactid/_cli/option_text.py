@@ -100,7 +100,12 @@ def body(flag: str, text: str) -> MassProperties:
 
 def tool(flag: str, text: str) -> MassProperties | str:
     """Reads the ten values of a known tool, or the path of a JSON file."""
-    return text if Path(text).suffix.lower() == ".json" else body(flag, text)
+    return body(flag, text) if tool_file(text) is None else text
+
+
+def tool_file(text: str | None) -> Path | None:
+    """Returns the JSON file that a known tool is given as; None where it is none."""
+    return Path(text) if text is not None and Path(text).suffix.lower() == ".json" else None
 
 
 def inertia(flag: str, text: str) -> list[list[float]]:

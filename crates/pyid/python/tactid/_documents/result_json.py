@@ -19,6 +19,7 @@ from tactid._documents import findings_json
 from tactid._native import MassProperties
 from tactid._results.identification import IdentificationData, Recorded
 from tactid._results.payload import PayloadEstimate
+from tactid._results.provenance import file_key
 from tactid._results.records import PrincipalMoments, Record, of_ten, schema_of
 from tactid._show import reported
 from tactid._show.outlook import WITHIN
@@ -153,17 +154,12 @@ def record(
         "motion_advice": motion_advice(unknown),
         **remaining,
         "remarks": remarks(result, style),
-        "files": {_what(words): path.name for words, path in result.inputs.items()},
-        "sha256": {_what(words): dict(each) for words, each in result.hashes.items()},
+        "files": {file_key(words): path.name for words, path in result.inputs.items()},
+        "sha256": {file_key(words): dict(each) for words, each in result.hashes.items()},
         "options": dict(result.given),
         "provenance": result.provenance,
         **({"simulation": dict(checks)} if checks else {}),
     }
-
-
-def _what(words: str) -> str:
-    """Returns the key of a file, given the words that name it among the inputs."""
-    return words.strip("`").removeprefix("the ")
 
 
 def _remaining(result: IdentificationData, within: float) -> dict[str, Any]:

@@ -4,6 +4,8 @@ import os
 from pathlib import Path
 
 from tactid._base.errors import ArgumentError, ModelError
+from tactid._base.files import is_urdf_text
+from tactid._options.options import Options
 from tactid._read.dh import urdf_from_toml
 from tactid._read.packages import package
 
@@ -15,7 +17,7 @@ def as_urdf(given: str | os.PathLike[str]) -> str | os.PathLike[str]:
         ModelError: The file is not what its name says.
         ArgumentError: It is xacro, which is not installed.
     """
-    if isinstance(given, str) and given.lstrip("\ufeff").lstrip().startswith("<"):
+    if is_urdf_text(given):
         return given
     try:
         path = Path(given)
@@ -26,6 +28,11 @@ def as_urdf(given: str | os.PathLike[str]) -> str | os.PathLike[str]:
     if path.suffix == ".toml":
         return urdf_from_toml(path)
     return given
+
+
+def with_urdf(options: Options) -> Options:
+    """Returns options in which a robot in another form is a URDF."""
+    return options if options.urdf is None else options.replace(urdf=as_urdf(options.urdf))
 
 
 def _expanded(path: Path) -> str:

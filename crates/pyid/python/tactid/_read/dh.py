@@ -3,9 +3,9 @@
 import math
 import sys
 from collections.abc import Mapping, Sequence
+from html import escape
 from pathlib import Path
 from typing import Any
-from xml.sax.saxutils import quoteattr
 
 import numpy as np
 
@@ -56,6 +56,8 @@ def dh_urdf(
     """
     if convention not in ("standard", "modified"):
         raise ArgumentError(f'`convention` is {convention!r}: expected "standard" or "modified"')
+    if not isinstance(tip, str):
+        raise ArgumentError(f"`tip` is {tip!r}: expected the name of the last frame")
     if not joints:
         raise ArgumentError("a robot has at least one joint, but the table has no row")
     parts = ['<robot name="dh">', '<link name="base"/>']
@@ -73,14 +75,14 @@ def dh_urdf(
         name = str(row.get("name", f"joint_{number}"))
         parts.append(_link(link, row, behind, number))
         parts.append(
-            f"<joint name={quoteattr(name)} type={quoteattr(_TYPES[kind])}>{_origin(moving)}"
+            f"<joint name={_quoted(name)} type={_quoted(_TYPES[kind])}>{_origin(moving)}"
             f'<parent link="{parent}"/><child link="{link}"/><axis xyz="0 0 1"/>{_LIMITS[kind]}'
             "</joint>"
         )
         parent, before = link, behind
     parts.append(
-        f'<link name={quoteattr(tip)}/><joint name="tip" type="fixed">{_origin(before)}'
-        f'<parent link="{parent}"/><child link={quoteattr(tip)}/></joint></robot>'
+        f'<link name={_quoted(tip)}/><joint name="tip" type="fixed">{_origin(before)}'
+        f'<parent link="{parent}"/><child link={_quoted(tip)}/></joint></robot>'
     )
     return "\n".join(parts)
 
@@ -210,3 +212,7 @@ _SIX = ("xx", "xy", "xz", "yy", "yz", "zz")
 
 def _texts(numbers: Sequence[float] | Array) -> str:
     return " ".join(repr(float(number)) for number in numbers)
+
+
+def _quoted(text: str) -> str:
+    return f'"{escape(text)}"'

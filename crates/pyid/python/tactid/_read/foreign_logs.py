@@ -28,7 +28,7 @@ TYPES = (
     "std_msgs/msg/String",
     "tf2_msgs/msg/TFMessage",
 )
-"""Types of the messages that are read; all others stay behind, images among them."""
+"""Types of the messages that are read. Other types, such as images, are not converted."""
 
 BAG_BEGINNING = b"#ROSBAG V2.0"
 """First bytes of a ROS 1 bag."""

@@ -10,37 +10,44 @@ from tactid._options.options import Options
 from tactid._read import columns
 from tactid._read.columns import Quantity
 from tactid._read.descriptions import as_urdf
+from tactid._read.recordings import file_options
 from tactid._read.robot_joints import RobotJoints
 from tactid._read.tables import Table, open_table
 
 _ARRAYS = ("q", "pose", "wrench")
 """What a table may have of poses at rest."""
 
+_MOTION = frozenset({"time", "qd", "effort"})
+"""What a table has of a motion."""
+
 _MATRICES = (9, 12, 16)
 """Entries of a rotation matrix, and of a homogeneous one without and with its last row."""
 
 
-def read_poses(path: Path, options: Options) -> tuple[dict[str, Array], Options] | None:
-    """Reads the arrays of poses at rest, and returns them with the options that are left.
+def read_poses(path: Path, options: Options) -> dict[str, Array] | None:
+    """Reads the arrays of poses at rest.
 
-    The arrays are ``wrench``, (N, 6), and ``q``, (N, n), or ``pose``, (N, 7) or (N, 3, 3). None
-    where the file is no table, or has a column of times and therefore a motion.
+    They are ``wrench``, (N, 6), and ``q``, (N, n), or ``pose``, (N, 7) or (N, 3, 3). None where the
+    file is no table, or has times, velocities or efforts and therefore a motion.
 
     Raises:
-        LogError: The file cannot be read, or a number is none.
+        LogError: The file cannot be read, or a cell is not a number.
         ArgumentError: A column is missing.
     """
-    given = options.given.get("columns") or {}
     table = open_table(path)
-    if table is None or "time" in given or columns.find(table, ("time",)):
+    given = file_options(options).get("columns", {})
+    if table is None or not _MOTION.isdisjoint(given):
         return None
-    rest = options.replace(columns=None)
     joints = None
-    if rest.urdf is not None:
-        rest = rest.replace(urdf=as_urdf(rest.urdf))
-        joints = RobotJoints.of(rest.urdf, rest.tip or "tool0")
-    own = joints.columns if joints is not None else lambda *_: None
-    found = columns.find(table, _ARRAYS, given, lambda array: own(table, array))
+    if options.urdf is not None:
+        joints = RobotJoints.of(as_urdf(options.urdf), options.tip or "tool0")
+
+    def own(array: str) -> Quantity | None:
+        return None if joints is None else joints.columns(table, array)
+
+    if columns.find(table, sorted(_MOTION), None, own):
+        return None
+    found = columns.find(table, _ARRAYS, given, own)
     if "wrench" not in found:
         raise columns.missing(table, "wrench", "f*")
     wrench = found["wrench"].read(table)
@@ -51,11 +58,11 @@ def read_poses(path: Path, options: Options) -> tuple[dict[str, Array], Options]
             option="columns",
         )
     if joints is not None and "q" in found:
-        return {"wrench": wrench, "q": _positions(table, joints, found["q"])}, rest
+        return {"wrench": wrench, "q": _positions(table, joints, found["q"])}
     if "pose" not in found:
         example = ("pose", "orientation_*") if joints is None else ("q", "joint_*[deg]")
         raise columns.missing(table, *example)
-    return {"wrench": wrench, "pose": _poses(table, found["pose"])}, rest
+    return {"wrench": wrench, "pose": _poses(table, found["pose"])}
 
 
 def _positions(table: Table, joints: RobotJoints, quantity: Quantity) -> Array:

@@ -1,4 +1,4 @@
-"""Recordings in any form that is read, as logs of ROS 2: what every command and function opens.
+"""Recordings in any form that is read, as logs of ROS 2, for whatever identifies or calibrates.
 
 A table becomes a log of joint states and of wrenches, whose topics have the names of the columns,
 so that all that holds for logs holds for tables, too. It is written to the folder of temporary
@@ -9,7 +9,7 @@ import itertools
 import os
 import re
 import tempfile
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -23,13 +23,11 @@ from tactid._base.values import Array
 from tactid._options.options import FILE_OPTIONS, Options
 from tactid._read import columns, foreign_logs, lerobot
 from tactid._read.columns import Quantity
-from tactid._read.descriptions import as_urdf
+from tactid._read.descriptions import with_urdf
 from tactid._read.robot_joints import RobotJoints
-from tactid._read.tables import Table, open_table
+from tactid._read.tables import Progress, Table, open_table
 
 LogPath = str | os.PathLike[str]
-
-Progress = Callable[[float], object] | None
 
 ARRAYS = ("time", "q", "qd", "effort", "wrench")
 """What a table may have of a recording in motion."""
@@ -48,7 +46,7 @@ class Opened:
     options: Options
     """Options for logs: without those of files, and with the robot as URDF."""
     progress: Progress
-    """Is called with the fraction done of what follows."""
+    """Callback that receives the fraction done of what follows."""
     names: dict[str, str] = field(default_factory=dict)
     """Paths that were given, by those of the logs that stand for them."""
 
@@ -59,7 +57,11 @@ class Opened:
 
 @contextmanager
 def opened(
-    sources: Sequence[Any], options: Options, progress: Progress = None
+    sources: Sequence[Any],
+    options: Options,
+    progress: Progress = None,
+    *,
+    method: str | None = None,
 ) -> Iterator[tuple[list[Any], Opened]]:
     """Yields logs in place of recordings, for as long as the block runs.
 
@@ -69,18 +71,17 @@ def opened(
         sources: Paths of recordings; anything else stays as it is.
         options: What is asked for; an ``unloaded`` recording is opened, too.
         progress: Called with the fraction done: half of it is opening, where tables are read.
+        method: Which measurements are used; None for those of the option ``method``.
 
     Raises:
         LogError: A file cannot be read.
         ArgumentError: A column is missing, or a package that reads the file.
     """
-    given = {name: options.given[name] for name in FILE_OPTIONS if name in options.given}
-    plain = options.replace(**dict.fromkeys(given))
-    if plain.urdf is not None:
-        plain = plain.replace(urdf=as_urdf(plain.urdf))
-    reader = _Reader(plain, progress, **given)
+    given = file_options(options)
+    plain = with_urdf(options.replace(**dict.fromkeys(given)))
+    every = [*sources, plain.unloaded]
+    reader = _Reader(plain, progress, len(every), method, **given)
     with ExitStack() as stack:
-        every = [*sources, plain.unloaded]
         logs = [reader.log(source, stack) for source in every]
         reader.check_used()
         result = Opened(plain.replace(unloaded=logs.pop()), reader.rest(), reader.names)
@@ -92,9 +93,34 @@ def opened(
             raise
 
 
+def file_options(options: Options) -> dict[str, Any]:
+    """Returns the options of recordings that become logs, once their types are checked.
+
+    Raises:
+        ArgumentError: ``columns`` is no mapping from arrays to columns, or ``episode`` no number.
+    """
+    given = {name: options.given[name] for name in FILE_OPTIONS if name in options.given}
+    named = given.get("columns", {})
+    if not isinstance(named, Mapping) or not all(map(_are_columns, named.values())):
+        raise ArgumentError(
+            f"`columns` is {named!r}: expected arrays with the names of their columns, such as"
+            ' {"q": "joint_*[deg]"}',
+            option="columns",
+        )
+    episode = given.get("episode", 0)
+    if not isinstance(episode, int) or isinstance(episode, bool):
+        raise ArgumentError(f"`episode` is {episode!r}: expected a whole number", option="episode")
+    return given
+
+
+def _are_columns(given: object) -> bool:
+    names = given if isinstance(given, list | tuple) else [given]
+    return bool(names) and all(isinstance(name, str) for name in names)
+
+
 def log_info(path: LogPath) -> Any:
     """Returns the contents of a log, and None for a recording in another form."""
-    return None if _form(Path(path), None) is not None else _native.info(path)
+    return None if _form(Path(path), 0) is not None else _native.info(path)
 
 
 def contents(path: Path) -> Any:
@@ -126,16 +152,20 @@ class _Reader:
         self,
         options: Options,
         progress: Progress,
+        count: int,
+        method: str | None,
         columns: Any = None,
         episode: int | None = None,
     ) -> None:
         self.names: dict[str, str] = {}
         self._options, self._progress = options, progress
+        self._method = method or options.method
         self._columns, self._episode = columns, episode
-        self._tables = 0
+        self._count, self._done, self._tables = count, 0, 0
 
     def log(self, source: Any, stack: ExitStack) -> Any:
         """Returns a log in place of a recording."""
+        self._done += 1
         if not isinstance(source, str | os.PathLike):
             return source
         path = Path(source)
@@ -146,7 +176,7 @@ class _Reader:
         if isinstance(form, Table):
             self._tables += 1
             log = folder / "table.mcap"
-            _write_table(form, log, self._options, self._columns, self._episode, self._advance)
+            self._write(form, log)
         else:
             log = folder / "log"
             with form(path) as (messages, count):
@@ -170,7 +200,35 @@ class _Reader:
 
     def _advance(self, done: float) -> None:
         if self._progress is not None:
-            self._progress(0.5 * done)
+            self._progress(0.5 * (self._done - 1 + done) / self._count)
+
+    def _write(self, table: Table, log: Path) -> None:
+        """Writes a table as a log.
+
+        Raises:
+            LogError: A number cannot be read.
+            ArgumentError: Columns are missing or do not fit the robot, or there is no robot.
+        """
+        options = self._options
+        if options.urdf is None:
+            raise ArgumentError(
+                f"{table.path} is a table, which has no robot whose joints it records: give `urdf`",
+                option="urdf",
+            )
+        joints = RobotJoints.of(options.urdf, options.tip or "tool0")
+        found = columns.find(
+            table, ARRAYS, self._columns, lambda array: joints.columns(table, array)
+        )
+        for array, example in (("time", "stamp[ms]"), ("q", "joint_*[deg]")):
+            if array not in found:
+                raise columns.missing(table, array, example)
+        _check_efforts(table, found, options, self._method)
+        arrays = _values(table, found, self._episode, self._advance)
+        time = _seconds(table, found["time"], arrays["time"])
+        parts: dict[str, Any] = {"joints": _joints(table, joints, found, arrays, time)}
+        if "wrench" in found:
+            parts["wrench"] = _wrench(table, found["wrench"], arrays["wrench"], time)
+        _native.write_samples(log, **parts)
 
     @staticmethod
     def _checked(source: Any, path: Path) -> Any:
@@ -185,39 +243,6 @@ _OTHERS = {
     *(".feather", ".arrow", ".zarr", ".tfrecord", ".yaml", ".ulg", ".log"),
 }
 """Ends of the names of files that are recordings in forms that are not read."""
-
-
-def _write_table(
-    table: Table,
-    log: Path,
-    options: Options,
-    given: Any,
-    episode: int | None,
-    progress: Callable[[float], object],
-) -> None:
-    """Writes a table as a log.
-
-    Raises:
-        LogError: A number cannot be read.
-        ArgumentError: Columns are missing or do not fit the robot, or there is no robot.
-    """
-    if options.urdf is None:
-        raise ArgumentError(
-            f"{table.path} is a table, which has no robot whose joints it records: give `urdf`",
-            option="urdf",
-        )
-    joints = RobotJoints.of(options.urdf, options.tip or "tool0")
-    found = columns.find(table, ARRAYS, given, lambda array: joints.columns(table, array))
-    for array, example in (("time", "stamp[ms]"), ("q", "joint_*[deg]")):
-        if array not in found:
-            raise columns.missing(table, array, example)
-    _check_efforts(table, found, options)
-    arrays = _values(table, found, episode, progress)
-    time = _seconds(table, found["time"], arrays["time"])
-    parts: dict[str, Any] = {"joints": _joints(table, joints, found, arrays, time)}
-    if "wrench" in found:
-        parts["wrench"] = _wrench(table, found["wrench"], arrays["wrench"], time)
-    _native.write_samples(log, **parts)
 
 
 def _values(
@@ -255,12 +280,14 @@ def _values(
     return {array: quantity.of(values) for array, quantity in found.items()}
 
 
-def _check_efforts(table: Table, found: dict[str, Quantity], options: Options) -> None:
+def _check_efforts(
+    table: Table, found: dict[str, Quantity], options: Options, method: str | None
+) -> None:
     """Leaves out efforts that nobody needs, and refuses currents without gains."""
     effort = found.get("effort")
     if effort is None:
         return
-    method = options.method or ("tactile" if "wrench" in found else "effort")
+    method = method or ("tactile" if "wrench" in found else "effort")
     if method in ("tactile", "joint-sensing"):
         del found["effort"]
         return

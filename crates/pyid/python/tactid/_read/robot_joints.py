@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from tactid._base.errors import ArgumentError
+from tactid._base.files import is_urdf_text
 from tactid._base.naming import counted
 from tactid._native import Manipulator
 from tactid._read.columns import NOT_MEASURED, Quantity
@@ -32,15 +33,18 @@ class RobotJoints:
     def of(cls, urdf: str | os.PathLike[str], tip: str) -> "RobotJoints":
         """Reads the joints of a URDF; all of them lead to a tip that it does not have."""
         names = Manipulator.from_urdf(urdf).joint_names
-        is_text = isinstance(urdf, str) and urdf.lstrip("\ufeff").lstrip().startswith("<")
-        text = str(urdf) if is_text else Path(urdf).read_text(encoding="utf-8", errors="replace")
+        text = (
+            str(urdf)
+            if is_urdf_text(urdf)
+            else Path(urdf).read_text(encoding="utf-8", errors="replace")
+        )
         chain = _chain(text, tip)
         return cls(names, [name for name in chain if name in names] or names, tip)
 
     def columns(self, table: Table, array: str) -> Quantity | None:
         """Returns the columns that are named after the joints of the arm.
 
-        None where there is none of them. Of a gripper, those that are there belong to them.
+        None where there is none of them. Columns of gripper joints are included where they exist.
 
         Raises:
             ArgumentError: Some joints of the arm have such columns, and others have not.
@@ -64,7 +68,7 @@ class RobotJoints:
     def named(self, table: Table, quantity: Quantity, width: int) -> list[str]:
         """Returns the names of the joints of columns: those of the arm, in its order.
 
-        What follows them is not of the robot, and is named after its column.
+        Further columns belong to no joint of the robot and keep their column names.
 
         Raises:
             ArgumentError: There are fewer columns than joints, or many more.

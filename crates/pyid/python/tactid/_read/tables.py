@@ -11,13 +11,13 @@ from typing import Any
 import numpy as np
 
 from tactid._base.errors import ArgumentError, LogError
-from tactid._base.naming import abridged
+from tactid._base.naming import abridged, counted
 from tactid._base.values import Array
 from tactid._read.csv_table import Layout, layout_of, read_columns
 from tactid._read.packages import package
 
 Progress = Callable[[float], object] | None
-"""Is called with the fraction done; an exception that it raises stops the reading."""
+"""Callback that receives the fraction done; an exception that it raises stops the reading."""
 
 
 class Table(ABC):
@@ -86,6 +86,13 @@ class NpzTable(Table):
                     found[name] = _numbers(self.path, name, file[name])
                 except NPZ_ERRORS as error:
                     raise LogError(f"{self.path}, array `{name}`: {error}") from None
+        rows = {name: len(array) if array.ndim else 1 for name, array in found.items()}
+        for name, count in rows.items():
+            if count != rows[names[0]]:
+                raise LogError(
+                    f"{self.path}: `{name}` has {counted(count, 'row')}, but `{names[0]}` has"
+                    f" {rows[names[0]]}: arrays of one recording have a row for each time"
+                )
         return found
 
 

@@ -3,15 +3,17 @@
 Table, report, JSON and the lines for controllers all take it from here.
 """
 
+import functools
+import operator
 import os
-from collections.abc import Mapping
+import re
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any, Protocol
 
 import numpy as np
 
-from tactid._base.bodies import together
-from tactid._base.files import sha256
+from tactid._base.files import is_urdf_text, sha256
 from tactid._base.naming import counted, listed
 from tactid._base.values import Z95, Interval, Values, values_of
 from tactid._native import MassProperties
@@ -20,9 +22,6 @@ from tactid._results.table import number
 
 MOST_FILES = 3
 """Most files of a recording that a sentence names."""
-
-FILE_WORDS = ("the log", "`urdf`", "`unloaded`", "`calibration`", "`known_tool`")
-"""What files are, as the inputs of a result name them, in the order in which they are listed."""
 
 Hashes = Mapping[str, Mapping[str, str]]
 """SHA-256 of each file that was read, by what it is and by its name."""
@@ -49,12 +48,30 @@ class Sourced(Protocol):
 
 
 def hashes(inputs: Mapping[str, Path]) -> dict[str, dict[str, str]]:
-    """Returns the SHA-256 of each file that was read; those of a folder are the files in it."""
+    """Returns the SHA-256 of each file that was read; of a folder, of the recording in it."""
     found = {}
     for words, path in inputs.items():
-        files = sorted(path.iterdir()) if path.is_dir() else [path]
-        found[words] = {file.name: sha256(file) for file in files if file.is_file()}
+        files = sorted(_of_recording(path)) if path.is_dir() else [path]
+        names = {
+            str(file.relative_to(path)) if path.is_dir() else file.name: file for file in files
+        }
+        found[words] = {name: sha256(file) for name, file in names.items() if file.is_file()}
     return found
+
+
+def _of_recording(folder: Path) -> Iterator[Path]:
+    """Yields the files of a rosbag2 folder, or of a data set of LeRobot."""
+    yield from (folder / "data").rglob("*.parquet")
+    yield from filter(_is_of_bag, folder.iterdir())
+
+
+def _is_of_bag(file: Path) -> bool:
+    return file.name == "metadata.yaml" or bool(re.search(r"\.(mcap|db3)(\.zstd)?$", file.name))
+
+
+def file_key(words: str) -> str:
+    """Returns the name of a file, as documents have it, for the words of ``inputs``."""
+    return words.strip("`").removeprefix("the ")
 
 
 def given_options(options: Mapping[str, Any]) -> dict[str, Any]:
@@ -64,9 +81,7 @@ def given_options(options: Mapping[str, Any]) -> dict[str, Any]:
 
 def _plain(value: Any) -> Any:
     if isinstance(value, str | os.PathLike):
-        text = os.fspath(value)
-        is_text = isinstance(text, str) and not text.lstrip().startswith("<")
-        return text if is_text else "as text"
+        return "as text" if is_urdf_text(value) else str(os.fspath(value))
     if isinstance(value, MassProperties):
         return values_of(value)
     if isinstance(value, Mapping):
@@ -81,10 +96,8 @@ def _plain(value: Any) -> Any:
 def facts(result: Sourced) -> dict[str, str]:
     """Returns where a result comes from, by name, in words."""
     found = {}
-    for words in FILE_WORDS:
-        if words in result.inputs:
-            name = words.strip("`").removeprefix("the ").replace("_", " ")
-            found[name] = _files(result.inputs[words], result.hashes.get(words, {}))
+    for words, path in result.inputs.items():
+        found[file_key(words).replace("_", " ")] = _files(path, result.hashes.get(words, {}))
     setup = result.setup
     if setup.topics:
         found["measurements"] = ", ".join(setup.topics)
@@ -120,11 +133,7 @@ def subtracted(result: Sourced) -> list[str]:
 def subtracted_body(result: Sourced) -> Values | None:
     """Returns the ten values of all that was subtracted as one body; None where nothing was."""
     bodies = [each for each in (result.setup.known_tool, result.setup.gripper) if each is not None]
-    whole: Values | None = None
-    for body in bodies:
-        values = values_of(body)
-        whole = values if whole is None else together(whole, values)
-    return whole
+    return values_of(functools.reduce(operator.add, bodies)) if bodies else None
 
 
 def _files(path: Path, hashes_of: Mapping[str, str]) -> str:

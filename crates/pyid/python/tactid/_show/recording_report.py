@@ -24,7 +24,7 @@ from tactid._show.remarks import (
     gravity,
     knowledge,
     remarks,
-    subtracted,
+    subtracted_weight,
     wrench_offset,
 )
 
@@ -308,7 +308,11 @@ def _of_least_squares(result: IdentificationData, delay: str) -> dict[str, str]:
         "windows": f"{len(result.fit.times_s)}, one every {stride}",
         "delay of the wrenches": delay,
         "wrench offset": wrench_offset(result) or "assumed to be zero",
-        **({"weight subtracted by the driver": weight} if (weight := subtracted(result)) else {}),
+        **(
+            {"weight subtracted by the driver": weight}
+            if (weight := subtracted_weight(result))
+            else {}
+        ),
         **_calibration(result),
         "given of the payload": ", ".join(knowledge(result)) or "nothing",
     }

@@ -198,7 +198,7 @@ def assumptions(result: Recorded) -> str:
 def _of_least_squares(result: IdentificationData) -> list[str]:
     parts = knowledge(result)
     parts += [f"wrench offset {offset}"] if (offset := wrench_offset(result)) else []
-    parts += [f"weight subtracted by the driver {w}"] if (w := subtracted(result)) else []
+    parts += [f"weight subtracted by the driver {w}"] if (w := subtracted_weight(result)) else []
     parts += ["efforts of the unloaded recording subtracted"] if result.subtracts_unloaded else []
     parts += [given] if (given := calibration(result)) else []
     parts += [uncertain] if (uncertain := gains(result)) else []
@@ -266,7 +266,7 @@ def _with_intervals(found: GravityEstimate | WeightEstimate) -> str:
     )
 
 
-def subtracted(result: IdentificationData) -> str:
+def subtracted_weight(result: IdentificationData) -> str:
     """Says which weight was subtracted from the wrenches; empty where it was not unknown."""
     found = result.fit.subtracted_weight
     return "" if found is None else f"{_with_intervals(found)} (kg, m)"
