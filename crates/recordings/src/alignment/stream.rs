@@ -22,6 +22,9 @@ pub(crate) struct Stream<T> {
     max_gap_s: f64,
     /// Period over which samples are averaged, s; `None` where they are interpolated.
     averaged_s: Option<f64>,
+    /// Longest time between samples that an average or a cubic reaches over, s: beyond a period
+    /// both amplify the noise of the samples beside the dropout.
+    longest_step_s: f64,
 }
 
 impl<T: Interpolate> Stream<T> {
@@ -32,6 +35,7 @@ impl<T: Interpolate> Stream<T> {
             samples: VecDeque::new(),
             max_gap_s,
             averaged_s,
+            longest_step_s: averaged_s.map_or(max_gap_s, |period_s| max_gap_s.min(period_s)),
         }
     }
 
@@ -71,8 +75,10 @@ impl<T: Interpolate> Stream<T> {
         }
         let samples = self.samples.range(first..=last);
         let times_s: Vec<f64> = samples.clone().map(|(time, _)| *time).collect();
-        let is_gap = |pair: &[f64]| pair[1] - pair[0] > self.max_gap_s;
-        if times_s.windows(2).any(is_gap) {
+        if times_s
+            .windows(2)
+            .any(|pair| self.is_wide(pair[0], pair[1]))
+        {
             return None;
         }
         let weights = weights(&times_s, time_s, period_s).into_iter();
@@ -80,8 +86,14 @@ impl<T: Interpolate> Stream<T> {
         Some(ValueAt::Known(T::weighted_sum(&weighted)))
     }
 
+    /// Returns whether two successive samples are so far apart that neither an average nor a
+    /// cubic reaches over both.
+    fn is_wide(&self, before_s: f64, after_s: f64) -> bool {
+        after_s - before_s > self.longest_step_s
+    }
+
     /// Returns the value at a time: that of a sample; of the cubic through two samples before and two after;
-    /// or of the line between the two neighbours where a gap or an end is beside them.
+    /// or of the line between the two neighbours where an end is beside them, or two of the four are far apart.
     fn interpolated(&self, time_s: f64) -> ValueAt<T> {
         let right = self.samples.partition_point(|(time, _)| *time <= time_s);
         let Some(left) = right.checked_sub(1) else {
@@ -108,7 +120,9 @@ impl<T: Interpolate> Stream<T> {
         let first = left.checked_sub(1).map(|k| &self.samples[k]);
         ValueAt::Known(match (first, beyond) {
             (Some(first), Some(last))
-                if before_s - first.0 <= self.max_gap_s && last.0 - after_s <= self.max_gap_s =>
+                if !(self.is_wide(first.0, *before_s)
+                    || self.is_wide(*before_s, *after_s)
+                    || self.is_wide(*after_s, last.0)) =>
             {
                 let nodes = [first.0, *before_s, *after_s, last.0];
                 let [w0, w1, w2, w3] = cubic_weights(&nodes, time_s);
@@ -229,6 +243,33 @@ mod tests {
         );
         assert_eq!(stream.at(0.5), ValueAt::Never);
         assert!(error(stream.at(0.8), 0.8) < 0.01);
+    }
+
+    /// Beside a dropout of more than a period a stream is interpolated: means over periods without a
+    /// sample would amplify the noise of the samples at the ends of the dropout.
+    #[test]
+    fn does_not_average_over_a_dropout() {
+        for dropout_s in [0.12, 0.2, 0.29, 0.3, 0.31] {
+            let mut stream = Stream::new(1.0, Some(0.1));
+            for k in 0..200 {
+                let time_s = 0.01 * f64::from(k);
+                let is_out = (time_s - 1.0).abs() < 0.5 * dropout_s - 1e-9;
+                let noise = if k % 2 == 0 { 1.0 } else { -1.0 };
+                if !is_out {
+                    stream.push(time_s, wrench(noise));
+                }
+            }
+            for k in 60..140 {
+                match stream.at(0.01 * f64::from(k)) {
+                    ValueAt::Known(wrench) => assert!(
+                        wrench.force.x.abs() < 2.0,
+                        "{dropout_s} {k} {}",
+                        wrench.force.x
+                    ),
+                    other => panic!("{other:?}"),
+                }
+            }
+        }
     }
 
     /// A gap is not bridged.
