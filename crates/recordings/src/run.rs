@@ -220,7 +220,7 @@ impl Pass {
             ),
             channels: ChannelMonitor::new(plan.streams.wrenches),
             steps: Steps::new(plan.sources),
-            unloaded: UnloadedSubtraction::new(plan.sources.robot.dof()),
+            unloaded: UnloadedSubtraction::new(&plan.sources.robot),
             samples: 0,
             first_s: 0.0,
             last_s: 0.0,

@@ -1,6 +1,7 @@
 //! The unloaded recording: search of the shift in time at which it has the same motion, and subtraction of its
 //! efforts.
 
+use std::f64::consts::TAU;
 use std::hash::{DefaultHasher, Hash, Hasher};
 use std::path::Path;
 use std::sync::Arc;
@@ -82,8 +83,10 @@ pub(crate) fn find_unloaded(
             ),
         ));
     }
-    let ours = Motions::read(loaded_log, joints, loaded_decoding, observer)?;
-    let theirs = Motions::read(&log, &topics, &decoding, observer)?;
+    let mut ours = Motions::new(&loaded.robot);
+    ours.read(loaded_log, joints, loaded_decoding, observer)?;
+    let mut theirs = Motions::new(&loaded.robot);
+    theirs.read(&log, &topics, &decoding, observer)?;
     if ours.content.finish() == theirs.content.finish() {
         return Err(same_recording());
     }
@@ -95,9 +98,32 @@ pub(crate) fn find_unloaded(
     })
 }
 
+/// For each joint whether its positions are angles, which are the same after whole turns.
+struct Angles(Vec<bool>);
+
+impl Angles {
+    fn new(robot: &Manipulator) -> Self {
+        let is_angle = |joint| robot.joint_kind(joint) == Some(JointKind::Revolute);
+        Self((0..robot.dof()).map(is_angle).collect())
+    }
+
+    /// Returns the change of each joint from some positions to others, within half a turn for angles.
+    fn changes<'a>(&'a self, from: &'a [f64], to: &'a [f64]) -> impl Iterator<Item = f64> + 'a {
+        let pairs = from.iter().zip(to).zip(&self.0);
+        pairs.map(|((from, to), is_angle)| {
+            let turns = if *is_angle {
+                ((to - from) / TAU).round()
+            } else {
+                0.0
+            };
+            to - from - TAU * turns
+        })
+    }
+}
+
 /// The motion of the joints over a recording.
-#[derive(Default)]
 pub(crate) struct Motions {
+    angles: Angles,
     /// At most one instant in [`COARSE_S`].
     coarse: Motion,
     /// Every instant of the first [`FINE_S`].
@@ -107,26 +133,37 @@ pub(crate) struct Motions {
 }
 
 impl Motions {
+    /// Creates the motion of a robot, of which there is nothing yet.
+    pub(crate) fn new(robot: &Manipulator) -> Self {
+        Self {
+            angles: Angles::new(robot),
+            coarse: Motion::new(),
+            fine: Motion::new(),
+            content: DefaultHasher::new(),
+        }
+    }
+
+    /// Adds the motion and the content of a log.
     fn read(
+        &mut self,
         log: &LogReader,
         topics: &[String],
         decoding: &Arc<Decoding>,
         observer: &mut Observer<'_>,
-    ) -> Result<Self, RecordingError> {
+    ) -> Result<(), RecordingError> {
         let mut feed = Feed::new(log, topics, decoding, f64::INFINITY, None)?;
         let mut events: Vec<Event> = Vec::new();
-        let mut motions = Self::default();
         while feed.read(&mut events)?.is_some() {
             check_interruption(observer)?;
             for event in events.drain(..) {
                 if let Measured::Joints(values) = event.measured {
-                    motions.add(event.time_s, &values.position);
+                    self.add(event.time_s, &values.position);
                     let numbers = values.position.iter().chain(&values.effort);
-                    numbers.for_each(|number| number.to_bits().hash(&mut motions.content));
+                    numbers.for_each(|number| number.to_bits().hash(&mut self.content));
                 }
             }
         }
-        Ok(motions)
+        Ok(())
     }
 
     /// Adds the positions of all joints at a time, s. Times are in order.
@@ -145,7 +182,8 @@ impl Motions {
     /// # Errors
     /// Returns [`RecordingError::Data`] if they share too few instants to be compared.
     pub(crate) fn shift_s(&self, other: &Self) -> Result<f64, RecordingError> {
-        let coarse_s = coarse_shift_s(&self.coarse, &other.coarse);
+        let angles = &self.angles;
+        let coarse_s = coarse_shift_s(angles, &self.coarse, &other.coarse);
         let coarse_s = coarse_s.ok_or_else(|| {
             RecordingError::data_of(
                 "unloaded",
@@ -153,26 +191,27 @@ impl Motions {
                  compared: record the whole motion once more without the payload",
             )
         })?;
-        Ok(fine_shift_s(&self.fine, &other.fine, coarse_s))
+        Ok(fine_shift_s(angles, &self.fine, &other.fine, coarse_s))
     }
 }
 
 /// Returns positions and velocities at a time, on the line between two instants.
-fn at(motion: &Motion, time_s: f64) -> Option<(Vec<f64>, Vec<f64>)> {
+fn at(angles: &Angles, motion: &Motion, time_s: f64) -> Option<(Vec<f64>, Vec<f64>)> {
     let right = motion.partition_point(|(t, _)| *t <= time_s);
     let (before_s, before) = motion.get(right.checked_sub(1)?)?;
     let (after_s, after) = motion.get(right)?;
     let length_s = after_s - before_s;
     let fraction = (time_s - before_s) / length_s;
-    let pairs = || before.iter().zip(after);
+    let changes = || angles.changes(before, after);
+    let positions = before.iter().zip(changes());
     Some((
-        pairs().map(|(a, b)| a + (b - a) * fraction).collect(),
-        pairs().map(|(a, b)| (b - a) / length_s).collect(),
+        positions.map(|(a, change)| a + change * fraction).collect(),
+        changes().map(|change| change / length_s).collect(),
     ))
 }
 
 /// Returns the shift on the coarse grid at which the motions differ least.
-fn coarse_shift_s(ours: &Motion, theirs: &Motion) -> Option<f64> {
+fn coarse_shift_s(angles: &Angles, ours: &Motion, theirs: &Motion) -> Option<f64> {
     let (first, last) = (ours.first()?.0, ours.last()?.0);
     let (their_first, their_last) = (theirs.first()?.0, theirs.last()?.0);
     let shared_s = SHARED * (last - first).min(their_last - their_first);
@@ -185,7 +224,7 @@ fn coarse_shift_s(ours: &Motion, theirs: &Motion) -> Option<f64> {
     let mut best = None;
     for step in 0..=steps {
         let shift_s = lowest + step as f64 * COARSE_S;
-        let (squares, count) = difference(&compared, theirs, shift_s);
+        let (squares, count) = difference(angles, &compared, theirs, shift_s);
         if count > enough.saturating_sub(2).max(2) {
             let mean = squares / count as f64;
             if best.is_none_or(|(least, _)| mean < least) {
@@ -198,12 +237,17 @@ fn coarse_shift_s(ours: &Motion, theirs: &Motion) -> Option<f64> {
 
 /// Returns the sum of the squared differences of the positions with a shift, and the number of instants that
 /// both motions have.
-fn difference(compared: &[&(f64, Vec<f64>)], theirs: &Motion, shift_s: f64) -> (f64, usize) {
+fn difference(
+    angles: &Angles,
+    compared: &[&(f64, Vec<f64>)],
+    theirs: &Motion,
+    shift_s: f64,
+) -> (f64, usize) {
     let (mut squares, mut count) = (0.0, 0);
     for (time_s, position) in compared {
-        if let Some((their, _)) = at(theirs, time_s - shift_s) {
-            let pairs = position.iter().zip(&their);
-            squares += pairs.map(|(a, b)| (a - b).powi(2)).sum::<f64>();
+        if let Some((their, _)) = at(angles, theirs, time_s - shift_s) {
+            let changes = angles.changes(&their, position);
+            squares += changes.map(|change| change * change).sum::<f64>();
             count += 1;
         }
     }
@@ -212,13 +256,13 @@ fn difference(compared: &[&(f64, Vec<f64>)], theirs: &Motion, shift_s: f64) -> (
 
 /// Returns the shift at which the motions differ least, by Gauss-Newton steps from one that is right to the
 /// grid.
-fn fine_shift_s(ours: &Motion, theirs: &Motion, mut shift_s: f64) -> f64 {
+fn fine_shift_s(angles: &Angles, ours: &Motion, theirs: &Motion, mut shift_s: f64) -> f64 {
     for _ in 0..FINE_STEPS {
         let (mut slope, mut square) = (0.0, 0.0);
         for (time_s, position) in ours {
-            if let Some((their, rate)) = at(theirs, time_s - shift_s) {
-                for ((a, b), rate) in position.iter().zip(&their).zip(&rate) {
-                    slope += (a - b) * rate;
+            if let Some((their, rate)) = at(angles, theirs, time_s - shift_s) {
+                for (change, rate) in angles.changes(&their, position).zip(&rate) {
+                    slope += change * rate;
                     square += rate * rate;
                 }
             }
@@ -237,6 +281,7 @@ fn fine_shift_s(ours: &Motion, theirs: &Motion, mut shift_s: f64) -> f64 {
 
 /// Subtraction of the efforts of the unloaded arm, with the difference between the two motions, which must be small.
 pub(crate) struct UnloadedSubtraction {
+    angles: Angles,
     /// Sum of the squared differences of the position of each joint, rad² or m².
     squares: Vec<f64>,
     /// Number of samples from which efforts were subtracted.
@@ -244,9 +289,10 @@ pub(crate) struct UnloadedSubtraction {
 }
 
 impl UnloadedSubtraction {
-    pub(crate) fn new(joints: usize) -> Self {
+    pub(crate) fn new(robot: &Manipulator) -> Self {
         Self {
-            squares: vec![0.0; joints],
+            angles: Angles::new(robot),
+            squares: vec![0.0; robot.dof()],
             count: 0,
         }
     }
@@ -261,9 +307,10 @@ impl UnloadedSubtraction {
             *effort -= unloaded;
         }
         self.count += 1;
-        let positions = aligned.joints.position.iter().zip(&unloaded.position);
-        for (square, (loaded, unloaded)) in self.squares.iter_mut().zip(positions) {
-            *square += (loaded - unloaded).powi(2);
+        let (from, to) = (&unloaded.position, &aligned.joints.position);
+        let changes = self.angles.changes(from, to);
+        for (square, change) in self.squares.iter_mut().zip(changes) {
+            *square += change * change;
         }
     }
 

@@ -53,7 +53,7 @@ impl<'a> ArrayRecording<'a> {
         let samples = samples(arrays, request, &options, &robot, sensors.len(), &timeline);
         let unloaded = arrays.unloaded.as_ref().map(|unloaded| {
             unloaded.check(&robot)?;
-            UnloadedSamples::new(unloaded, &samples, &timeline, options.method())
+            UnloadedSamples::new(unloaded, &samples, &timeline, &robot, options.method())
         });
         let unloaded = unloaded.transpose()?;
         Ok(Self {

@@ -35,6 +35,7 @@ impl UnloadedSamples {
         unloaded: &UnloadedArrays<'_>,
         loaded: &Samples<'_>,
         timeline: &Timeline,
+        robot: &Manipulator,
         method: Method,
     ) -> Result<Self, RecordingError> {
         if method != Method::Effort {
@@ -49,12 +50,12 @@ impl UnloadedSamples {
             joints: Vec::new(),
             faults: FaultCounts::default(),
         };
-        let mut theirs = Motions::default();
+        let mut theirs = Motions::new(robot);
         for (time_s, values) in found.read(unloaded, loaded) {
             theirs.add(time_s, &values.position);
             found.joints.push((time_s, values));
         }
-        let mut ours = Motions::default();
+        let mut ours = Motions::new(robot);
         let places: Vec<usize> = (0..loaded.joint_names.len()).collect();
         let first_s = timeline
             .usable
