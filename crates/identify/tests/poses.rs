@@ -138,6 +138,47 @@ fn exact_wrenches_give_exact_values() {
     }
 }
 
+/// A sensor of three forces, or of one, determines no more than they show, with intervals that contain the truth: the mass
+/// alone where it stands at the tip.
+#[test]
+fn forces_alone_determine_the_mass() {
+    for measured in [vec![0, 1, 2], vec![2]] {
+        let unmeasured = std::array::from_fn(|channel| !measured.contains(&channel));
+        let given = EquationSettings {
+            unmeasured,
+            ..settings(true)
+        };
+        let (mut inside, draws) = (0, 200);
+        for seed in 0..draws {
+            let mut samples = poses(8, &mut SmallRng::seed_from_u64(seed));
+            for (_, wrench) in &mut samples {
+                wrench.moment.fill(0.0);
+                for axis in (0..3).filter(|axis| unmeasured[*axis]) {
+                    wrench.force[axis] = 0.0;
+                }
+            }
+            let robot = Manipulator::lone_body("sensor");
+            let identifier = RestIdentifier::new(&robot, "sensor", &["sensor"], &given, None);
+            let result = solve(identifier.unwrap(), &samples).unwrap();
+            assert_eq!(resting(&result).attitudes, 8);
+            let [low, high] = result.estimate.intervals[0];
+            inside += usize::from((low..high).contains(&MASS_KG));
+            let identifiable: Vec<_> = result.estimate.identifiable().into_iter().collect();
+            assert!(identifiable[0] && !identifiable[1..].contains(&true));
+            let found = resting(&result);
+            assert_eq!(found.moment_noise, 0.0);
+            assert!((0.01..0.15).contains(&found.force_noise), "{found:?}");
+            assert!((0.0..=1.0).contains(&found.next_fraction), "{found:?}");
+            let freedom = result.linear.degrees_of_freedom;
+            let expected = 7.0 * measured.len() as f64 - 1.0;
+            assert!((freedom - expected).abs() < 1e-6, "{freedom}");
+            let words = Finding::PosesAtRest(found.clone()).to_string();
+            assert!(!words.contains("N m"), "{words}");
+        }
+        assert!((184..=198).contains(&inside), "{measured:?}: {inside}");
+    }
+}
+
 /// The 95 % intervals of mass, centre of mass and offset contain the truth in 93 to 97 % of 2000 draws of 6 to 24 poses.
 #[test]
 fn intervals_hold_for_few_and_many_poses() {

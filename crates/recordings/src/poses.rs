@@ -11,6 +11,7 @@ use crate::beginning::identifying;
 use crate::fault::FaultCounts;
 use crate::identification::negate_offsets;
 use crate::recording::Recording;
+use crate::wrench_channels::{left_out_channels, unmeasured_in_all};
 use crate::{
     ActsOn, Arrays, Clock, EstimatorKind, Finding, GravityChoice, Identification, OffsetChoice,
     RecordingError, RecordingReport, Request, Setup,
@@ -53,9 +54,15 @@ pub fn identify_poses(
     };
     let recording = ArrayRecording::new(&arrays, request)?;
     let sources = recording.sources();
-    let equations = equations(request);
+    let mut equations = equations(request);
     let sensors: Vec<&str> = sources.sensors.iter().map(String::as_str).collect();
     let (robot, tip) = (&sources.robot, &sources.options.tip);
+    // Axes that turn against the sensor's have no channel that measures nothing.
+    if equations.wrench_axes.is_none() {
+        let six = arrays.wrench.chunks_exact(6);
+        let six = six.filter_map(|wrench| wrench.try_into().ok());
+        equations.unmeasured = unmeasured_in_all(sources, tip, six);
+    }
     let of_tool = request.tool_at(tip, EstimatorKind::LeastSquares)?;
     let tool = request.known_tool();
     let beginning = recording.beginning(&mut |_| ControlFlow::Continue(()))?;
@@ -65,6 +72,7 @@ pub fn identify_poses(
     if request.wrench_acts_on == Some(ActsOn::Sensor) {
         negate_offsets(&mut result);
     }
+    let left_out = left_out_channels(&equations.unmeasured, sources);
     let noticed = result.findings.drain(..).map(Finding::Data);
     let report = RecordingReport {
         setup: Setup::new(sources, request, identifying(&beginning), None),
@@ -78,7 +86,7 @@ pub fn identify_poses(
         start_ns: 0,
         duration_s: 0.0,
         faults: faults.without_times().to_vec(),
-        findings: of_tool.into_iter().chain(noticed).collect(),
+        findings: of_tool.into_iter().chain(left_out).chain(noticed).collect(),
         interrupted: false,
         damage: Vec::new(),
     };
@@ -108,7 +116,7 @@ fn push_samples(
     })
 }
 
-/// Returns the number of rows of the first array that has one for each pose.
+/// Returns the number of rows of `wrench`.
 fn rows(arrays: &Arrays<'_>) -> usize {
     let sensors = arrays.sensors.map_or(1, <[&str]>::len).max(1);
     arrays.wrench.len() / (6 * sensors)

@@ -8,34 +8,47 @@ use crate::Finding;
 use crate::alignment::{Event, Measured};
 use crate::recording::Sources;
 
-/// Fewest wrenches that show a channel to have no number.
-const FEWEST_WRENCHES: usize = 10;
-
 /// Returns which channels, but not all, have no finite number in any of some wrenches.
 pub(crate) fn without_numbers(wrenches: impl Iterator<Item = [f64; 6]>) -> [bool; 6] {
-    let (mut without, mut count) = ([true; 6], 0);
+    let mut without = [true; 6];
     for wrench in wrenches {
         for (channel, value) in without.iter_mut().zip(wrench) {
             *channel &= !value.is_finite();
         }
-        count += 1;
     }
-    if count < FEWEST_WRENCHES || without == [true; 6] {
+    if without == [true; 6] {
         return [false; 6];
     }
     without
 }
 
-/// Returns the channels of the only sensor that are zero in the beginning of a recording, but not all. The equations can be
-/// without them where the sensor does not move relative to the tool.
-pub(crate) fn unmeasured_channels(sources: &Sources, tip: &str, events: &[Event]) -> [bool; 6] {
-    let ([sensor], robot) = (&sources.sensors[..], &sources.robot) else {
+/// Returns the channels of the only sensor, but not all, that are zero or no number in every one of
+/// some wrenches. The equations can be without them where the sensor does not move relative to the
+/// frame `tip`.
+pub(crate) fn unmeasured_in_all(
+    sources: &Sources,
+    tip: &str,
+    wrenches: impl Iterator<Item = [f64; 6]>,
+) -> [bool; 6] {
+    let mut unmeasured = [true; 6];
+    for wrench in wrenches {
+        for (channel, value) in unmeasured.iter_mut().zip(wrench) {
+            *channel &= value == 0.0 || !value.is_finite();
+        }
+    }
+    if unmeasured == [true; 6] || !has_fixed_sensor(sources, tip) {
         return [false; 6];
-    };
-    let is_fixed = match (robot.frame(sensor), robot.frame(tip)) {
-        (Ok(sensor), Ok(tip)) => robot.fixed_transform(sensor, tip).is_some(),
-        _ => false,
-    };
+    }
+    unmeasured
+}
+
+/// Returns the channels of the only sensor that are zero in the beginning of a recording, but not
+/// all. The equations can be without them where the sensor does not move relative to the frame
+/// `tip`.
+pub(crate) fn unmeasured_channels(sources: &Sources, tip: &str, events: &[Event]) -> [bool; 6] {
+    if !has_fixed_sensor(sources, tip) {
+        return [false; 6];
+    }
     let mut monitor = ChannelMonitor::new(1);
     for event in events {
         if let Measured::Wrench(sensor, wrench) = &event.measured {
@@ -44,27 +57,59 @@ pub(crate) fn unmeasured_channels(sources: &Sources, tip: &str, events: &[Event]
     }
     let constant = monitor.constant_channels(f64::INFINITY).into_iter();
     let mut zero = constant.filter(|channels| channels.is_zero && channels.channels.len() < 6);
-    zero.next()
-        .filter(|_| is_fixed)
-        .map_or([false; 6], |zero| zero.mask())
+    zero.next().map_or([false; 6], |zero| zero.mask())
 }
 
-/// Reports the channels of each sensor that never changed, and whether they are `unmeasured` ones that were left out.
+/// Returns whether there is one sensor, which does not move relative to the frame `tip`.
+fn has_fixed_sensor(sources: &Sources, tip: &str) -> bool {
+    let ([sensor], robot) = (&sources.sensors[..], &sources.robot) else {
+        return false;
+    };
+    match (robot.frame(sensor), robot.frame(tip)) {
+        (Ok(sensor), Ok(tip)) => robot.fixed_transform(sensor, tip).is_some(),
+        _ => false,
+    }
+}
+
+/// Reports the channels of each sensor that never changed, and those of the only sensor that were
+/// left out because they measured nothing in the beginning.
 pub(crate) fn constant_channels(
     monitor: &ChannelMonitor,
-    unmeasured: &[bool; 6],
+    left_out: &[bool; 6],
     sources: &Sources,
 ) -> Vec<Finding> {
-    let finding = |constant: ConstantChannels| {
-        let mask = constant.mask();
-        Finding::Data(DataFinding::ConstantChannels {
-            source: sources.wrench_names[constant.sensor].clone(),
-            frame: sources.sensors[constant.sensor].clone(),
-            channels: constant.channels.into_iter().map(Into::into).collect(),
-            is_zero: constant.is_zero,
-            is_left_out: constant.is_zero && mask == *unmeasured,
-        })
-    };
-    let constant = monitor.constant_channels(f64::INFINITY).into_iter();
-    constant.map(finding).collect()
+    let constant = monitor.constant_channels(f64::INFINITY);
+    let zero = constant.iter().find(|each| each.is_zero);
+    let zero = zero.map_or([false; 6], ConstantChannels::mask);
+    let of_left_out = [true, false].map(|is_zero| {
+        let mask = std::array::from_fn(|k| left_out[k] && zero[k] == is_zero);
+        (ConstantChannels::new(0, mask, is_zero), true)
+    });
+    let others = constant.into_iter().map(|each| {
+        let mask = each.mask();
+        let mask = std::array::from_fn(|k| mask[k] && !left_out[k]);
+        let others = ConstantChannels::new(each.sensor, mask, each.is_zero);
+        (others, false)
+    });
+    let reported = of_left_out.into_iter().chain(others);
+    reported
+        .filter(|(channels, _)| !channels.channels.is_empty())
+        .map(|(channels, is_left_out)| finding(channels, is_left_out, sources))
+        .collect()
+}
+
+/// Reports channels that were left out because they are zero, or no number, in all wrenches.
+pub(crate) fn left_out_channels(left_out: &[bool; 6], sources: &Sources) -> Option<Finding> {
+    let channels = ConstantChannels::new(0, *left_out, true);
+    (!channels.channels.is_empty()).then(|| finding(channels, true, sources))
+}
+
+fn finding(of: ConstantChannels, is_left_out: bool, sources: &Sources) -> Finding {
+    Finding::Data(DataFinding::ConstantChannels {
+        source: sources.wrench_names[of.sensor].clone(),
+        frame: sources.sensors[of.sensor].clone(),
+        channels: of.channels.into_iter().map(Into::into).collect(),
+        is_zero: of.is_zero,
+        is_left_out,
+    })
 }

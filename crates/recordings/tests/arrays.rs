@@ -303,6 +303,37 @@ fn constant_channels_are_reported() {
     }
 }
 
+/// A channel that is left out because it is zero in the beginning is reported as left out, also
+/// where it measures later.
+#[test]
+fn channels_that_measure_later_are_reported_as_left_out() {
+    let mut recording = carried();
+    let wrenches = recording.wrenches.chunks_exact_mut(6);
+    for (time_s, wrench) in recording.times_s.iter_mut().zip(wrenches) {
+        *time_s *= 10.0;
+        wrench[4] = 0.0;
+        if *time_s < 35.0 {
+            wrench[3] = 0.0;
+        }
+    }
+    let request = Request {
+        cutoff_hz: Some(2.0),
+        ..quick()
+    };
+    let findings = recording.identify(&request).unwrap().recording.findings;
+    let found = findings.iter().filter_map(|finding| match finding {
+        Finding::Data(tactid_identify::Finding::ConstantChannels {
+            channels,
+            is_zero,
+            is_left_out,
+            ..
+        }) => Some((channels[0].as_ref(), channels.len(), *is_zero, *is_left_out)),
+        _ => None,
+    });
+    let expected = [("moment y", 1, true, true), ("moment x", 1, false, true)];
+    assert_eq!(found.collect::<Vec<_>>(), expected);
+}
+
 /// Forces alone determine the mass and the centre of mass, whether what is not measured is zero or no number, and also where
 /// the sensor is not at the tip.
 #[test]

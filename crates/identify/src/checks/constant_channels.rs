@@ -48,6 +48,18 @@ impl Sensor {
 }
 
 impl ConstantChannels {
+    /// Creates the channels of a sensor of which `mask` is true.
+    #[must_use]
+    pub fn new(sensor: usize, mask: [bool; 6], is_zero: bool) -> Self {
+        let channels = CHANNELS.into_iter().zip(mask);
+        let channels = channels.filter_map(|(name, is_one)| is_one.then_some(name));
+        Self {
+            sensor,
+            channels: channels.collect(),
+            is_zero,
+        }
+    }
+
     /// Returns whether each of the six channels of the sensor is among these.
     #[must_use]
     pub fn mask(&self) -> [bool; 6] {

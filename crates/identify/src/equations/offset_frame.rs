@@ -85,12 +85,13 @@ impl OffsetFrame {
         (!is_whole).then(|| self.inverse * measured * self.map)
     }
 
-    /// Returns the rows of a wrench in the tool frame, force then moment, in this frame.
+    /// Returns the rows of a wrench in the tool frame, force then moment, in this frame: zero for
+    /// channels that are not measured.
     pub(crate) fn mapped_rows(&self, rows: &[Row; WRENCH]) -> [Row; WRENCH] {
         std::array::from_fn(|channel| {
             let mut mapped = Row::zero();
             for (row, factor) in rows.iter().zip(&self.map.row(channel)) {
-                mapped.add(row, *factor);
+                mapped.add(row, self.measured[channel] * *factor);
             }
             mapped
         })

@@ -11,11 +11,15 @@ pub(super) fn poses_at_rest(found: &RestingPoses) -> String {
     } else {
         String::new()
     };
+    let noise = [(found.force_noise, "N"), (found.moment_noise, "N m")];
+    let measured = noise.iter().filter(|(noise, _)| *noise > 0.0);
+    let noise: Vec<String> = measured
+        .map(|(noise, unit)| format!("{} {unit}", general(*noise, 2)))
+        .collect();
     format!(
         "The payload is identified from {attitudes} at rest{averaged}, which never show the inertia. \
-         The intervals follow from the noise between attitudes, {} N and {} N m. {}",
-        general(found.force_noise, 2),
-        general(found.moment_noise, 2),
+         The intervals follow from the noise between attitudes, {}. {}",
+        listed(&noise),
         next(found)
     )
 }

@@ -125,11 +125,16 @@ fn constant_channels(
     (is_zero, is_left_out): (bool, bool),
 ) -> String {
     if is_left_out {
+        let were = if channels.len() > 1 { "were" } else { "was" };
+        let when = if is_zero {
+            "in all samples"
+        } else {
+            "in the beginning, but not later"
+        };
         return format!(
-            "{source}: {} in `{frame}` measured nothing (zero, or no number, in all samples), and \
-             {} left out.",
-            listed(channels),
-            if channels.len() > 1 { "were" } else { "was" }
+            "{source}: {} in `{frame}` measured nothing (zero, or no number, {when}), and {were} \
+             left out.",
+            listed(channels)
         );
     }
     let value = if is_zero { "zero" } else { "constant" };

@@ -7,6 +7,7 @@ use super::Rows;
 use crate::equations::{Row, WRENCH};
 use crate::fit::CONVERGED_ENOUGH;
 use crate::fit::least_squares::MAX_PASSES;
+use crate::solve::noise::ZERO_SIZE;
 use crate::solve::pseudo_inverse::{PseudoInverse, normalized, pseudo_inverse};
 use crate::solve::spectrum::{Excitation, Spectrum};
 use crate::solve::subspace::{LEVER_ARM_M, Matrix, NullSpace, Vector};
@@ -30,20 +31,24 @@ pub(super) struct RestFit {
     pub(super) null_space: NullSpace,
     /// Standard deviation of the noise between poses: force, N, and moment, N m.
     pub(super) noise: [f64; 2],
-    /// Degrees of freedom from which each noise is estimated.
+    /// Degrees of freedom from which each noise is estimated, infinite where no channel of the
+    /// kind is measured.
     pub(super) freedom: [f64; 2],
     /// Offset of each channel, zero where it is known to be; in the channel's unit.
     pub(super) offsets: Vector6<f64>,
     /// Mean row of each channel, zero without offsets.
     means: [Row; WRENCH],
     has_offset: bool,
+    /// One for each channel that is measured, zero for others.
+    measured: Vector6<f64>,
     /// Number of poses.
     poses: usize,
 }
 
 impl RestFit {
-    /// Fits the parameters, and an offset of each channel if there is one.
-    pub(super) fn new(rows: &[Rows], has_offset: bool) -> Self {
+    /// Fits the parameters, and an offset of each channel if there is one. `measured` is one for
+    /// each channel that is measured, and zero for others, whose rows are zero.
+    pub(super) fn new(rows: &[Rows], has_offset: bool, measured: &Vector6<f64>) -> Self {
         let means = if has_offset {
             means(rows)
         } else {
@@ -65,10 +70,8 @@ impl RestFit {
         });
         let floors = CHANNEL_KINDS.map(|kind| {
             let targets = rows.iter().flat_map(|rows| &rows[kind.clone()]);
-            f64::EPSILON
-                * targets
-                    .map(|row| row.target.abs())
-                    .fold(f64::MIN_POSITIVE.sqrt(), f64::max)
+            let sizes = targets.map(|row| row.target.abs());
+            f64::EPSILON * sizes.fold(ZERO_SIZE, f64::max)
         });
         let mut fit = Self {
             parameters: Vector::zeros(),
@@ -81,6 +84,7 @@ impl RestFit {
             offsets: Vector6::zeros(),
             means,
             has_offset,
+            measured: *measured,
             poses: rows.len(),
         };
         for _ in 0..MAX_PASSES {
@@ -142,11 +146,27 @@ impl RestFit {
             let rows = centred.iter().flat_map(|rows| &rows[kind.clone()]);
             let squares =
                 rows.map(|row| (row.target - row.regressor.dot(&self.parameters)).powi(2));
-            let count = (self.poses - usize::from(self.has_offset)) * kind.len();
-            self.freedom[k] = count as f64 - (self.covariance * self.of_kinds[k]).trace();
+            let channels: f64 = kind.clone().map(|channel| self.measured[channel]).sum();
+            let count = (self.poses - usize::from(self.has_offset)) as f64 * channels;
+            self.freedom[k] = if channels > 0.0 {
+                count - (self.covariance * self.of_kinds[k]).trace()
+            } else {
+                f64::INFINITY
+            };
             let variance = squares.sum::<f64>() / self.freedom[k].max(1.0);
             self.noise[k] = variance.sqrt().max(floors[k]);
         }
+    }
+
+    /// Returns the noise of forces, N, and of moments, N m; zero where none is measured.
+    pub(super) fn measured_noise(&self) -> [f64; 2] {
+        std::array::from_fn(|k| {
+            if self.freedom[k].is_finite() {
+                self.noise[k]
+            } else {
+                0.0
+            }
+        })
     }
 
     /// Returns measured less predicted load of a channel, in its unit.
@@ -217,7 +237,8 @@ impl RestFit {
         parts
             .map(|(channel, (row, mean))| {
                 let column = row - mean.regressor;
-                column * column.transpose() * (share * self.noise[channel / 3].powi(-2))
+                let weight = self.measured[channel] * self.noise[channel / 3].powi(-2);
+                column * column.transpose() * (share * weight)
             })
             .sum()
     }

@@ -13,6 +13,7 @@ mod advice;
 mod assumptions;
 mod fit;
 
+use nalgebra::Vector3;
 use tactid_dynamics::{FrameMotion, Manipulator};
 
 use self::advice::next_attitude;
@@ -22,7 +23,8 @@ use crate::IdentifyError;
 use crate::batch::{BatchResult, FitReport};
 use crate::diagnosis::{CONTRADICTION, nearest_consistent, nothing_held};
 use crate::equations::{
-    Equation, EquationSettings, EquationStream, Instant, Model, OffsetFrame, Row, Sample, WRENCH,
+    Equation, EquationSettings, EquationStream, Geometry, Instant, Model, OffsetFrame, Row, Sample,
+    WRENCH,
 };
 use crate::finding::{Finding, RestingPoses};
 use crate::fit::GainErrors;
@@ -61,6 +63,8 @@ pub struct RestIdentifier {
 /// The samples of one attitude.
 #[derive(Clone, Debug)]
 struct Pose {
+    /// Gravity at the first sample, in the tool frame, m/s².
+    gravity: Vector3<f64>,
     /// Mean rows, in the frame of the offset.
     rows: Rows,
     /// Sum of the equations of the samples, in the tool frame.
@@ -126,11 +130,16 @@ impl RestIdentifier {
         let equation = equation_at_rest(&self.model);
         let in_tool = std::array::from_fn(|channel| equation.rows[channel]);
         let rows = self.offset_frame.mapped_rows(&in_tool);
+        let geometry = Geometry::new(&equation.geometry);
+        let gravity = geometry.map_or_else(Vector3::zeros, |geometry| {
+            geometry.tool_from_world() * self.model.gravity()
+        });
         match self.poses.last_mut() {
-            Some(pose) if angle(&pose.rows, &rows) < SAME_ATTITUDE_RAD => {
+            Some(pose) if pose.gravity.angle(&gravity) < SAME_ATTITUDE_RAD => {
                 pose.add(&rows, &equation);
             }
             _ => self.poses.push(Pose {
+                gravity,
                 rows,
                 sum: equation,
                 samples: 1,
@@ -147,7 +156,7 @@ impl RestIdentifier {
     pub fn solve(&self) -> Result<BatchResult, IdentifyError> {
         self.check()?;
         let rows: Vec<Rows> = self.poses.iter().map(|pose| pose.rows).collect();
-        let fit = RestFit::new(&rows, self.has_offset);
+        let fit = RestFit::new(&rows, self.has_offset, self.offset_frame.measured());
         let (found, covariance) = self.known.payload(&fit.parameters, &fit.covariance, None);
         let consistent = nearest_consistent(found, &covariance, fit.null_space.scales(), None);
         let parameters = consistent.parameters;
@@ -238,13 +247,14 @@ impl RestIdentifier {
     fn resting(&self, fit: &RestFit, rows: &[Rows]) -> RestingPoses {
         let gravity_m_s2 = self.model.gravity().norm();
         let next = next_attitude(fit, gravity_m_s2, self.offset_frame.map());
+        let [force_noise, moment_noise] = fit.measured_noise();
         RestingPoses {
             attitudes: rows.len(),
             samples: self.poses.iter().map(|pose| pose.samples).sum(),
             frame: self.offset_frame.name().to_string(),
             has_offset: self.has_offset,
-            force_noise: fit.noise[0],
-            moment_noise: fit.noise[1],
+            force_noise,
+            moment_noise,
             next_gravity: next.gravity,
             next_value: next.value.into(),
             next_fraction: next.fraction,
@@ -301,11 +311,4 @@ impl Pose {
             mean.add(&difference, 1.0 / self.samples as f64);
         }
     }
-}
-
-/// Returns the angle between the directions of gravity of two poses, rad.
-fn angle(first: &Rows, second: &Rows) -> f64 {
-    let [first, second] =
-        [first, second].map(|rows| nalgebra::Vector3::from_fn(|axis, _| rows[axis].regressor[0]));
-    first.angle(&second)
 }

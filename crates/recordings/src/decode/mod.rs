@@ -27,6 +27,9 @@ use publishers::Publishers;
 /// Number of wrenches that are read to find channels without numbers.
 const FIRST_WRENCHES: usize = 100;
 
+/// Fewest wrenches that show a channel of a log to have no number.
+const FEWEST_WRENCHES: usize = 10;
+
 /// What the messages of a topic measure.
 #[derive(Clone, Copy, Debug)]
 enum Route {
@@ -126,6 +129,9 @@ fn unmeasured(log: &LogReader, wrenches: &[String]) -> Result<[bool; 6], Recordi
             let (force, moment) = (stamped.wrench.force, stamped.wrench.torque);
             six.push([force.x, force.y, force.z, moment.x, moment.y, moment.z]);
         }
+    }
+    if six.len() < FEWEST_WRENCHES {
+        return Ok([false; 6]);
     }
     Ok(without_numbers(six.into_iter()))
 }

@@ -21,7 +21,7 @@ pub(crate) const RESIDUAL_ROUNDING: f64 = 1e-14;
 
 /// Size, in N, N m or the unit of another channel, below which all measurements of a kind are zero. The squares of what is
 /// divided by a larger size stay finite.
-const ZERO_SIZE: f64 = 1e-30;
+pub(crate) const ZERO_SIZE: f64 = 1e-30;
 
 /// Least standard deviation of a channel relative to the largest of its kind. A channel with next to no
 /// residuals by chance, such as a moment about which nothing turns, must not outweigh all others.
