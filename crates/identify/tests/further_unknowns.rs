@@ -18,7 +18,7 @@ use tactid_dynamics::{
     motion,
 };
 use tactid_identify::{
-    BatchIdentifier, BatchResult, BatchSettings, EquationSettings, Identifier, Method,
+    BatchIdentifier, BatchResult, BatchSettings, EquationSettings, Identifier, KnownMass, Method,
     SubtractedLoad, Unknowns,
 };
 
@@ -185,5 +185,27 @@ fn only_a_recording_of_wrenches_has_further_unknowns() {
         };
         let batch = BatchSettings::default();
         assert!(BatchIdentifier::new(&robot, TOOL, &[TOOL], effort, batch).is_err());
+    }
+}
+
+/// With a known mass, the weight that is reported is that of the fit that is reported.
+#[test]
+fn a_subtracted_weight_agrees_with_a_known_mass() {
+    for seed in 0..8 {
+        let mut given = recorded(seed);
+        with_weight(&mut given, &configured(), DOWN);
+        let batch = BatchSettings {
+            known_mass: Some(KnownMass {
+                mass_kg: payload().mass_kg,
+                std_dev_kg: 0.0,
+            }),
+            ..BatchSettings::default()
+        };
+        let free = solved(&given, with(true, false), BatchSettings::default());
+        let known = solved(&given, with(true, false), batch);
+        let [free, known] = [free, known].map(|result| result.fit.subtracted_weight.unwrap());
+        assert!(known.std_devs[0] < 0.5 * free.std_devs[0]);
+        let truth = &tactid_identify::values_of_body(&configured())[..4];
+        agree(&known.values, &known.std_devs, truth);
     }
 }

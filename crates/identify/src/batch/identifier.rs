@@ -14,7 +14,7 @@ use crate::diagnosis::{
     ConsistentPayload, consistent_payload, data_findings, mass_finding, without_repetition,
     wrong_assumptions,
 };
-use crate::equations::{Channels, Equation, EquationSettings, EquationStream, PushOutcome, Sample};
+use crate::equations::{Channels, EquationSettings, EquationStream, PushOutcome, Sample};
 use crate::finding::{Finding, Hypothesis, WrongAssumption};
 use crate::fit::further::{self, FurtherFit};
 use crate::fit::{Delay, Fit, FitOptions, least_squares};
@@ -175,7 +175,7 @@ impl BatchIdentifier {
         let solution = self.without_known_mass()?;
         let (channels, fit_without_mass) = (&solution.channels, &solution.found.fit);
         let equations = &solution.found.equations[..];
-        let known_mass_fit = self.with_known_mass(channels, equations, &known);
+        let known_mass_fit = self.with_known_mass(&solution, &known)?;
         let fit = known_mass_fit.as_ref().unwrap_or(fit_without_mass);
         let bounding_box = self.settings.bounding_box.as_ref();
         let consistent = consistent_payload(fit, &known, bounding_box);
@@ -190,7 +190,7 @@ impl BatchIdentifier {
         let of_fit = FitReport::new(
             &self.batch,
             equations,
-            (fit, Some(&solution.found.values)),
+            (fit, &solution.found.values_of(fit)),
             noise_fraction,
             channels,
             cutoff_hz,
@@ -227,15 +227,20 @@ impl BatchIdentifier {
     /// Fits the parameters with the mass of the payload, where that is known.
     fn with_known_mass(
         &self,
-        channels: &Channels,
-        equations: &[Equation],
+        solution: &Solution<'_>,
         known: &KnownBodies,
-    ) -> Option<Fit> {
-        let options = FitOptions {
-            known_mass: Some(known.mass_of_load(self.settings.known_mass?)),
-            ..FitOptions::new(channels)
+    ) -> Result<Option<Fit>, IdentifyError> {
+        let Some(mass) = self.settings.known_mass else {
+            return Ok(None);
         };
-        least_squares::fit(equations, options)
+        let options = FitOptions {
+            known_mass: Some(known.mass_of_load(mass)),
+            ..solution.found.options(&solution.channels)
+        };
+        let equations = &solution.found.equations;
+        let fit = least_squares::fit(equations, options);
+        fit.map(Some)
+            .ok_or_else(|| self.stream.too_few_windows(equations.len()))
     }
 
     /// Returns what was noticed, given the fit that is reported, the payload that is consistent with it, and the mass of the
@@ -366,7 +371,7 @@ impl BatchIdentifier {
         let options = FitOptions {
             delay: true,
             weights_of: Some(&solution.found.fit),
-            ..FitOptions::new(&solution.channels)
+            ..solution.found.options(&solution.channels)
         };
         let delay = least_squares::fit(&solution.found.equations, options)?.delay;
         delay.filter(|delay| delay.delay_s.is_finite())

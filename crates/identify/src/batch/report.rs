@@ -74,7 +74,7 @@ impl FitReport {
     pub(crate) fn new(
         batch: &EquationBatch,
         equations: &[Equation],
-        (fit, values): (&Fit, Option<&FurtherValues>),
+        (fit, values): (&Fit, &FurtherValues),
         noise_fraction: [f64; 10],
         channels: &Channels,
         cutoff_hz: f64,
@@ -92,7 +92,11 @@ impl FitReport {
             .zip(&residuals)
             .map(|(all, rest)| all - rest);
         let predicted = explained.collect();
-        let [held_out_rms, held_out_plain_rms] = validate(equations, fit, channels, &held_out);
+        let options = FitOptions {
+            eliminated: values.unknowns.count(),
+            ..FitOptions::new(channels)
+        };
+        let [held_out_rms, held_out_plain_rms] = validate(equations, fit, options, &held_out);
         let table = |values| Table {
             columns: channels.count(),
             values,
@@ -115,8 +119,8 @@ impl FitReport {
             stride_s: window::stride_s(cutoff_hz) * merged,
             cutoff_hz: cutoff_hz / merged,
             wrench_offset: fit.wrench_offset(frame),
-            gravity: values.and_then(FurtherValues::gravity_estimate),
-            subtracted_weight: values.and_then(FurtherValues::weight_estimate),
+            gravity: values.gravity_estimate(),
+            subtracted_weight: values.weight_estimate(),
             channels: channels.channels.clone(),
             measured: table(measured),
             predicted: table(predicted),
@@ -130,7 +134,7 @@ impl FitReport {
 fn validate(
     equations: &[Equation],
     whole: &Fit,
-    channels: &Channels,
+    options: FitOptions<'_>,
     held_out: &[bool],
 ) -> [Vec<f64>; 2] {
     let seen: Vec<bool> = held_out.iter().map(|held| !held).collect();
@@ -140,10 +144,11 @@ fn validate(
         converged: CONVERGED_ENOUGH,
         covariance: false,
         start: Some(whole),
-        ..FitOptions::new(channels)
+        ..options
     };
+    let columns = options.channels.count();
     let Some(blind) = least_squares::fit(equations, options) else {
-        return [0, 1].map(|_| vec![f64::NAN; channels.count()]);
+        return [0, 1].map(|_| vec![f64::NAN; columns]);
     };
     let residuals = residuals(equations, &blind);
     let with_weights = |weight: fn(f64) -> f64| {
@@ -151,7 +156,7 @@ fn validate(
         let weights: Vec<f64> = pairs
             .map(|(w, held)| if *held { weight(*w) } else { 0.0 })
             .collect();
-        rms(&residuals, &weights, channels.count())
+        rms(&residuals, &weights, columns)
     };
     [with_weights(|weight| weight), with_weights(|_| 1.0)]
 }

@@ -17,7 +17,7 @@ use super::least_squares::{self, MAX_PASSES};
 use super::rows::{DELAY, TARGET};
 use super::{CONVERGED_ENOUGH, Fit, FitOptions};
 use crate::equations::window::NOISE_CORRELATION;
-use crate::equations::{Equation, Geometry, Row, Unknowns, WRENCH};
+use crate::equations::{Channels, Equation, Geometry, Row, Unknowns, WRENCH};
 use crate::result::{GravityEstimate, WeightEstimate};
 use crate::solve::subspace::{EIGENVALUE_RATIO, QUANTITY_FRACTION};
 
@@ -36,6 +36,28 @@ pub(crate) struct FurtherFit<'a> {
     pub(crate) equations: Cow<'a, [Equation]>,
     /// Values of the further unknowns.
     pub(crate) values: FurtherValues,
+    /// The last elimination; `None` where there are no further unknowns.
+    elimination: Option<Elimination>,
+}
+
+impl FurtherFit<'_> {
+    /// Returns the options of another fit to the same equations.
+    pub(crate) fn options<'a>(&self, channels: &'a Channels) -> FitOptions<'a> {
+        FitOptions {
+            eliminated: self.values.unknowns.count(),
+            ..FitOptions::new(channels)
+        }
+    }
+
+    /// Returns the further unknowns that belong to another fit to the same equations.
+    pub(crate) fn values_of(&self, fit: &Fit) -> FurtherValues {
+        let mut values = self.values.clone();
+        if let Some(elimination) = &self.elimination {
+            values.gravity = elimination.gravity;
+            values.follow(elimination, fit);
+        }
+        values
+    }
 }
 
 /// Values of the further unknowns. What is none has the given value.
@@ -66,6 +88,7 @@ pub(crate) fn fit<'a>(
             fit: least_squares::fit(equations, options)?,
             equations: Cow::Borrowed(equations),
             values,
+            elimination: None,
         });
     }
     if unknowns.gravity {
@@ -73,7 +96,7 @@ pub(crate) fn fit<'a>(
     }
     let turned = |gravity_now: &Vector3<f64>| turned(equations, &(gravity_now - gravity));
     let mut found = least_squares::fit(&turned(&values.gravity), options)?;
-    let mut reduced = Vec::new();
+    let (mut reduced, mut last) = (Vec::new(), None);
     // Residuals of a wrong model can be correlated so closely that whitening by them leaves only rounding errors.
     found.noise = found.noise.without_correlation();
     for pass in 0..MAX_PASSES {
@@ -94,6 +117,7 @@ pub(crate) fn fit<'a>(
             offsets.add_covariance(&elimination.of_means());
         }
         found = next;
+        last = Some(elimination);
         if pass > 0 && step < CONVERGED_ENOUGH {
             break;
         }
@@ -102,6 +126,7 @@ pub(crate) fn fit<'a>(
         fit: found,
         equations: Cow::Owned(reduced),
         values,
+        elimination: last,
     })
 }
 
