@@ -173,6 +173,22 @@ fn a_direction_of_gravity_is_identified() {
     }
 }
 
+/// A sensor without moments, or with one axis less, tells the direction of gravity, too.
+#[test]
+fn a_direction_of_gravity_is_identified_from_some_axes() {
+    let gravity = Rotation3::new(Vector3::new(0.36, 0.48, 0.0)) * DOWN;
+    for (seed, missing) in [(0, 3..6), (1, 5..6), (2, 0..1)] {
+        let mut given = recorded(seed);
+        with_weight(&mut given, &payload(), DOWN - gravity);
+        let mut settings = with(false, true);
+        settings.unmeasured[missing].fill(true);
+        let found = solved(&given, settings, BatchSettings::default());
+        of_payload(&found);
+        let shown = found.fit.gravity.unwrap();
+        agree(&shown.values, &shown.std_devs, gravity.as_slice());
+    }
+}
+
 /// A control loop, and methods that use other measurements, have none of these unknowns.
 #[test]
 fn only_a_recording_of_wrenches_has_further_unknowns() {

@@ -1,6 +1,6 @@
 //! The channels of an equation: what each row measures, and what is known of its noise.
 
-use nalgebra::DMatrix;
+use nalgebra::{DMatrix, Matrix6};
 use schemars::JsonSchema;
 use serde::Serialize;
 
@@ -28,6 +28,8 @@ pub struct Channels {
     pub offsets: usize,
     /// Known noise of the sensors of some sources.
     pub known_noise: Vec<KnownNoise>,
+    /// Projection of a wrench in the tool frame, force then moment, onto its channels that are measured; `None` where all are.
+    pub projection: Option<Matrix6<f64>>,
 }
 
 impl Channels {
@@ -40,6 +42,7 @@ impl Channels {
             sources: vec![6],
             offsets: 0,
             known_noise: Vec::new(),
+            projection: None,
         }
     }
 

@@ -2,7 +2,7 @@
 
 use std::iter;
 
-use nalgebra::Vector3;
+use nalgebra::{Matrix6, Vector3};
 use tactid_dynamics::{
     FrameId, InertialParameters, JointMotion, Manipulator, ModelError, ModelFinding, StateError,
     Workspace, inverse_dynamics, motion_under_gravity,
@@ -30,6 +30,8 @@ pub(crate) struct Model {
     sources: Vec<Source>,
     /// Number of rows of each source.
     row_counts: Vec<usize>,
+    /// Projection of a wrench in the tool frame onto what is measured; `None` where all is.
+    projection: Option<Matrix6<f64>>,
     /// Whether the rows hold for the links below the tool and the payload as one body.
     includes_gripper: bool,
     robot: Manipulator,
@@ -57,9 +59,9 @@ impl Model {
         settings: &EquationSettings,
     ) -> Result<Self, IdentifyError> {
         settings.check(robot, sensors)?;
-        let measured = OffsetFrame::new(robot, tool, sensors, &settings.unmeasured)?;
+        let projection = OffsetFrame::new(robot, tool, sensors, &settings.unmeasured)?.projection();
         let tool = robot.frame(tool)?;
-        let sources = sources_of(robot, tool, sensors, settings, measured.projection())?;
+        let sources = sources_of(robot, tool, sensors, settings, projection)?;
         check_masses(robot, tool, &sources).map_err(|error| {
             IdentifyError::Method(format!(
                 "the {} method needs the masses of the robot: {error}; or use the tactile method, which needs none",
@@ -95,6 +97,7 @@ impl Model {
             row_count,
             sources,
             row_counts,
+            projection,
             includes_gripper,
             robot: robot.clone(),
             tool,
@@ -174,6 +177,7 @@ impl Model {
             sources: self.row_counts.clone(),
             offsets: 0,
             known_noise,
+            projection: self.projection,
         };
         let first = self.sources.first();
         channels.with_offsets(first.is_some_and(|source| source.has_offsets()))

@@ -92,16 +92,17 @@ pub(crate) fn fit<'a>(
         });
     }
     if unknowns.gravity {
-        values.gravity = static_gravity(equations, gravity);
+        values.gravity = static_gravity(equations, gravity, options.channels);
     }
-    let turned = |gravity_now: &Vector3<f64>| turned(equations, &(gravity_now - gravity));
+    let turned =
+        |gravity_now: &Vector3<f64>| turned(equations, &(gravity_now - gravity), options.channels);
     let mut found = least_squares::fit(&turned(&values.gravity), options)?;
     let (mut reduced, mut last) = (Vec::new(), None);
     // Residuals of a wrong model can be correlated so closely that whitening by them leaves only rounding errors.
     found.noise = found.noise.without_correlation();
     for pass in 0..MAX_PASSES {
         let turned = turned(&values.gravity);
-        let elimination = Elimination::new(&turned, &found, &values.gravity, unknowns);
+        let elimination = Elimination::new(&turned, &found, &values, options.channels);
         reduced = elimination.reduced(turned, &found);
         // The noise of the first fit is mostly what the further unknowns explain.
         let options = FitOptions {
@@ -206,6 +207,8 @@ impl FurtherValues {
 struct Elimination {
     unknowns: Unknowns,
     gravity: Vector3<f64>,
+    /// Projection of a wrench in the tool frame onto what is measured; `None` where all is.
+    projection: Option<Matrix6<f64>>,
     explained: Explained,
     /// Inverse of the information of the further unknowns, zero in directions that are not determined.
     inverse: Matrix6<f64>,
@@ -216,10 +219,11 @@ struct Elimination {
 }
 
 impl Elimination {
-    fn new(equations: &[Equation], fit: &Fit, gravity: &Vector3<f64>, unknowns: Unknowns) -> Self {
+    fn new(equations: &[Equation], fit: &Fit, values: &FurtherValues, channels: &Channels) -> Self {
         let mut elimination = Self {
-            unknowns,
-            gravity: *gravity,
+            unknowns: values.unknowns,
+            gravity: values.gravity,
+            projection: channels.projection,
             explained: Explained::zeros(),
             inverse: Matrix6::zeros(),
             is_determined: [false; 6],
@@ -273,7 +277,8 @@ impl Elimination {
         {
             let in_tool = geometry.tool_from_world() * tangents(&self.gravity);
             for (k, change) in in_tool.column_iter().enumerate() {
-                let weight = weight_columns(&change.into()) * fit.parameters.fixed_rows::<4>(0);
+                let of_weight = weight_columns(&change.into(), self.projection.as_ref());
+                let weight = of_weight * fit.parameters.fixed_rows::<4>(0);
                 columns.set_column(4 + k, &-weight);
             }
         }
@@ -330,7 +335,11 @@ impl Elimination {
 
 /// Returns the direction in which the weight of the payload acts where accelerations are neglected, with the size of the given
 /// gravity: forces are linear in the weight and an offset.
-fn static_gravity(equations: &[Equation], gravity: &Vector3<f64>) -> Vector3<f64> {
+fn static_gravity(
+    equations: &[Equation],
+    gravity: &Vector3<f64>,
+    channels: &Channels,
+) -> Vector3<f64> {
     let (mut information, mut products) = (Matrix6::zeros(), Vector6::zeros());
     for equation in equations {
         let Some(geometry) = Geometry::new(&equation.geometry) else {
@@ -340,6 +349,9 @@ fn static_gravity(equations: &[Equation], gravity: &Vector3<f64>) -> Vector3<f64
         rows.fixed_columns_mut::<3>(0)
             .copy_from(&-geometry.tool_from_world());
         rows.fixed_columns_mut::<3>(3).fill_with_identity();
+        if let Some(projection) = &channels.projection {
+            rows = projection.fixed_view::<3, 3>(0, 0) * rows;
+        }
         let force = Vector3::from_fn(|k, _| equation.rows[k].target);
         information += rows.transpose() * rows;
         products += rows.transpose() * force;
@@ -358,24 +370,30 @@ fn tangents(gravity: &Vector3<f64>) -> SMatrix<f64, 3, 2> {
     SMatrix::from_columns(&[first, second])
 }
 
-/// Returns the wrench of each kg and each kg m that an acceleration, in the tool frame, needs.
-fn weight_columns(acceleration: &Vector3<f64>) -> SMatrix<f64, 6, 4> {
+/// Returns what is measured of the wrench that an acceleration, in the tool frame, needs for each kg and each kg m.
+fn weight_columns(
+    acceleration: &Vector3<f64>,
+    projection: Option<&Matrix6<f64>>,
+) -> SMatrix<f64, 6, 4> {
     let mut columns = SMatrix::<f64, 6, 4>::zeros();
     columns.fixed_view_mut::<3, 1>(0, 0).copy_from(acceleration);
     columns
         .fixed_view_mut::<3, 3>(3, 1)
         .copy_from(&-cross(acceleration));
-    columns
+    projection.map_or(columns, |projection| projection * columns)
 }
 
 /// Returns equations whose gravity differs by a vector in the inertial frame, m/s².
-fn turned(equations: &[Equation], change: &Vector3<f64>) -> Vec<Equation> {
+fn turned(equations: &[Equation], change: &Vector3<f64>, channels: &Channels) -> Vec<Equation> {
     let mut equations = equations.to_vec();
     for equation in &mut equations {
         let Some(geometry) = Geometry::new(&equation.geometry) else {
             continue;
         };
-        let columns = weight_columns(&(geometry.tool_from_world() * change));
+        let columns = weight_columns(
+            &(geometry.tool_from_world() * change),
+            channels.projection.as_ref(),
+        );
         for (row, change) in equation.rows.iter_mut().zip(columns.row_iter()) {
             let mut of_weight = row.regressor.fixed_rows_mut::<4>(0);
             of_weight -= change.transpose();

@@ -207,6 +207,7 @@ mod tests {
             sources: vec![3],
             offsets: 0,
             known_noise: Vec::new(),
+            projection: None,
         }
     }
 
