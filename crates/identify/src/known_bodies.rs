@@ -1,10 +1,9 @@
 //! Known bodies that the measured load contains besides the payload, with their uncertainty.
 
-use std::hash::{DefaultHasher, Hash, Hasher};
-
 use nalgebra::SymmetricEigen;
 use tactid_dynamics::{InertialParameters, MassProperties};
 
+use crate::fingerprint::fingerprint;
 use crate::prior::KnownMass;
 use crate::result::values_of_body;
 use crate::solve::subspace::{Matrix, Vector};
@@ -137,11 +136,7 @@ impl KnownBodies {
         let units = scales.map(|scale| if scale > 0.0 { scale } else { 1.0 });
         let eigen =
             SymmetricEigen::new(self.covariance.component_div(&(units * units.transpose())));
-        let mut hasher = DefaultHasher::new();
-        for entry in &self.covariance {
-            entry.to_bits().hash(&mut hasher);
-        }
-        let number = hasher.finish();
+        let number = fingerprint(self.covariance.iter().map(|entry| entry.to_bits()));
         (0..10).filter_map(move |k| {
             let variance = eigen.eigenvalues[k];
             let direction: Vector = eigen.eigenvectors.column(k).into();

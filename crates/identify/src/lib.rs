@@ -79,6 +79,7 @@ pub mod diagnosis;
 pub mod equations;
 mod error;
 mod finding;
+mod fingerprint;
 mod fit;
 mod hypotheses;
 mod known_bodies;
@@ -107,6 +108,7 @@ pub use finding::{
     Disagreement, Finding, Hypothesis, RestingPoses, UnexplainedLoad, WrongAssumption,
     distance_of_runs, probability,
 };
+pub use fingerprint::fingerprint;
 pub use fit::{Delay, GainErrors};
 pub use known_bodies::{KnownBodies, KnownTool};
 pub use linear_estimate::{LinearEstimate, SharedErrors};

@@ -7,6 +7,9 @@ use serde::Serialize;
 /// is a fault, and a request cannot correct a longer delay.
 pub(crate) const LONGEST_STAMP_DELAY_S: f64 = 60.0;
 
+/// Measurements that come at most so much after later ones of their stream are put in order, s.
+pub(crate) const LONGEST_LATENESS_S: f64 = 1.0;
+
 /// Which times the measurements were taken to belong to.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]

@@ -260,8 +260,8 @@ impl Identification {
         found
     }
 
-    /// Returns whether the data contradict an assumption, or leave something unexplained.
-    pub(crate) fn is_contradicted(&self) -> bool {
+    /// Returns whether a finding can follow from measurements that are read wrongly.
+    pub(crate) fn follows_from_reading(&self) -> bool {
         self.recording.findings.iter().any(follows_from_assumptions)
     }
 

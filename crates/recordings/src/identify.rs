@@ -150,7 +150,7 @@ fn identify(
             let mut batch = plan.batch_identifier()?;
             let run = Run::new(recording, &plan, &mut batch, observer)?;
             let mut found = Identification::new(plan.clone(), run, &batch)?;
-            if found.is_contradicted() {
+            if found.follows_from_reading() {
                 let reading = contradicted_reading(recording, &plan, observer)?;
                 found.replace_consequences(reading);
             }

@@ -134,7 +134,8 @@ impl<'a> Plan<'a> {
     }
 }
 
-/// Checks that wrenches without a weight have one: where gravity is zero, or part of the measured accelerations, it is not known.
+/// Checks that gravity is known where the wrenches lack a weight: it is not where it is zero, or part of the measured
+/// accelerations.
 fn check_weight(
     request: &Request,
     options: &Options,

@@ -13,10 +13,10 @@ use crate::{Finding, Observer, RecordingError};
 
 /// Size of the residuals relative to those of the assumed reading, below which another reading is the right one. Drivers
 /// that state wrenches or efforts otherwise leave some percent (`tests/readings.rs`).
-const FAR_BETTER: f64 = 0.4;
+const MUCH_SMALLER: f64 = 0.4;
 
 /// Angle between links of the base below which both have the same axes, rad: descriptions round multiples of a right angle.
-const SAME_ORIENTATION: f64 = 1e-3;
+const SAME_ORIENTATION_RAD: f64 = 1e-3;
 
 /// How measurements are read.
 struct Reading {
@@ -56,7 +56,7 @@ pub(crate) fn contradicted_reading(
         return Ok(None);
     };
     let mut best = None;
-    let mut least = FAR_BETTER * assumed;
+    let mut least = MUCH_SMALLER * assumed;
     for other in others {
         if let Some(size) = residual(plan, &events, &other)?.filter(|size| *size < least) {
             (least, best) = (size, Some(other));
@@ -149,8 +149,9 @@ fn links_of_base(robot: &Manipulator) -> Vec<String> {
         let frame = robot.frame(name).ok();
         let pose = frame.and_then(|frame| robot.fixed_transform(robot.base_frame(), frame));
         let Some(pose) = pose else { continue };
-        let is_same =
-            |other: &(_, UnitQuaternion<f64>)| other.1.angle_to(&pose.rotation) < SAME_ORIENTATION;
+        let is_same = |other: &(_, UnitQuaternion<f64>)| {
+            other.1.angle_to(&pose.rotation) < SAME_ORIENTATION_RAD
+        };
         if !found.iter().any(is_same) {
             found.push((name.to_owned(), pose.rotation));
         }

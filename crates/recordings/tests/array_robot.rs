@@ -107,7 +107,7 @@ impl Arm {
         arm
     }
 
-    /// Lets the angle of the first joint start again after a turn in the middle of its range.
+    /// Lets the angle of the first joint start again, by a whole turn, halfway through its range.
     fn start_again_in_the_middle(&mut self) {
         let angles = self.position.iter().step_by(8);
         let (low, high) = angles.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), angle| {

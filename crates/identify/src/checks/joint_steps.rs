@@ -7,7 +7,7 @@ use tactid_dynamics::Manipulator;
 
 use crate::equations::{Step, are_angles};
 
-/// Fewest jumps that two sources explain, and no accident: five samples of another source.
+/// Fewest jumps that show two mixed sources: five samples of the other one.
 const FEWEST_JUMPS: u64 = 10;
 
 /// Positions that jump faster than any joint moves.

@@ -78,7 +78,7 @@ impl OffsetFrame {
         &self.measured
     }
 
-    /// Returns the matrix that takes what is not measured from a wrench in the tool frame; `None` where all is measured.
+    /// Returns the projection of a wrench in the tool frame onto the measured channels; `None` where all is measured.
     pub(crate) fn projection(&self) -> Option<Matrix6<f64>> {
         let is_whole = self.measured.iter().all(|channel| *channel == 1.0);
         let measured = Matrix6::from_diagonal(&self.measured);

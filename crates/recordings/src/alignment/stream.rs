@@ -50,7 +50,7 @@ impl<T: Interpolate> Stream<T> {
         }
     }
 
-    /// Returns the value at a time: an [average](weights) where the stream is averaged and has neither a gap nor its begin
+    /// Returns the value at a time: an [average](weights) where the stream is averaged and has neither a gap nor its start
     /// within it, else an interpolated one.
     ///
     /// Times must not decrease from call to call, because the samples before them are discarded.
@@ -217,7 +217,7 @@ mod tests {
         assert!(middle.pose.rotation.angle_to(&target) < 1e-5);
     }
 
-    /// A stream that is averaged waits for samples beyond the time, and is interpolated beside its begin and a gap.
+    /// A stream that is averaged waits for samples beyond the time, and is interpolated beside its start and a gap.
     #[test]
     fn averages_where_samples_reach() {
         let quadratic = |t: f64| 1.0 - 2.0 * t + 30.0 * t * t;

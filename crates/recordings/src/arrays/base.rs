@@ -4,10 +4,8 @@ use nalgebra::{Isometry3, Vector3};
 use tactid_identify::{BaseState, states_of_poses};
 
 use super::fields::Arrays;
+use crate::clock::LONGEST_LATENESS_S;
 use crate::fault::{FaultKind, check};
-
-/// Samples that come at most so much before an earlier one are put in order, s.
-const LONGEST_LATENESS_S: f64 = 1.0;
 
 /// The samples whose times can be used.
 pub(super) struct Timeline {

@@ -3,9 +3,7 @@
 use std::collections::VecDeque;
 
 use crate::alignment::Event;
-
-/// Messages that are recorded at most so much after later ones of their publisher are put in order, s.
-const LONGEST_LATENESS_S: f64 = 1.0;
+use crate::clock::LONGEST_LATENESS_S;
 
 /// Most messages that are held: a second of the fastest sensors, many times.
 const MOST_HELD: usize = 1 << 16;

@@ -67,7 +67,7 @@ impl LogSources {
             _ => {
                 placed.place_wrenches(&topics.wrenches, frames.wrenches, &assumed)?;
                 placed.place(&options.tip, FrameOf::Tip)?;
-                placed.tell_axes_from_place(&topics.wrenches, &mut options);
+                placed.assume_axes_of_fixed_frame(&topics.wrenches, &mut options);
             }
         }
         placed.place_axes(&options)?;
@@ -228,7 +228,7 @@ impl<'a> Placed<'a> {
 
     /// Where the only wrench is in a frame that does not move with the tip, this frame has its axes, and the moments are
     /// about the origin of the tip: no sensor that stands still feels the payload alone.
-    fn tell_axes_from_place(&mut self, topics: &[String], options: &mut Options) {
+    fn assume_axes_of_fixed_frame(&mut self, topics: &[String], options: &mut Options) {
         let (Some(sensor), [topic]) = (self.sensors.first_mut(), topics) else {
             return;
         };

@@ -1,6 +1,7 @@
 //! Frames that only `/tf` has, such as the one in which a controller states its tool: which link carries them.
 
 use std::collections::BTreeMap;
+use std::f64::consts::{PI, TAU};
 
 use nalgebra::{Isometry3, UnitQuaternion, Vector3};
 use tactid_dynamics::{FrameId, FrameMotion, JointMotion, Manipulator, Workspace, motion};
@@ -12,6 +13,9 @@ use crate::RecordingError;
 
 /// Number of poses of a frame that are compared with the links.
 const COMPARED: usize = 400;
+
+/// Most poses that wait for the joints: more come where no joints are recorded.
+const MOST_WAITING: usize = 1 << 12;
 
 /// Largest rms change of the pose of a frame in the link that carries it, m and rad: stamps that differ by some
 /// milliseconds from those of the joints reach this at 1 m/s and 3 rad/s.
@@ -33,6 +37,9 @@ pub(super) fn find_moving(
     robot: &Manipulator,
     frame: &str,
 ) -> Result<Option<MovingFrame>, RecordingError> {
+    if transforms.changing().is_empty() {
+        return Ok(None);
+    }
     let mut search = Search::new(transforms, robot, frame);
     let topics = [transforms.changing(), transforms.joints()].concat();
     for message in transforms.log().messages_on(topics)? {
@@ -58,7 +65,10 @@ struct Search<'a> {
     fixed: BTreeMap<String, Isometry3<f64>>,
     /// One frame of each body of the robot.
     links: Vec<FrameId>,
+    /// Time, ns, and positions of the joints when all were last known.
     joints: Option<(i64, Vec<f64>)>,
+    /// Newest position of each joint, from any publisher; NaN where there is none yet.
+    newest: Vec<f64>,
     waiting: Vec<Waiting>,
     /// Only every so many poses is compared, and how many were met.
     every: usize,
@@ -91,6 +101,7 @@ impl<'a> Search<'a> {
             fixed,
             links,
             joints: (robot.dof() == 0).then(|| (i64::MIN, Vec::new())),
+            newest: vec![f64::NAN; robot.dof()],
             waiting: Vec::new(),
             every: 1,
             met: 0,
@@ -124,6 +135,9 @@ impl<'a> Search<'a> {
             return;
         };
         self.met += 1;
+        if self.waiting.len() >= MOST_WAITING {
+            self.waiting.clear();
+        }
         if !self.met.is_multiple_of(self.every) {
             return;
         }
@@ -146,21 +160,24 @@ impl<'a> Search<'a> {
     }
 
     fn push_joints(&mut self, time_ns: i64, state: &JointState) {
-        let position = |joint: &String| {
-            let place = state.name.iter().position(|name| name == joint)?;
-            state.position.get(place).copied()
-        };
-        let names = self.robot.joint_names();
-        let positions: Option<Vec<f64>> = names.iter().map(position).collect();
-        let Some(positions) = positions.filter(|all| all.iter().all(|x| x.is_finite())) else {
-            return;
-        };
-        self.compare(time_ns, &positions);
-        self.joints = Some((time_ns, positions));
+        for (name, position) in state.name.iter().zip(&state.position) {
+            let names = self.robot.joint_names();
+            if let Some(place) = names.iter().position(|joint| joint == name) {
+                self.newest[place] = *position;
+            }
+        }
+        if self.newest.iter().all(|position| position.is_finite()) {
+            let positions = self.newest.clone();
+            self.compare(time_ns, &positions);
+            self.joints = Some((time_ns, positions));
+        }
     }
 
     /// Compares the poses up to the time of new joint positions with the links, which move between those before and these.
     fn compare(&mut self, time_ns: i64, positions: &[f64]) {
+        if self.waiting.is_empty() {
+            return;
+        }
         let Some((before_ns, before)) = self.joints.clone() else {
             return;
         };
@@ -172,7 +189,8 @@ impl<'a> Search<'a> {
             let length_ns = (time_ns.saturating_sub(before_ns) as f64).max(1.0);
             let fraction = pose.time_ns.saturating_sub(before_ns) as f64 / length_ns;
             let pairs = before.iter().zip(positions);
-            let at: Vec<f64> = pairs.map(|(a, b)| a + (b - a) * fraction).collect();
+            let turned = |step: f64| (step + PI).rem_euclid(TAU) - PI;
+            let at: Vec<f64> = pairs.map(|(a, b)| a + turned(b - a) * fraction).collect();
             self.add(pose, &at);
         }
     }

@@ -23,7 +23,7 @@ pub(crate) struct WrenchSource {
     /// Axes of the wrenches; `None` for those of the sensors.
     axes: Option<Axes>,
     subtracted: Option<SubtractedLoad>,
-    /// Takes what is not measured from a wrench in the tool frame; `None` where all is measured.
+    /// Projection of a wrench in the tool frame onto the measured channels; `None` where all are.
     projection: Option<Matrix6<f64>>,
 }
 
@@ -45,8 +45,8 @@ impl Axes {
 }
 
 impl WrenchSource {
-    /// Creates the source for the links in which the wrenches are measured. `projection` takes what is not measured from a
-    /// wrench in the tool frame.
+    /// Creates the source for the links in which the wrenches are measured. `projection` is that of a wrench in
+    /// the tool frame onto the measured channels.
     ///
     /// # Errors
     /// Returns [`IdentifyError::Model`] if the robot does not have one of the links.
