@@ -1,8 +1,10 @@
-"""Coverage of 95 % intervals where an offset, a subtracted weight or gravity is identified, too.
+"""Coverage of 95 % intervals where a measurement is not what it seems: five remedies.
 
 Run by ``python bench/coverage_remedies.py [DRAWS]``; needs the UR5 of ``example-robot-data``. Each
 draw has another body, motion, noise and fault. A line for each remedy has the fraction of the
-intervals that contain the truth, for the values of the payload and for what the remedy identifies.
+intervals that contain the truth, for the values of the payload that the recording determines, and
+for what the remedy identifies: an offset, a subtracted weight, the direction of gravity. Wrapped
+angles and absent moments have no values of their own.
 """
 
 import re
@@ -57,7 +59,7 @@ class Draw:
         return felt + 0.3 * UNITS * self.random.normal(size=felt.shape)
 
 
-Remedy = Callable[[Draw], tuple[Array, dict[str, Any], Array]]
+Remedy = Callable[[Draw], tuple[Array, dict[str, Any], Array | None]]
 
 
 def offset(draw: Draw) -> tuple[Array, dict[str, Any], Array]:
@@ -80,12 +82,26 @@ def gravity(draw: Draw) -> tuple[Array, dict[str, Any], Array]:
     return draw.wrench(acting), {"gravity": "unknown"}, acting
 
 
+def wrapped(draw: Draw) -> tuple[Array, dict[str, Any], None]:
+    """Angles that start again after a turn somewhere in the range of each joint."""
+    start = POSTURE + draw.random.uniform(-0.4, 0.4, 6)
+    draw.q = start + (draw.q - start) % (2 * np.pi)
+    return draw.wrench(DOWN), {}, None
+
+
+def forces(draw: Draw) -> tuple[Array, dict[str, Any], None]:
+    """Three forces without moments."""
+    felt = draw.wrench(DOWN)
+    felt[:, 3:] = draw.random.choice([0.0, np.nan])
+    return felt, {}, None
+
+
 def main(draws: int) -> None:
     """Prints the coverage with each remedy."""
     text = (Path(sysconfig.get_paths()["purelib"]) / UR5).read_text()
     text = re.sub(r"<(visual|collision)>.*?</\1>", "", text, flags=re.DOTALL)
     robot = tactid.Manipulator.from_urdf(text)
-    for remedy in (offset, weight, gravity):
+    for remedy in (offset, weight, gravity, wrapped, forces):
         of_payload, of_remedy = [], []
         for seed in range(draws):
             draw = Draw(robot, seed)
@@ -93,18 +109,28 @@ def main(draws: int) -> None:
             given = {"robot": robot, "tip": "tool0", "q": draw.q, "qd": draw.qd, "wrench": wrench}
             found = tactid.identify(TIME, wrench_acts_on="sensor", **given, **options)
             estimate, fit = found.estimate, found.fit
-            error = np.abs(estimate.values - values_of(draw.body))
-            of_payload.append(error < Z95 * np.asarray(estimate.std_devs))
-            shown = {offset: fit.wrench_offset, weight: fit.subtracted_weight, gravity: fit.gravity}
-            if (own := shown[remedy]) is not None:
+            std_devs = np.asarray(estimate.std_devs)
+            is_inside = np.abs(estimate.values - values_of(draw.body)) < Z95 * std_devs
+            of_payload.append(np.where(np.isfinite(std_devs), is_inside, np.nan))
+            shown: dict[Remedy, Any] = {
+                offset: fit.wrench_offset,
+                weight: fit.subtracted_weight,
+                gravity: fit.gravity,
+            }
+            if (own := shown.get(remedy)) is not None and truth is not None:
                 error = np.abs(np.asarray(own.values) - truth)
                 of_remedy.append(error < Z95 * np.asarray(own.std_devs))
-        payload, identified = np.mean(of_payload, axis=0), np.mean(of_remedy, axis=0)
-        kinds = payload[0], payload[1:4].mean(), payload[4:].mean()
-        print(
-            f"{remedy.__name__:8} mass {kinds[0]:.1%}, com {kinds[1]:.1%}, inertia {kinds[2]:.1%};"
-            f" itself {identified.mean():.1%} (in {len(of_remedy)} of {draws})"
-        )
+        payload = np.array(of_payload)
+        kinds = {"mass": slice(1), "com": slice(1, 4), "inertia": slice(4, 10)}
+        inside = {name: payload[:, kind] for name, kind in kinds.items()}
+        shares = [
+            f"{name} {np.nanmean(of_kind):.1%}" if np.isfinite(of_kind).any() else f"no {name}"
+            for name, of_kind in inside.items()
+        ]
+        line = f"{remedy.__name__:8} " + ", ".join(shares)
+        if of_remedy:
+            line += f"; itself {np.mean(of_remedy):.1%} (in {len(of_remedy)} of {draws})"
+        print(line, flush=True)
 
 
 if __name__ == "__main__":
