@@ -120,6 +120,7 @@ FINDINGS = [
     Finding("axes_contradicted", {"axes": "base", "residual_ratio": 0.05}),
     Finding("point_contradicted", {"frame": "base", "residual_ratio": 0.05}),
     Finding("effort_content_contradicted", {"content": "external", "residual_ratio": 0.08}),
+    Finding("forces_summed", {"topics": ["/left", "/right"]}),
     Finding("wrenches_summed", {"topics": ["/left", "/right"]}),
     Finding("joints_renamed", {"names": [("fer_1", "panda_1"), ("fer_2", "panda_2")]}),
     Finding("effort_noisier", {"joints": ["elbow"], "noise_ratios": [3.26]}),
@@ -324,6 +325,10 @@ SENTENCES = {
     "effort_content_contradicted": (
         "The joint efforts contain only what the payload needs, nothing of the arm's own: read so,"
         " their residuals are 8.0 % as large. To accept this, give `external` as `efforts_are`."
+    ),
+    "forces_summed": (
+        "The log has no wrenches: those of /left and /right are the sums of the forces at their"
+        " points."
     ),
     "wrenches_summed": ("The wrenches of /left and /right are summed."),
     "joints_renamed": (
@@ -638,6 +643,7 @@ FAULTS = {
     "put_in_order": "3 samples out of order were put in order",
     "undecodable": "3 messages that cannot be decoded were left out",
     "not_finite": "3 samples with a value that is not finite were left out",
+    "point_not_finite": "3 points without finite numbers were left out of the sum",
     "out_of_range": "3 samples with a value out of range (beyond 1e9) were left out",
     "partial_joints": "3 messages with only some of the publisher's joints were left out",
     "position_count": "3 messages with another number of positions than of names were left out",

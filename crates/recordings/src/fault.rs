@@ -27,6 +27,8 @@ pub enum FaultKind {
     Undecodable,
     /// A value that is not finite. The message is left out.
     NotFinite,
+    /// A point of a tactile array without a finite position or force. It is left out of the sum.
+    PointNotFinite,
     /// A value beyond 1e9 in SI units. The message is left out.
     OutOfRange,
     /// A message that has only some of its publisher's joints. It is left out.
@@ -86,6 +88,12 @@ impl FaultKind {
             Self::PutInOrder => format!("{sample} out of order {was} put in order"),
             Self::Undecodable => format!("{message} that cannot be decoded {was} left out"),
             Self::NotFinite => format!("{sample} with a value that is not finite {was} left out"),
+            Self::PointNotFinite => {
+                format!(
+                    "{} without finite numbers {was} left out of the sum",
+                    many("point")
+                )
+            }
             Self::OutOfRange => {
                 format!("{sample} with a value out of range (beyond 1e9) {was} left out")
             }

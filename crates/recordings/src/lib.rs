@@ -64,6 +64,7 @@ mod choices;
 mod clock;
 mod combination;
 mod combine;
+mod contacts;
 mod decode;
 mod defaults;
 mod error;

@@ -137,7 +137,7 @@ options! {
         /// Topic of joint states; several where each has some of the joints.
         #[option(TOPICS, LOGS, default = "found by its type")]
         pub joint_topic: Option<Vec<String>>,
-        /// Topic of wrenches; the sum of several acts on the payload.
+        /// Topic of wrenches, or of points with forces; the sum of several acts on the payload.
         #[option(
             TOPICS, LOG,
             default = "found by its type; several only where each is of another finger, a link \

@@ -156,14 +156,17 @@ impl Decoder {
         sensor: usize,
         message: &RawMessage,
     ) -> Result<Measured, FaultKind> {
-        let decoded = message.decode_into(&mut self.wrench);
-        decoded.map_err(|_| FaultKind::Undecodable)?;
-        let time_s = self.time_s(message, self.wrench.header.stamp)?;
+        let (header, read, left_out) = self.wrenches.read(message)?;
+        let stamp = header.stamp;
+        let time_s = self.time_s(message, stamp)?;
         self.set_origin(message, 0, time_s);
-        let [force, moment] = [self.wrench.wrench.force, self.wrench.wrench.torque].map(vector);
+        if left_out > 0 {
+            let (topic, kind) = (&message.topic.name, FaultKind::PointNotFinite);
+            self.faults.add_many(topic, kind, left_out, time_s);
+        }
         let mut wrench = Wrench {
-            force: force * self.decoding.wrench_sign,
-            moment: moment * self.decoding.wrench_sign,
+            force: read.force * self.decoding.wrench_sign,
+            moment: read.moment * self.decoding.wrench_sign,
         };
         let channels = wrench.force.iter_mut().chain(&mut wrench.moment);
         for (channel, is_unmeasured) in channels.zip(self.decoding.unmeasured) {

@@ -10,10 +10,11 @@ mod renaming;
 
 use std::sync::Arc;
 
-use tactid_logs::messages::{JointState, Odometry, Time, WrenchStamped};
+use tactid_logs::messages::{JointState, Odometry, Time};
 use tactid_logs::{LogReader, RawMessage, Topic};
 
 use crate::alignment::{Averaging, Event, JointValues, Measured, Streams};
+use crate::contacts::WrenchMessages;
 use crate::defaults::{Motion, effort_gains};
 use crate::fault::{FaultCounts, FaultKind};
 use crate::sources::{LogSources, MotionTopics};
@@ -122,12 +123,12 @@ fn unmeasured(log: &LogReader, wrenches: &[String]) -> Result<[bool; 6], Recordi
     let [topic] = wrenches else {
         return Ok([false; 6]);
     };
-    let mut six = Vec::new();
+    let (mut wrenches, mut six) = (WrenchMessages::default(), Vec::new());
     for message in log.messages_on([topic])?.take(FIRST_WRENCHES) {
         // One that cannot be decoded is counted as a fault when the log is read.
-        if let Ok(stamped) = message?.decode::<WrenchStamped>() {
-            let (force, moment) = (stamped.wrench.force, stamped.wrench.torque);
-            six.push([force.x, force.y, force.z, moment.x, moment.y, moment.z]);
+        if let Ok((_, wrench, _)) = wrenches.read(&message?) {
+            let (f, n) = (wrench.force, wrench.moment);
+            six.push([f.x, f.y, f.z, n.x, n.y, n.z]);
         }
     }
     if six.len() < FEWEST_WRENCHES {
@@ -187,7 +188,7 @@ pub(crate) struct Decoder {
     /// The last message of each kind, whose memory the next one reuses.
     joint_state: JointState,
     odometry: Odometry,
-    wrench: WrenchStamped,
+    wrenches: WrenchMessages,
     faults: FaultCounts,
 }
 
@@ -204,7 +205,7 @@ impl Decoder {
             mappings: Vec::new(),
             joint_state: JointState::default(),
             odometry: Odometry::default(),
-            wrench: WrenchStamped::default(),
+            wrenches: WrenchMessages::default(),
             faults: FaultCounts::default(),
         }
     }

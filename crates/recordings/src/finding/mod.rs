@@ -101,6 +101,11 @@ pub enum Finding {
         /// Residual with this content relative to that with the assumed one, without a unit.
         residual_ratio: f64,
     },
+    /// The log has no wrenches, but forces at points, whose sums are used.
+    ForcesSummed {
+        /// The topics.
+        topics: Vec<String>,
+    },
     /// The wrenches of several topics are summed.
     WrenchesSummed {
         /// The topics.

@@ -64,6 +64,7 @@ impl Notice for Finding {
             | Self::PointContradicted { .. }
             | Self::EffortContentContradicted { .. } => self.of_readings(reader),
             Self::FrameAssumed { .. }
+            | Self::ForcesSummed { .. }
             | Self::WrenchesSummed { .. }
             | Self::UnknownJoints { .. }
             | Self::AbsentJoints { .. }
@@ -162,6 +163,10 @@ impl Finding {
             Self::FrameAssumed { topic, frame } => {
                 format!("{topic} names no frame: its wrenches are taken to be in `{frame}`.")
             }
+            Self::ForcesSummed { topics } => format!(
+                "The log has no wrenches: those of {} are the sums of the forces at their points.",
+                topics.join(" and ")
+            ),
             Self::WrenchesSummed { topics } => {
                 format!("The wrenches of {} are summed.", topics.join(" and "))
             }

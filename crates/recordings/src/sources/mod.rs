@@ -10,14 +10,14 @@ mod transforms;
 use tactid_dynamics::{FrameId, Manipulator, ModelError};
 use tactid_identify::WORLD;
 use tactid_logs::LogReader;
-use tactid_logs::messages::{Imu, JointState, Odometry, WrenchStamped};
+use tactid_logs::messages::{Imu, JointState, Odometry};
 
 use crate::defaults::{Contents, Options, check_tip};
 use crate::{Finding, RecordingError, Request, SensorFrame};
 pub(crate) use frames::place_sensor;
 use frames::{FrameOf, is_fixed_to_ground, place_frame};
 pub(crate) use topics::{MeasuredTopics, MotionTopics, joint_topics, several_topics, times_ns};
-use topics::{first, missing, slowest_period_s};
+use topics::{first, frame_of_wrenches, missing, slowest_period_s};
 use transforms::Transforms;
 
 /// Name of the frame of a sensor that is carried about, where nothing names one.
@@ -78,6 +78,11 @@ impl LogSources {
         let mut findings = placed.findings;
         let read = topics.without_acceleration();
         findings.extend(drivers::recognized(log, &read, &robot, &options));
+        if topics.are_summed_forces {
+            findings.push(Finding::ForcesSummed {
+                topics: topics.wrenches.clone(),
+            });
+        }
         if topics.wrenches.len() > 1 {
             findings.push(Finding::WrenchesSummed {
                 topics: topics.wrenches.clone(),
@@ -123,7 +128,7 @@ struct NamedFrames {
 
 impl NamedFrames {
     fn read(log: &LogReader, topics: &MeasuredTopics) -> Result<Self, RecordingError> {
-        let frame = |topic: &String| Ok(first::<WrenchStamped>(log, topic)?.header.frame_id);
+        let frame = |topic: &String| frame_of_wrenches(log, topic);
         let wrenches: Result<Vec<String>, RecordingError> =
             topics.wrenches.iter().map(frame).collect();
         Ok(Self {

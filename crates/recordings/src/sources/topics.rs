@@ -1,9 +1,10 @@
 //! Topics of a log: found by type, or as requested.
 
 use tactid_dynamics::list_similar;
-use tactid_logs::messages::{AccelStamped, Imu, JointState, Odometry, WrenchStamped};
+use tactid_logs::messages::{AccelStamped, Imu, JointState, Odometry, PointCloud2, WrenchStamped};
 use tactid_logs::{LogReader, Message, Topic};
 
+use crate::contacts::has_forces;
 use crate::defaults::Motion;
 use crate::error::RecordingError;
 use crate::topic_kind::TopicKind;
@@ -31,7 +32,10 @@ pub(crate) enum MotionTopics {
 #[derive(Clone, Debug)]
 pub(crate) struct MeasuredTopics {
     pub(crate) motion: MotionTopics,
+    /// Topics of wrenches, and of forces at points.
     pub(crate) wrenches: Vec<String>,
+    /// Whether forces at points, which the request does not name, are summed to wrenches.
+    pub(crate) are_summed_forces: bool,
     pub(crate) has_efforts: bool,
 }
 
@@ -47,8 +51,7 @@ impl MeasuredTopics {
     /// Finds the topics that a request names, or that have the right types.
     pub(crate) fn find(log: &LogReader, request: &Request) -> Result<Self, RecordingError> {
         let method = request.method;
-        let requested = several(&request.wrench_topic);
-        let wrenches = choose::<WrenchStamped>(log, requested, TopicKind::Wrenches)?;
+        let (wrenches, are_forces) = choose_wrenches(log, several(&request.wrench_topic))?;
         let joints = choose::<JointState>(log, several(&request.joint_topic), TopicKind::Joints)?;
         let requested = request.odometry_topic.as_ref();
         let odometry = choose_one::<Odometry>(log, requested, TopicKind::Odometry)?;
@@ -81,6 +84,7 @@ impl MeasuredTopics {
         };
         let uses_wrenches = method.is_none_or(Method::uses_wrench);
         Ok(Self {
+            are_summed_forces: uses_wrenches && are_forces,
             motion,
             wrenches: if uses_wrenches { wrenches } else { Vec::new() },
             has_efforts,
@@ -250,6 +254,50 @@ pub(crate) fn times_ns(log: &LogReader, topics: &[String]) -> (u64, u64) {
 /// Returns the topics that an option names, none where it is not given.
 fn several(requested: &Option<Vec<String>>) -> &[String] {
     requested.as_deref().unwrap_or_default()
+}
+
+/// Returns the requested topics of wrenches or of forces at points; else all wrenches, and where there are none, all forces
+/// at points. The second value is whether it is the latter.
+fn choose_wrenches(
+    log: &LogReader,
+    requested: &[String],
+) -> Result<(Vec<String>, bool), RecordingError> {
+    if requested.is_empty() {
+        let mut topics = choose::<WrenchStamped>(log, requested, TopicKind::Wrenches)?;
+        let are_wrenches = !topics.is_empty();
+        if !are_wrenches {
+            let clouds = log.topics_of::<PointCloud2>();
+            let forces = clouds.filter(|topic| has_forces(log, topic));
+            topics.extend(forces.map(|topic| topic.name.clone()));
+        }
+        let are_forces = !are_wrenches && !topics.is_empty();
+        return Ok((topics, are_forces));
+    }
+    for name in requested {
+        let cloud = log.topic(name).filter(|topic| topic.is::<PointCloud2>());
+        let Some(cloud) = cloud else {
+            choose::<WrenchStamped>(log, std::slice::from_ref(name), TopicKind::Wrenches)?;
+            continue;
+        };
+        if !has_forces(log, cloud) {
+            return Err(RecordingError::Option {
+                option: TopicKind::Wrenches.option(),
+                what: format!(
+                    "the points of {name} have no forces: their fields must be `x`, `y`, `z` and `fx`, `fy`, `fz`, \
+                     or have similar names"
+                ),
+            });
+        }
+    }
+    Ok((requested.to_vec(), false))
+}
+
+/// Returns the frame of the first message of a topic of wrenches or of forces at points.
+pub(crate) fn frame_of_wrenches(log: &LogReader, topic: &str) -> Result<String, RecordingError> {
+    if log.topic(topic).is_some_and(Topic::is::<PointCloud2>) {
+        return Ok(first::<PointCloud2>(log, topic)?.header.frame_id);
+    }
+    Ok(first::<WrenchStamped>(log, topic)?.header.frame_id)
 }
 
 /// Returns the requested topics, or all of the type.
