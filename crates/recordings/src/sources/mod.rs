@@ -14,6 +14,7 @@ use tactid_logs::messages::{Imu, JointState, Odometry};
 
 use crate::defaults::{Contents, Options, check_tip};
 use crate::{Finding, RecordingError, Request, SensorFrame};
+pub use drivers::driver_table;
 pub(crate) use frames::place_sensor;
 use frames::{FrameOf, is_fixed_to_ground, place_frame};
 pub(crate) use topics::{MeasuredTopics, MotionTopics, joint_topics, several_topics, times_ns};
@@ -77,7 +78,7 @@ impl LogSources {
         request.check_counts(&robot, placed.sensors.len())?;
         let mut findings = placed.findings;
         let read = topics.without_acceleration();
-        findings.extend(drivers::recognized(log, &read, &robot, &options));
+        findings.extend(drivers::recognized(log, &read, &robot, request, &options));
         if topics.are_summed_forces {
             findings.push(Finding::ForcesSummed {
                 topics: topics.wrenches.clone(),
