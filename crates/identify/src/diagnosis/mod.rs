@@ -148,7 +148,8 @@ pub(crate) fn data_findings(
 }
 
 /// Returns findings about wrong assumptions, signs and errors of the model. A load that wrong assumptions explain is not
-/// reported as unexplained, and where a load is unexplained, a mass of zero does not show that nothing is held.
+/// reported as unexplained, one of which they leave most comes first, and where a load is unexplained, a mass of zero does not
+/// show that nothing is held.
 fn model_findings(
     equations: [&[Equation]; 2],
     given: &Fit,
@@ -182,7 +183,14 @@ fn model_findings(
     };
     let of_mass = of_mass.filter(is_reported);
     let causes = causes.iter().cloned().map(Finding::WrongAssumption);
-    causes.chain(of_mass).chain(unexplained.clone()).collect()
+    let is_first = explanation.is_some_and(|found| !found.explains_most);
+    let (before, after) = if is_first {
+        (unexplained.clone(), None)
+    } else {
+        (None, unexplained.clone())
+    };
+    let found = before.into_iter().chain(causes).chain(of_mass);
+    found.chain(after).collect()
 }
 
 #[cfg(test)]

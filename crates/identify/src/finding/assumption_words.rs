@@ -5,7 +5,7 @@ use std::f64::consts::PI;
 use tactid_dynamics::Reader;
 use tactid_dynamics::words::{general, listed, percent, with_interval};
 
-use super::{CHANNELS, CONTRADICTION, Hypothesis, WrongAssumption};
+use super::{CHANNELS, CONTRADICTION, Hypothesis, MOST_LEFT, WrongAssumption};
 
 /// Says which assumption the data contradict, what they show instead, and what to do.
 pub(super) fn wrong_assumption(found: &WrongAssumption, reader: Reader) -> String {
@@ -41,8 +41,13 @@ fn statement(found: &WrongAssumption, reader: Reader) -> String {
             .map(|(value, std_dev)| with_interval(factor * value, factor * std_dev))
             .collect()
     };
+    let rest = if found.residual_ratio > MOST_LEFT {
+        ": something else is wrong, too"
+    } else {
+        ""
+    };
     let explained = format!(
-        "its residuals are {} as large",
+        "its residuals are {} as large{rest}",
         percent(found.residual_ratio)
     );
     match found.cause {

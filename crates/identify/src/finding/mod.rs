@@ -49,6 +49,9 @@ pub(crate) const LARGEST_MASS_CHANGE: f64 = 0.05;
 /// (`bench/contradicted.py`).
 pub(crate) const LARGEST_SHIFT_M: f64 = 0.01;
 
+/// Residual with a cause relative to that without it, above which most of it has another cause.
+pub(crate) const MOST_LEFT: f64 = 0.5;
+
 /// Distance in standard deviations from which a contradiction is reported.
 pub const CONTRADICTION: f64 = 5.0;
 

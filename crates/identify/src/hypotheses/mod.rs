@@ -27,7 +27,9 @@ use self::model::Model;
 use self::report::Cause;
 use self::windows::{SLIGHT, Windows};
 use crate::equations::{Equation, EquationStream, Unknowns};
-use crate::finding::{Hypothesis, LARGEST_MASS_CHANGE, LARGEST_SHIFT_M, WrongAssumption};
+use crate::finding::{
+    Hypothesis, LARGEST_MASS_CHANGE, LARGEST_SHIFT_M, MOST_LEFT, WrongAssumption,
+};
 use crate::fit::Fit;
 use crate::fit::further::FurtherValues;
 
@@ -40,6 +42,9 @@ const MATERIAL: f64 = 0.5;
 /// Least gain of a cause in twice the log-likelihood, beyond the logarithm of the number of
 /// measurements for each of its unknowns.
 const LEAST_GAIN: f64 = 30.0;
+
+/// Error of a gain that cross-talk of half a percent of all other axes can imitate.
+const SOUND_GAIN: f64 = 0.02;
 
 impl Hypothesis {
     /// All hypotheses.
@@ -86,6 +91,8 @@ pub(crate) struct Explanation {
     pub(crate) causes: Vec<WrongAssumption>,
     /// Whether something was unexplained, and the causes leave next to nothing of it.
     pub(crate) explains_load: bool,
+    /// Whether the causes leave less than half of the residuals.
+    pub(crate) explains_most: bool,
 }
 
 /// Returns the wrong assumptions that explain what a fit leaves unexplained; none where it leaves
@@ -116,6 +123,7 @@ pub(crate) fn explanation(
     let (found, causes) = search.select(given.clone());
     Some(Explanation {
         explains_load: report::explains_load(&windows, &found),
+        explains_most: found.squares.sqrt() < MOST_LEFT * given.squares.sqrt(),
         causes: report::causes(stream, windows.measurements(), &given, &found, &causes),
     })
 }
@@ -190,17 +198,31 @@ impl Search<'_> {
         independent * (loss(over) - loss(of)) - further * independent.ln()
     }
 
+    /// Decrease of the mean square by a fit over another one, relative to what stays.
+    fn decrease(&self, of: &Fitted, over: &Fitted) -> f64 {
+        let [of, over] = [of, over].map(|fitted| self.mean_square(fitted));
+        (over - of) / of.max(1.0)
+    }
+
     /// Returns whether a fit is better than another one by more than what a sound sensor may show
     /// by chance: the gain is significant, and explains much or changes values.
     fn is_better(&self, of: &Fitted, over: &Fitted, best: &Fitted) -> bool {
-        let [of_square, over_square] = [of, over].map(|fitted| self.mean_square(fitted));
-        let decrease = (over_square - of_square) / of_square.max(1.0);
+        let decrease = self.decrease(of, over);
         let changes_values = || {
             let (mass_change, shift_m) = report::certain_changes(over, of, self.measurements);
             mass_change > MATERIAL * LARGEST_MASS_CHANGE || shift_m > MATERIAL * LARGEST_SHIFT_M
         };
         let is_notable = decrease > MATERIAL || (decrease > MATERIAL * SLIGHT && changes_values());
         is_notable && self.gain(of, over, best, 0.0) > LEAST_GAIN
+    }
+
+    /// Returns whether a hypothesis that explains little changes the values even beside what is
+    /// likeliest: gains can imitate cross-talk, which changes nothing.
+    fn is_certain(&self, hypothesis: Hypothesis, likeliest: &Fitted) -> bool {
+        likeliest.active.contains(&hypothesis)
+            || self
+                .with(likeliest, hypothesis)
+                .is_some_and(|both| self.is_better(&both, likeliest, &both))
     }
 
     /// Adds the best hypothesis as long as it is a cause, and drops causes that later ones replace.
@@ -230,16 +252,21 @@ impl Search<'_> {
         let explained = (SLIGHT * self.mean_square(present)).min(MATERIAL.recip());
         let gain = |fitted: &Fitted, over: &Fitted| self.gain(fitted, over, &least, explained);
         self.prefer_positive_mass(&mut fits, present);
-        fits.retain(|(_, fitted)| self.is_better(fitted, present, &least));
+        let likelihood = |fitted: &Fitted| self.gain(fitted, present, &least, 0.0);
+        let by_likelihood =
+            |a: &(_, Fitted), b: &(_, Fitted)| likelihood(&a.1).total_cmp(&likelihood(&b.1));
+        let likeliest = fits.iter().max_by(|a, b| by_likelihood(a, b))?.1.clone();
+        fits.retain(|(each, fitted)| {
+            self.is_better(fitted, present, &least)
+                && (self.decrease(fitted, present) > MATERIAL || self.is_certain(*each, &likeliest))
+        });
         fits.sort_by(|a, b| gain(&b.1, present).total_cmp(&gain(&a.1, present)));
         let mut ranked = fits.into_iter();
         let (hypothesis, best) = ranked.next()?;
-        let runner_up = ranked.find(|(_, fitted)| {
-            let lost = loss(self.mean_square(fitted).max(explained))
-                - loss(self.mean_square(&best).max(explained));
-            let independent = self.measurements / least.correlation;
-            independent * lost < LEAST_GAIN
-        });
+        // What is as likely is not distinguished by the data, be it simple or not.
+        let runner_up = ranked
+            .filter(|(_, fitted)| likelihood(&best) - likelihood(fitted) < LEAST_GAIN)
+            .max_by(by_likelihood);
         let cause = Cause {
             hypothesis,
             runner_up: runner_up.map(|(other, _)| other),
@@ -248,11 +275,16 @@ impl Search<'_> {
         Some((best, cause))
     }
 
-    /// Returns whether gravity has a possible size: where nothing accelerates, that and the mass
-    /// are not determined.
+    /// Returns whether gravity has a possible size (where nothing accelerates, that and the mass
+    /// are not determined), and whether gains are neither signs, which are those of the axes, nor
+    /// cross-talk.
     fn is_possible(&self, fitted: &Fitted) -> bool {
         let gravity = self.gravity + fitted.model.gravity;
+        let gains = &fitted.model.gains;
         gravity.norm() <= (1.0 + MATERIAL) * self.gravity.norm()
+            && (!fitted.active.contains(&Hypothesis::AxisGains)
+                || (gains.min() > 0.0
+                    && (gains.max() > 1.0 + SOUND_GAIN || gains.min() < 1.0 - SOUND_GAIN)))
     }
 
     /// Drops fits of a negative mass, which need a wrong sign as well, where one of a positive mass
