@@ -57,6 +57,38 @@ impl Fitted {
         })
     }
 
+    /// Fits some of the `further` hypotheses beside those of this fit to first order: by one step,
+    /// given the sums of this model for its own hypotheses and then all further ones.
+    pub(super) fn to_first_order(
+        &self,
+        sums: &Sums,
+        further: &[Hypothesis],
+        some: &[Hypothesis],
+    ) -> Option<Self> {
+        let joints = self.model.zeros.len();
+        let own = self.covariance.nrows();
+        let mut columns: Vec<usize> = (0..own).collect();
+        for each in some {
+            let first = own - 10 + first_column_of(*each, further, joints)?;
+            columns.extend(first..first + each.columns(joints));
+        }
+        let sums = sums.of(columns);
+        let active = [&self.active[..], some].concat();
+        let found = information(&sums, &active, joints)?;
+        let (step, decrease) = found.step(&sums)?;
+        let mut model = self.model.moved(&step, &active);
+        if some.contains(&Hypothesis::AxisGains) {
+            model.normalize_gains();
+        }
+        Some(Self {
+            model,
+            active,
+            squares: self.squares - decrease,
+            covariance: found.covariance(),
+            correlation: self.correlation,
+        })
+    }
+
     /// Variance of a whitened residual whose neighbours are independent, given the number of
     /// measurements.
     pub(super) fn variance(&self, measurements: f64) -> f64 {

@@ -207,13 +207,19 @@ impl Search<'_> {
     /// Returns whether a fit is better than another one by more than what a sound sensor may show
     /// by chance: the gain is significant, and explains much or changes values.
     fn is_better(&self, of: &Fitted, over: &Fitted, best: &Fitted) -> bool {
+        self.is_notable(of, over, 1.0) && self.gain(of, over, best, 0.0) > LEAST_GAIN
+    }
+
+    /// Returns whether a fit explains much more than another one, or changes values, by a fraction
+    /// of what is material.
+    fn is_notable(&self, of: &Fitted, over: &Fitted, fraction: f64) -> bool {
         let decrease = self.decrease(of, over);
+        let least = fraction * MATERIAL;
         let changes_values = || {
             let (mass_change, shift_m) = report::certain_changes(over, of, self.measurements);
-            mass_change > MATERIAL * LARGEST_MASS_CHANGE || shift_m > MATERIAL * LARGEST_SHIFT_M
+            mass_change > least * LARGEST_MASS_CHANGE || shift_m > least * LARGEST_SHIFT_M
         };
-        let is_notable = decrease > MATERIAL || (decrease > MATERIAL * SLIGHT && changes_values());
-        is_notable && self.gain(of, over, best, 0.0) > LEAST_GAIN
+        decrease > least || (decrease > least * SLIGHT && changes_values())
     }
 
     /// Returns whether a hypothesis that explains little changes the values even beside what is
@@ -236,11 +242,46 @@ impl Search<'_> {
         self.without_replaced(present, causes)
     }
 
+    /// Returns whether further hypotheses may contain a cause: where a fit explains nearly all, one
+    /// of them must nearly be notable and certain to first order.
+    ///
+    /// Cost: one iteration of a fit of all of them.
+    fn may_contain_cause(&self, present: &Fitted, further: &[Hypothesis]) -> bool {
+        if !report::explains_load(self.windows, present) {
+            return true;
+        }
+        let sums = present
+            .model
+            .sums(self.windows, &[&present.active[..], further].concat());
+        let fit = |some: &[Hypothesis]| present.to_first_order(&sums, further, some);
+        let fits: Option<Vec<_>> = further.iter().map(|each| fit(&[*each])).collect();
+        let Some(fits) = fits else { return true };
+        let likelihood = |fitted: &Fitted| self.gain(fitted, present, present, 0.0);
+        let pairs = || further.iter().zip(&fits);
+        let Some((likeliest, best)) =
+            pairs().max_by(|a, b| likelihood(a.1).total_cmp(&likelihood(b.1)))
+        else {
+            return false;
+        };
+        let nearly = 1.0 - SLIGHT;
+        pairs().any(|(each, fitted)| {
+            self.is_notable(fitted, present, nearly)
+                && (self.decrease(fitted, present) > nearly * MATERIAL
+                    || each == likeliest
+                    || fit(&[*likeliest, *each])
+                        .is_none_or(|both| self.is_notable(&both, best, nearly)))
+        })
+    }
+
     /// Returns the next cause beside those of a fit.
     fn next(&self, present: &Fitted) -> Option<(Fitted, Cause)> {
         let left = self.candidates.iter().copied();
-        let left = left.filter(|each| !present.active.contains(each));
+        let left: Vec<_> = left.filter(|each| !present.active.contains(each)).collect();
+        if !self.may_contain_cause(present, &left) {
+            return None;
+        }
         let mut fits: Vec<(Hypothesis, Fitted)> = left
+            .into_iter()
             .filter_map(|each| Some((each, self.with(present, each)?)))
             .filter(|(_, fitted)| self.is_possible(fitted))
             .collect();

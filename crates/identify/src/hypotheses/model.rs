@@ -64,6 +64,17 @@ impl Sums {
         self.products[(last, last)].max(0.0) + self.noise_squares
     }
 
+    /// Returns the sums of the columns in some places, with the residual as the last one.
+    pub(super) fn of(&self, mut places: Vec<usize>) -> Self {
+        places.push(self.products.nrows() - 1);
+        let of = |i: usize, j: usize| self.products[(places[i], places[j])];
+        Self {
+            products: DMatrix::from_fn(places.len(), places.len(), of),
+            residuals: Vec::new(),
+            noise_squares: self.noise_squares,
+        }
+    }
+
     /// Subtracts the products of the noise of a window's columns (Fuller 1987), which are those of
     /// the parameters and the residual.
     fn subtract_noise(&mut self, columns: &[Vector6<f64>]) {
