@@ -7,8 +7,11 @@ use crate::clock::LONGEST_STAMP_DELAY_S;
 use crate::fault::FaultKind;
 use crate::{Clock, Finding, RecordingError};
 
-/// Number of messages of each topic whose stamps are compared with their times of logging.
+/// Least number of messages of each topic whose stamps are compared with their times of logging.
 const COMPARED: usize = 200;
+
+/// Most messages that are compared: a second of the fastest sensors has fewer.
+const MOST_COMPARED: usize = 10_000;
 
 /// Times that are shorter show no rate, ns: messages are logged late.
 const SHORTEST_NS: i64 = 500_000_000;
@@ -42,11 +45,14 @@ struct FirstStamps {
 impl FirstStamps {
     fn read(log: &LogReader, topic: &str) -> Result<Self, RecordingError> {
         let mut found = Self::default();
-        for message in log.messages_on([topic])?.take(COMPARED) {
+        for message in log.messages_on([topic])?.take(MOST_COMPARED) {
             let message = message?;
             let log_ns = log_time_ns(&message);
+            let first_ns = *found.first_ns.get_or_insert(log_ns);
+            if found.messages >= COMPARED && log_ns.saturating_sub(first_ns) > 2 * SHORTEST_NS {
+                break;
+            }
             found.messages += 1;
-            found.first_ns.get_or_insert(log_ns);
             if let Some(stamp) = stamp(&message).filter(|stamp| *stamp != Time::default()) {
                 found.stamps.push((log_ns, stamp.as_ns()));
             }
