@@ -166,11 +166,12 @@ fn checked(
     Ok(findings)
 }
 
-/// Sets what the beginning shows of the channels of the wrenches: the noise of averages, and which of
-/// them measure nothing.
+/// Sets what the beginning shows of the channels of the wrenches: the noise of averages and of
+/// interpolations, and which of them measure nothing.
 fn set_channels(options: &mut Options, streams: &Streams, sources: &Sources, events: &[Event]) {
     let equations = &mut options.equations;
     equations.wrench_noise = streams.averaging.of_averages(&equations.wrench_noise);
+    equations.shared_noise_s = streams.averaging.shared_noise_s();
     // Axes that turn against the sensor's have no channel that measures nothing.
     if equations.wrench_axes.is_none() {
         equations.unmeasured = unmeasured_channels(sources, &options.tip, events);

@@ -57,7 +57,12 @@ impl MultiCutoffStream {
         let (joints, wrenches) = (robot.dof(), sensors.len());
         let of_cutoff = |&cutoff_hz: &f64| OfCutoff {
             motion: MotionStream::new(robot, wrenches, cutoff_hz, settings.max_gap_s),
-            windows: Windows::of_means(cutoff_hz, model.entry_count(), model.row_count()),
+            windows: Windows::of_means(
+                cutoff_hz,
+                model.entry_count(),
+                model.row_count(),
+                settings.shared_noise_s,
+            ),
             equations: Vec::new(),
         };
         Ok(Self {

@@ -70,6 +70,9 @@ pub struct EquationSettings {
     /// channels in least squares, which improves the first second of an estimate. The reported standard
     /// deviations still follow the residuals.
     pub wrench_noise: Vec<[f64; 6]>,
+    /// Time during which the wrenches of samples have noise in common, s, because they are interpolated between those of a
+    /// slower sensor. The noise of the equations is that of differences between the samples of such times. Default: 0.
+    pub shared_noise_s: f64,
     /// Channels of the only wrench sensor that measure nothing, in its frame: three forces, then three moments. Their rows
     /// are left out. Used where one sensor does not move relative to the tool. Default: none.
     pub unmeasured: [bool; 6],
@@ -130,6 +133,7 @@ impl Default for EquationSettings {
             subtracted: None,
             unknowns: Unknowns::default(),
             wrench_noise: Vec::new(),
+            shared_noise_s: 0.0,
             unmeasured: [false; 6],
             effort_noise: Vec::new(),
             effort_gain_std_dev: Vec::new(),

@@ -85,7 +85,12 @@ impl EquationStream {
         Ok(Self {
             offset_frame: OffsetFrame::new(robot, tool, sensors, &settings.unmeasured)?,
             motion: MotionStream::new(robot, sensors.len(), settings.cutoff_hz, settings.max_gap_s),
-            windows: Windows::of_means(settings.cutoff_hz, model.entry_count(), model.row_count()),
+            windows: Windows::of_means(
+                settings.cutoff_hz,
+                model.entry_count(),
+                model.row_count(),
+                settings.shared_noise_s,
+            ),
             equation: Equation::new(model.row_count()),
             model,
         })

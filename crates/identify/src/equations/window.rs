@@ -108,7 +108,8 @@ pub struct WindowMean {
     pub instants: u32,
     /// Mean of each entry.
     pub means: Box<[f64]>,
-    /// Half the difference between the means of each entry over every second instant and over the others.
+    /// Half the difference between the means of each entry over every second instant, or every second
+    /// run of instants, and over the others.
     pub differences: Box<[f64]>,
     /// Time derivative of the first entries through the same filter, per second.
     pub rates: Box<[f64]>,
@@ -209,12 +210,22 @@ pub struct Windows<W> {
     left_out: u64,
     /// Half of the instants to which the pending one belongs, 1 or -1.
     half: f64,
+    /// Time during which instants belong to the same half, s.
+    run_s: f64,
+    /// Begin of the present run since the begin of the stretch, s.
+    run_begin_s: f64,
 }
 
 impl Windows<WindowMean> {
-    /// Creates windows over instants of so many entries, the first of which have a derivative.
-    pub(crate) fn of_means(cutoff_hz: f64, entries: usize, rates: usize) -> Self {
-        Self::new(cutoff_hz, entries, &WindowMean::new(entries, rates))
+    /// Creates windows over instants of so many entries, the first of which have a derivative. The
+    /// instants of `run_s` seconds belong to the same half, but a window has [`MIN_INSTANTS`] such runs
+    /// at least.
+    pub(crate) fn of_means(cutoff_hz: f64, entries: usize, rates: usize, run_s: f64) -> Self {
+        let windows = Self::new(cutoff_hz, entries, &WindowMean::new(entries, rates));
+        Self {
+            run_s: run_s.min(windows.length_s / f64::from(MIN_INSTANTS)),
+            ..windows
+        }
     }
 }
 
@@ -233,6 +244,8 @@ impl<W: WindowSums> Windows<W> {
             sparse: 0,
             left_out: 0,
             half: 1.0,
+            run_s: 0.0,
+            run_begin_s: 0.0,
         }
     }
 
@@ -346,7 +359,10 @@ impl<W: WindowSums> Windows<W> {
     fn set_pending(&mut self, time_s: f64, entries: &[f64]) {
         self.previous_s = self.pending_s;
         self.pending_s = time_s;
-        self.half = -self.half;
+        if time_s - self.run_begin_s >= self.run_s || time_s < self.run_begin_s {
+            self.half = -self.half;
+            self.run_begin_s = time_s;
+        }
         self.pending.copy_from_slice(entries);
     }
 }

@@ -6,6 +6,13 @@ use super::event::{Averaging, Event, Measured, Streams};
 /// that interpolation takes are as many as an average would have.
 const FASTER: f64 = 2.0;
 
+/// A wrench with at least this period relative to that of the joints is interpolated so that neighbouring samples share
+/// noise.
+const SLOWER: f64 = 1.1;
+
+/// Periods of a wrench after which an interpolation has next to no noise in common with one before.
+const SHARED_PERIODS: f64 = 1.5;
+
 /// Number of periods that the weights reach to either side.
 pub(super) const REACH: f64 = 1.5;
 
@@ -21,9 +28,14 @@ impl Averaging {
             (period_s >= FASTER * own_s).then_some(own_s)
         };
         let averaged = |is_of: &dyn Fn(&Measured) -> bool| faster(is_of).map(|_| period_s);
+        let of_wrench = |k: usize| move |measured: &Measured| matches!(measured, Measured::Wrench(of, _) if *of == k);
         let wrenches: Vec<Option<f64>> = (0..streams.wrenches)
-            .map(|k| faster(&|measured| matches!(measured, Measured::Wrench(of, _) if *of == k)))
+            .map(|k| faster(&of_wrench(k)))
             .collect();
+        let slower_wrench_s = (0..streams.wrenches)
+            .filter_map(|k| median_period_s(events, of_wrench(k)))
+            .filter(|own_s| *own_s >= SLOWER * period_s)
+            .fold(0.0, f64::max);
         Self {
             more_joints: (0..streams.more_joints.len())
                 .map(|k| {
@@ -43,6 +55,7 @@ impl Averaging {
                 .iter()
                 .map(|own_s| own_s.map(|_| period_s))
                 .collect(),
+            slower_wrench_s,
         }
     }
 
@@ -52,6 +65,11 @@ impl Averaging {
         let several = self.more_joints.iter().chain(&self.wrenches);
         let periods = single.iter().chain(several).flatten();
         REACH * periods.fold(0.0, |a: f64, &b| a.max(b))
+    }
+
+    /// Returns the time during which the wrenches of samples have noise in common, s.
+    pub(crate) fn shared_noise_s(&self) -> f64 {
+        SHARED_PERIODS * self.slower_wrench_s
     }
 
     /// Returns the standard deviations of the noise of aligned wrenches, given those of samples: once for all sensors, once

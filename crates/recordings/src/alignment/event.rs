@@ -114,4 +114,6 @@ pub(crate) struct Averaging {
     pub(super) wrenches: Vec<Option<f64>>,
     /// Standard deviation of white noise in an average of each wrench, relative to that of a sample.
     pub(super) noise_ratios: Vec<f64>,
+    /// Period of the slowest wrench where the joints are faster, s; else zero.
+    pub(super) slower_wrench_s: f64,
 }

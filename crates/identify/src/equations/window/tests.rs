@@ -6,7 +6,7 @@ const CUTOFF_HZ: f64 = 9.26; // a window of 0.1 s
 
 /// Returns time, mean, and mean of the derivative of one quantity, for each window.
 fn filter(times: &[f64], value: impl Fn(f64) -> f64) -> Vec<(f64, f64, f64)> {
-    let mut windows = Windows::of_means(CUTOFF_HZ, 1, 1);
+    let mut windows = Windows::of_means(CUTOFF_HZ, 1, 1, 0.0);
     let mut found = Vec::new();
     for &time_s in times {
         if let Some(window) = windows.push(time_s, &[value(time_s)]) {
@@ -74,7 +74,7 @@ fn no_window_spans_a_gap() {
 fn leaves_out_what_is_no_measurement() {
     let clean = filter(&even(300, 1e-3), |t| t);
     for bad in [f64::NAN, f64::INFINITY, -1e31] {
-        let mut windows = Windows::of_means(CUTOFF_HZ, 1, 1);
+        let mut windows = Windows::of_means(CUTOFF_HZ, 1, 1, 0.0);
         let mut found = Vec::new();
         for (k, time_s) in even(300, 1e-3).into_iter().enumerate() {
             let entry = if k % 50 == 49 { bad } else { time_s };
@@ -130,4 +130,51 @@ fn correlation_of_noise() {
     assert!((sum - NOISE_CORRELATION).abs() < 0.03, "{sum}");
     let squares = 1.0 + 2.0 * (first * first + second * second);
     assert!((squares - PRODUCT_CORRELATION).abs() < 0.015, "{squares}");
+}
+
+/// Of samples that are interpolated between those of a slower sensor, runs of instants show the noise
+/// that neighbouring instants share.
+#[test]
+fn runs_show_the_noise_of_interpolated_samples() {
+    const INSTANTS_PER_SAMPLE: usize = 4;
+    let mut state = 7u64;
+    let mut noise = || {
+        state = state
+            .wrapping_mul(6_364_136_223_846_793_005)
+            .wrapping_add(1);
+        (state >> 33) as f64 / f64::from(1u32 << 31) - 0.5
+    };
+    let samples: Vec<f64> = (0..20_000).map(|_| noise()).collect();
+    let interpolated = samples.windows(2).flat_map(|pair| {
+        let at = |k: usize| k as f64 / INSTANTS_PER_SAMPLE as f64;
+        let (from, to) = (pair[0], pair[1]);
+        (0..INSTANTS_PER_SAMPLE).map(move |k| from + at(k) * (to - from))
+    });
+    let instants: Vec<f64> = interpolated.collect();
+    let ratio_of = |run_s: f64| -> f64 {
+        let mut windows = Windows::of_means(CUTOFF_HZ, 1, 1, run_s);
+        let (mut of_means, mut of_differences) = (0.0, 0.0);
+        for (time_s, entry) in even(instants.len(), 1e-3).into_iter().zip(&instants) {
+            if let Some(window) = windows.push(time_s, &[*entry]) {
+                of_means += window.means[0].powi(2);
+                of_differences += window.differences[0].powi(2);
+            }
+        }
+        (of_differences / of_means).sqrt()
+    };
+    assert!(ratio_of(0.0) < 0.1, "{}", ratio_of(0.0));
+    assert!((0.5..1.1).contains(&ratio_of(6e-3)), "{}", ratio_of(6e-3));
+}
+
+/// Of a motion, the difference of the halves has one percent of the change within a window at most,
+/// however long their runs are to be.
+#[test]
+fn motion_is_no_noise_of_long_runs() {
+    let mut windows = Windows::of_means(CUTOFF_HZ, 1, 1, 1.0);
+    let change = 3.0 * length_s(CUTOFF_HZ);
+    for time_s in even(3000, 1e-3) {
+        if let Some(window) = windows.push(time_s, &[4.0 - 3.0 * time_s]) {
+            assert!(window.differences[0].abs() < 0.012 * change);
+        }
+    }
 }
