@@ -25,6 +25,7 @@ FINDINGS = [
         "gravity_contradicted",
         {"better": [0.0, 0.0, 9.81], "residual_ratio": 1e-3, "method": "tactile"},
     ),
+    Finding("too_few_windows", {"windows": 5, "least_windows": 10}),
     Finding("nothing_held", {"mass_kg": -0.0012, "std_dev_kg": 0.001}),
     Finding("negative_mass", {"method": "tactile", "or_gravity": True}),
     Finding("known_bodies_too_heavy", {"known_bodies_kg": 3.0, "load_kg": 2.0}),
@@ -242,6 +243,10 @@ SENTENCES = {
         "Gravity of the opposite sign, (0, 0, 9.81) m/s², explains the wrench far better than the"
         " given one (its residuals are 0.10 % as large): check the sign of `gravity` and the axes"
         " of the world."
+    ),
+    "too_few_windows": (
+        "The data do not fit the model, and the recording is too short to show why: it fills 5"
+        " windows, and 10 can show it. Record a longer motion."
     ),
     "nothing_held": (
         "Nothing is held, or too little for this recording: the mass is -0.0012 ± 0.0020 kg."
@@ -574,6 +579,7 @@ CONTRADICTIONS = (
     "axes_contradicted",
     "point_contradicted",
     "effort_content_contradicted",
+    "too_few_windows",
     "negative_mass",
     "known_bodies_too_heavy",
     "mass_contradicted",

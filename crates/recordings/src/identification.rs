@@ -4,6 +4,7 @@ use schemars::JsonSchema;
 use serde::{Serialize, Serializer};
 use tactid_calibrate::{ArmChange, MotionShortage};
 use tactid_dynamics::{InertialParameters, Notice, Subject};
+use tactid_identify::diagnosis::LEAST_WINDOWS;
 use tactid_identify::{
     BatchIdentifier, BatchResult, BoundingBox, Delay, Finding as Data, FitReport, Forecast,
     HistoryPoint, KnownMass, LinearEstimate, PayloadEstimate, PrincipalMoments, serial::TenValues,
@@ -260,9 +261,10 @@ impl Identification {
         found
     }
 
-    /// Returns whether a finding can follow from measurements that are read wrongly.
+    /// Returns whether a finding can follow from measurements that are read wrongly, and the windows are enough to show it.
     pub(crate) fn follows_from_reading(&self) -> bool {
-        self.recording.findings.iter().any(follows_from_assumptions)
+        self.fit.weights.len() >= LEAST_WINDOWS
+            && self.recording.findings.iter().any(follows_from_assumptions)
     }
 
     /// Puts the finding of a wrong reading, if there is one, in the place of what follows from it.

@@ -191,6 +191,13 @@ pub enum Finding {
         /// The measurements that were used.
         method: Method,
     },
+    /// The data contradict the model, but too few windows were averaged to show why.
+    TooFewWindows {
+        /// Number of windows.
+        windows: usize,
+        /// Number of windows that can show it.
+        least_windows: usize,
+    },
     /// The mass of the payload is zero within its uncertainty.
     NothingHeld {
         /// Identified mass of the load beyond the known bodies, kg; it may be negative.
@@ -286,6 +293,7 @@ impl Notice for Finding {
             | Self::PositionsBeyondLimits(_)
             | Self::TwistContradicted { .. }
             | Self::GravityContradicted { .. }
+            | Self::TooFewWindows { .. }
             | Self::NegativeMass { .. }
             | Self::KnownBodiesTooHeavy { .. } => true,
             Self::EffortsBeyondLimits(beyond) => !beyond.limits_are_equal,

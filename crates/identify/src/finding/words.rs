@@ -49,6 +49,14 @@ pub(super) fn sentences(finding: &Finding, reader: Reader) -> String {
             residual_ratio,
             method,
         } => gravity(better, *residual_ratio, *method, reader),
+        Finding::TooFewWindows {
+            windows,
+            least_windows,
+        } => format!(
+            "The data do not fit the model, and the recording is too short to show why: it fills \
+             {}, and {least_windows} can show it. Record a longer motion.",
+            counted(*windows, "window")
+        ),
         Finding::WrongAssumption(found) => wrong_assumption(found, reader),
         Finding::LoadUnexplained(load) => unexplained(load, reader),
         Finding::NothingHeld { .. }
