@@ -122,6 +122,7 @@ FINDINGS = [
     Finding("point_contradicted", {"frame": "base", "residual_ratio": 0.05}),
     Finding("effort_content_contradicted", {"content": "external", "residual_ratio": 0.08}),
     Finding("forces_summed", {"topics": ["/left", "/right"]}),
+    Finding("joints_exchanged", {"joints": ["elbow", "pan"], "residual_ratio": 0.05}),
     Finding("wrenches_summed", {"topics": ["/left", "/right"]}),
     Finding("joints_renamed", {"names": [("fer_1", "panda_1"), ("fer_2", "panda_2")]}),
     Finding("effort_noisier", {"joints": ["elbow"], "noise_ratios": [3.26]}),
@@ -326,6 +327,11 @@ SENTENCES = {
         "The moments of the wrenches are about the origin of `base`: read so, their residuals are"
         " 5.0 % as large. To accept this, give `base` with the origin 0, 0, 0 and the quaternion"
         " 0, 0, 0, 1 as `sensor_frame`."
+    ),
+    "joints_exchanged": (
+        "The values of the joints elbow and pan are exchanged: read so, residuals are 5.0 % as"
+        " large. Messages often list joints by the alphabet; bring the columns into the order of"
+        " the robot."
     ),
     "effort_content_contradicted": (
         "The joint efforts contain only what the payload needs, nothing of the arm's own: read so,"
@@ -580,6 +586,7 @@ CONTRADICTIONS = (
     "point_contradicted",
     "effort_content_contradicted",
     "too_few_windows",
+    "joints_exchanged",
     "negative_mass",
     "known_bodies_too_heavy",
     "mass_contradicted",

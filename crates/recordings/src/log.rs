@@ -110,6 +110,10 @@ impl Recording for LogRecording {
     }
 
     /// The events of the unloaded recording are not among them.
+    fn names_joints(&self) -> bool {
+        true
+    }
+
     fn beginning(&self, observer: &mut Observer<'_>) -> Result<Vec<Event>, RecordingError> {
         let topics = self.topics(true);
         let mut feed = Feed::new(&self.log, &topics, &self.decoding, f64::INFINITY, None)?;

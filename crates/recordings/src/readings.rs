@@ -1,10 +1,10 @@
-//! Other readings of what was recorded: the axes of the wrenches, and what the efforts contain.
+//! Other readings of what was recorded: the axes of the wrenches, what the efforts contain, and the order of the joints.
 
 use nalgebra::UnitQuaternion;
 use tactid_dynamics::{BaseKind, Manipulator};
 use tactid_identify::{EffortContent, EquationSettings, WORLD};
 
-use crate::alignment::Event;
+use crate::alignment::{Event, JointValues, Measured};
 use crate::defaults::Options;
 use crate::plan::Plan;
 use crate::preview::Preview;
@@ -23,6 +23,8 @@ struct Reading {
     equations: EquationSettings,
     /// Frames about whose origins the moments of the wrenches are.
     sensors: Vec<String>,
+    /// Indices of two joints whose values are exchanged.
+    exchanged: Option<[usize; 2]>,
 }
 
 /// Returns a finding where another reading of a recording explains its beginning far better than that of the plan.
@@ -36,10 +38,12 @@ pub(crate) fn contradicted_reading(
     let given = Reading {
         equations: plan.equations.clone(),
         sensors: plan.sources.sensors.clone(),
+        exchanged: None,
     };
     let with = |equations| Reading {
         equations,
         sensors: given.sensors.clone(),
+        exchanged: None,
     };
     // Positions of two sources explain whatever is unexplained, and axes can turn where all of them are measured.
     if plan.is_mixed || plan.equations.unmeasured.contains(&true) {
@@ -48,6 +52,12 @@ pub(crate) fn contradicted_reading(
     let mut others: Vec<Reading> = other_axes(plan).into_iter().map(with).collect();
     others.extend(other_contents(plan).into_iter().map(with));
     others.extend(other_point(plan));
+    if !recording.names_joints() {
+        others.extend(exchanged_joints(
+            &given,
+            plan.sources.robot.joint_names().len(),
+        ));
+    }
     if others.is_empty() {
         return Ok(None);
     }
@@ -62,7 +72,8 @@ pub(crate) fn contradicted_reading(
             (least, best) = (size, Some(other));
         }
     }
-    Ok(best.map(|other| finding(&given, other, least / assumed)))
+    let names = plan.sources.robot.joint_names();
+    Ok(best.map(|other| finding(&given, other, names, least / assumed)))
 }
 
 /// Returns the size of the residuals of the beginning with a reading; `None` where it is too short.
@@ -80,16 +91,61 @@ fn residual(
         tip: plan.tip.clone(),
         ..sources.options.clone()
     };
+    let exchanged: Vec<Event>;
     let preview = Preview {
         sources: &sources,
         options: &options,
-        events,
+        events: match reading.exchanged {
+            None => events,
+            Some(pair) => {
+                exchanged = events
+                    .iter()
+                    .map(|event| with_exchanged(event, pair))
+                    .collect();
+                &exchanged
+            }
+        },
     };
     preview.residual_at(&plan.streams, plan.delay_s, plan.equations.cutoff_hz)
 }
 
-/// Returns the finding that another reading explains the recording better than the `given` one.
-fn finding(given: &Reading, other: Reading, residual_ratio: f64) -> Finding {
+/// Returns the readings in which the values of two joints are exchanged.
+fn exchanged_joints(given: &Reading, joints: usize) -> impl Iterator<Item = Reading> {
+    let pairs =
+        (0..joints).flat_map(move |first| (first + 1..joints).map(move |second| [first, second]));
+    pairs.map(|pair| Reading {
+        equations: given.equations.clone(),
+        sensors: given.sensors.clone(),
+        exchanged: Some(pair),
+    })
+}
+
+/// Returns an event in which the values of two joints are exchanged.
+fn with_exchanged(event: &Event, [first, second]: [usize; 2]) -> Event {
+    let mut event = event.clone();
+    if let Measured::Joints(JointValues {
+        position,
+        velocity,
+        effort,
+    }) = &mut event.measured
+    {
+        for values in [position, velocity, effort] {
+            if second < values.len() {
+                values.swap(first, second);
+            }
+        }
+    }
+    event
+}
+
+/// Returns the finding that another reading explains the recording better than the `given` one, with the `names` of joints.
+fn finding(given: &Reading, other: Reading, names: &[String], residual_ratio: f64) -> Finding {
+    if let Some(pair) = other.exchanged {
+        return Finding::JointsExchanged {
+            joints: pair.map(|index| names[index].clone()).to_vec(),
+            residual_ratio,
+        };
+    }
     if other.equations.effort_content != given.equations.effort_content {
         return Finding::EffortContentContradicted {
             content: other.equations.effort_content,
@@ -118,6 +174,7 @@ fn other_point(plan: &Plan<'_>) -> Option<Reading> {
             ..plan.equations.clone()
         },
         sensors: vec![axes; plan.sources.sensors.len()],
+        exchanged: None,
     })
 }
 

@@ -72,6 +72,9 @@ pub(crate) trait Recording {
     /// Returns what the recording measures.
     fn sources(&self) -> &Sources;
 
+    /// Returns whether the joints have names, not only an order.
+    fn names_joints(&self) -> bool;
+
     /// Returns the events of at least the first [`BEGINNING_S`].
     fn beginning(&self, observer: &mut Observer<'_>) -> Result<Vec<Event>, RecordingError>;
 

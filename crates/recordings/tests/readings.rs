@@ -225,6 +225,24 @@ fn a_wrong_point_of_the_moments_is_named_as_the_cause() {
     }));
 }
 
+/// Messages often list the joints by the alphabet, and arrays have no names.
+#[test]
+fn exchanged_joints_are_named_as_the_cause() {
+    for pair in [[0, 2], [1, 3]] {
+        let mut recorded = Recorded::with_wrenches(false);
+        for instant in &mut recorded.instants {
+            for values in &mut instant.joints {
+                values.swap(pair[0], pair[1]);
+            }
+        }
+        let found = recorded.identify(&Request::default());
+        let names = pair.map(|index| recorded.robot.joint_names()[index].clone());
+        let is_cause = |finding: &Finding| matches!(finding, Finding::JointsExchanged { joints, .. } if joints[..] == names);
+        let findings = &found.recording.findings;
+        assert!(findings.iter().any(is_cause), "{findings:?}");
+    }
+}
+
 #[test]
 fn axes_of_no_link_are_an_error() {
     let recorded = Recorded::with_wrenches(false);

@@ -109,6 +109,10 @@ impl Recording for ArrayRecording<'_> {
         &self.sources
     }
 
+    fn names_joints(&self) -> bool {
+        false
+    }
+
     fn beginning(&self, _: &mut Observer<'_>) -> Result<Vec<Event>, RecordingError> {
         let mut reader = SampleReader::new(&self.samples, f64::INFINITY);
         let mut events = Vec::new();

@@ -106,6 +106,13 @@ pub enum Finding {
         /// The topics.
         topics: Vec<String>,
     },
+    /// The values of two joints are exchanged: the columns have another order than the joints.
+    JointsExchanged {
+        /// The two joints.
+        joints: Vec<String>,
+        /// Residual with the exchanged values relative to that with the given ones, without a unit.
+        residual_ratio: f64,
+    },
     /// The wrenches of several topics are summed.
     WrenchesSummed {
         /// The topics.

@@ -56,6 +56,10 @@ impl Finding {
                 content,
                 residual_ratio,
             } => effort_content_contradicted(*content, *residual_ratio, reader),
+            Self::JointsExchanged {
+                joints,
+                residual_ratio,
+            } => joints_exchanged(joints, *residual_ratio),
             _ => String::new(),
         }
     }
@@ -76,6 +80,15 @@ fn axes_contradicted(axes: Option<&str>, residual_ratio: f64, reader: Reader) ->
     format!(
         "The wrenches have the axes of {whose}: {}, {remedy}.",
         read_so(residual_ratio)
+    )
+}
+
+fn joints_exchanged(joints: &[String], residual_ratio: f64) -> String {
+    format!(
+        "The values of the joints {} are exchanged: read so, residuals are {} as large. Messages \
+         often list joints by the alphabet; bring the columns into the order of the robot.",
+        joints.join(" and "),
+        percent(residual_ratio)
     )
 }
 

@@ -17,7 +17,8 @@ impl Notice for Finding {
             | Self::JointZeroMoved { .. }
             | Self::AxesContradicted { .. }
             | Self::PointContradicted { .. }
-            | Self::EffortContentContradicted { .. } => Severity::Contradicts,
+            | Self::EffortContentContradicted { .. }
+            | Self::JointsExchanged { .. } => Severity::Contradicts,
             Self::FrictionChanged(changed) if changed.has_other_friction() => Severity::Contradicts,
             Self::GainsChanged(changed) if changed.has_other_gains() => Severity::Contradicts,
             Self::RecordingCalibrated { .. } => Severity::Doubts,
@@ -33,6 +34,7 @@ impl Notice for Finding {
             | Self::AxesContradicted { .. }
             | Self::PointContradicted { .. }
             | Self::EffortContentContradicted { .. }
+            | Self::JointsExchanged { .. }
             | Self::RecordingCalibrated { .. } => Subject::Assumption,
             Self::EffortNoisier { .. } | Self::FrictionChanged(_) | Self::GainsChanged(_) => {
                 Subject::Consequence
@@ -62,7 +64,8 @@ impl Notice for Finding {
             | Self::TopicRecognized { .. }
             | Self::AxesContradicted { .. }
             | Self::PointContradicted { .. }
-            | Self::EffortContentContradicted { .. } => self.of_readings(reader),
+            | Self::EffortContentContradicted { .. }
+            | Self::JointsExchanged { .. } => self.of_readings(reader),
             Self::FrameAssumed { .. }
             | Self::ForcesSummed { .. }
             | Self::WrenchesSummed { .. }
