@@ -105,8 +105,8 @@ pub use equations::{
 };
 pub use error::{IdentifyError, digits, three_digits};
 pub use finding::{
-    Disagreement, Finding, Hypothesis, RestingPoses, UnexplainedLoad, WrongAssumption,
-    distance_of_runs, probability,
+    Disagreement, FarCenter, Finding, Hypothesis, OutlyingPose, RestingPoses, Rests,
+    UnexplainedLoad, WrongAssumption, distance_of_runs, probability,
 };
 pub use fingerprint::fingerprint;
 pub use fit::{Delay, GainErrors};

@@ -2,105 +2,15 @@
 
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
 
-use nalgebra::{Isometry3, Quaternion, UnitQuaternion, Vector3};
+#[path = "common/at_rest.rs"]
+mod at_rest;
+
+use at_rest::*;
+use nalgebra::{Isometry3, UnitQuaternion, Vector3};
 use rand::{RngExt, SeedableRng, rngs::SmallRng};
 use rand_distr::StandardNormal;
-use tactid_dynamics::{Manipulator, MassProperties, Notice, Severity};
-use tactid_identify::{
-    BaseState, BatchResult, EquationSettings, Finding, Hypothesis, IdentifyError, RestIdentifier,
-    RestingPoses, Sample, Wrench,
-};
-
-const GRAVITY: Vector3<f64> = Vector3::new(0.0, 0.0, -9.81);
-const MASS_KG: f64 = 1.2;
-const CENTER: Vector3<f64> = Vector3::new(0.001, -0.002, 0.045);
-const OFFSET: [f64; 6] = [-3.4, -4.7, -16.7, 0.005, -0.06, 0.005];
-/// Noise of a force, N, and of a moment, N m.
-const NOISE: [f64; 2] = [0.05, 0.002];
-
-/// The sensor carries the payload on its own, or stands 0.1 m below the tip and is turned about its z axis.
-fn sensor_below_the_tip() -> Manipulator {
-    let urdf = r#"<robot name="probe"><link name="base"/><link name="sensor"/><link name="tip"/>
-      <joint name="mount" type="fixed"><parent link="base"/><child link="sensor"/></joint>
-      <joint name="plate" type="fixed"><parent link="sensor"/><child link="tip"/>
-        <origin xyz="0 0.02 0.1" rpy="0 0 0.5"/></joint></robot>"#;
-    Manipulator::from_urdf(urdf, tactid_identify::BaseKind::Floating).unwrap()
-}
-
-fn attitude(random: &mut SmallRng) -> UnitQuaternion<f64> {
-    let [w, i, j, k] = std::array::from_fn(|_| random.sample(StandardNormal));
-    UnitQuaternion::from_quaternion(Quaternion::new(w, i, j, k))
-}
-
-fn wrench(attitude: &UnitQuaternion<f64>, noise: &mut dyn FnMut() -> f64) -> Wrench {
-    let force = attitude.inverse() * (-MASS_KG * GRAVITY);
-    let moment = CENTER.cross(&force);
-    let [x, y, z, a, b, c] = OFFSET;
-    let mut noisy = |size: f64| Vector3::from_fn(|_, _| size * noise());
-    Wrench {
-        force: force + Vector3::new(x, y, z) + noisy(NOISE[0]),
-        moment: moment + Vector3::new(a, b, c) + noisy(NOISE[1]),
-    }
-}
-
-fn settings(wrench_offset: bool) -> EquationSettings {
-    EquationSettings {
-        gravity: Some(GRAVITY),
-        wrench_offset,
-        ..EquationSettings::default()
-    }
-}
-
-fn identify(samples: &[(UnitQuaternion<f64>, Wrench)]) -> Result<BatchResult, IdentifyError> {
-    let robot = Manipulator::lone_body("sensor");
-    let identifier = RestIdentifier::new(&robot, "sensor", &["sensor"], &settings(true), None);
-    solve(identifier.unwrap(), samples)
-}
-
-fn solve(
-    mut identifier: RestIdentifier,
-    samples: &[(UnitQuaternion<f64>, Wrench)],
-) -> Result<BatchResult, IdentifyError> {
-    for (attitude, wrench) in samples {
-        let pose = Isometry3::from_parts(Vector3::new(0.4, 0.0, 0.5).into(), *attitude);
-        identifier.push(&Sample {
-            time_s: 0.0,
-            base: BaseState {
-                pose,
-                ..BaseState::fixed()
-            },
-            joint_position: &[],
-            joint_velocity: &[],
-            joint_effort: &[],
-            wrenches: &[*wrench],
-        })?;
-    }
-    identifier.solve()
-}
-
-fn poses(count: usize, random: &mut SmallRng) -> Vec<(UnitQuaternion<f64>, Wrench)> {
-    let attitudes: Vec<_> = (0..count).map(|_| attitude(random)).collect();
-    let mut noise = || random.sample(StandardNormal);
-    let measured = attitudes.iter().map(|each| wrench(each, &mut noise));
-    attitudes.iter().copied().zip(measured).collect()
-}
-
-fn about(axis: Vector3<f64>, angle: f64) -> UnitQuaternion<f64> {
-    UnitQuaternion::from_scaled_axis(axis * angle)
-}
-
-fn exact(attitudes: &[UnitQuaternion<f64>]) -> Vec<(UnitQuaternion<f64>, Wrench)> {
-    let measured = attitudes.iter().map(|each| wrench(each, &mut || 0.0));
-    attitudes.iter().copied().zip(measured).collect()
-}
-
-fn resting(result: &BatchResult) -> &RestingPoses {
-    let found = result.findings.iter().find_map(|finding| match finding {
-        Finding::PosesAtRest(found) => Some(found),
-        _ => None,
-    });
-    found.unwrap()
-}
+use tactid_dynamics::{Manipulator, MassProperties};
+use tactid_identify::{EquationSettings, Finding, RestIdentifier, Wrench};
 
 /// Exact wrenches give exact values, in a tip frame that is not that of the sensor and with a known tool. The inertia is
 /// unobservable.
@@ -302,49 +212,4 @@ fn the_next_attitude_is_across_the_others() {
     let found = resting(&result);
     assert!(found.next_gravity[0] != 0.0, "{found:?}");
     assert_eq!(found.next_gravity[1..], [0.0, 0.0], "{found:?}");
-}
-
-/// Returns the causes that a result names, the first one first.
-fn causes(result: &BatchResult) -> Vec<Hypothesis> {
-    let of_finding = |finding: &Finding| match finding {
-        Finding::WrongAssumption(found) => Some(found.cause),
-        _ => None,
-    };
-    result.findings.iter().filter_map(of_finding).collect()
-}
-
-/// A wrong sensor or gravity is named, and right ones are not, however few the poses are.
-#[test]
-fn wrong_assumptions_are_named_and_right_ones_are_not() {
-    for seed in 0..300 {
-        let mut random = SmallRng::seed_from_u64(seed);
-        let count = random.random_range(3..25);
-        let found = causes(&identify(&poses(count, &mut random)).unwrap());
-        assert!(found.is_empty(), "{seed}: {found:?} in {count} poses");
-    }
-    let right = poses(16, &mut SmallRng::seed_from_u64(2));
-    let swapped = right.iter().map(|(attitude, wrench)| {
-        let swap = |v: Vector3<f64>| Vector3::new(v.y, v.x, v.z);
-        let wrench = Wrench {
-            force: swap(wrench.force),
-            moment: swap(wrench.moment),
-        };
-        (*attitude, wrench)
-    });
-    let swapped = identify(&swapped.collect::<Vec<_>>()).unwrap();
-    assert_eq!(causes(&swapped).first(), Some(&Hypothesis::Axes));
-    let slope = about(Vector3::x(), 0.5);
-    let tilted = right
-        .iter()
-        .map(|(attitude, wrench)| (slope * attitude, *wrench));
-    let tilted = identify(&tilted.collect::<Vec<_>>()).unwrap();
-    assert_eq!(causes(&tilted).first(), Some(&Hypothesis::Gravity));
-    for (result, least) in [(swapped, Severity::Contradicts), (tilted, Severity::Doubts)] {
-        let mut severities = result.findings.iter().map(Notice::severity);
-        assert!(
-            severities.any(|each| each <= least),
-            "{:?}",
-            result.findings
-        );
-    }
 }

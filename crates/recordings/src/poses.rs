@@ -111,6 +111,8 @@ fn push_samples(
                 joint_effort: &[],
                 wrenches: &wrenches,
             })?;
+        } else {
+            identifier.skip();
         }
         Ok::<(), RecordingError>(())
     })

@@ -4,7 +4,7 @@ use tactid_dynamics::Manipulator;
 use tactid_identify::{BatchSettings, IdentifyError, Method};
 use tactid_options::{About, Declaration, Given, Use};
 
-use crate::choices::{EstimatorKind, GravityChoice, WrenchIs};
+use crate::choices::{EstimatorKind, WrenchIs};
 use crate::paper::needs_least_squares;
 use crate::request::FILTER;
 use crate::request_tool::check_body;
@@ -66,11 +66,6 @@ impl Request {
             Some(given) => Err(RecordingError::Option {
                 option: given.option.name,
                 what: format!("`{}` does not apply to poses at rest", given.option.name),
-            }),
-            None if self.gravity == Some(GravityChoice::Unknown) => Err(RecordingError::Option {
-                option: "gravity",
-                what: "`gravity` cannot be unknown for poses at rest: give its three entries"
-                    .to_owned(),
             }),
             None => Ok(()),
         }

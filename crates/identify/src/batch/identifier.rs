@@ -9,6 +9,7 @@ use super::equation_batch::EquationBatch;
 use super::forecast::Forecast;
 use super::history::history;
 use super::report::FitReport;
+use super::rests::rests;
 use crate::IdentifyError;
 use crate::diagnosis::{
     ConsistentPayload, consistent_payload, data_findings, mass_finding, without_repetition,
@@ -277,7 +278,12 @@ impl BatchIdentifier {
         let findings = without_repetition(of_mass, consistent.contradiction, of_data).into_iter();
         let of_offset = solution.offset.clone().map(Finding::WrongAssumption);
         let of_model = self.stream.model_findings().into_iter().map(Finding::Model);
-        findings.chain(of_offset).chain(of_model).collect()
+        let of_rests = rests(self.batch.equations(), &self.stream.gravity());
+        findings
+            .chain(of_offset)
+            .chain(of_rests.map(Finding::ConsistsOfRests))
+            .chain(of_model)
+            .collect()
     }
 
     /// Fits the parameters without a known mass, and with an offset of the wrenches where the data show one.

@@ -6,6 +6,7 @@ mod history;
 mod identifier;
 pub mod preview;
 mod report;
+mod rests;
 
 pub use equation_batch::EquationBatch;
 pub use forecast::Forecast;

@@ -9,8 +9,9 @@ use nalgebra::{SMatrix, SVector};
 use tactid_dynamics::InertialParameters;
 
 pub use self::known_mass::{mass_finding, without_repetition};
+pub(crate) use self::signs::mass_findings;
 pub use self::signs::nothing_held;
-use self::signs::{mass_findings, sign_findings};
+use self::signs::sign_findings;
 use self::unexplained::unexplained_load;
 use crate::equations::{Equation, EquationStream};
 pub use crate::finding::CONTRADICTION;
@@ -23,7 +24,7 @@ use crate::prior::BoundingBox;
 use crate::solve::consistency::project;
 
 /// Distance of a value from zero in standard deviations up to which it may be zero: exceeded by chance once in 370.
-const SIGNIFICANT: f64 = 3.0;
+pub(crate) const SIGNIFICANT: f64 = 3.0;
 
 /// Determinant of the residuals' covariance, or their mean square, relative to that with the configured gravity, below
 /// which another gravity explains the load far better: the standard deviation shrinks to one half or less in one direction

@@ -44,7 +44,7 @@ pub(super) fn sign_findings(
 
 /// Returns what the masses of the whole load and of the known bodies, with their standard deviations, say: nothing is held beyond the known bodies, the
 /// load has the wrong sign, or the known bodies are too heavy. `or_gravity` is whether gravity may have the wrong sign as well.
-pub(super) fn mass_findings(
+pub(crate) fn mass_findings(
     (mass_kg, std_dev_kg): (f64, f64),
     (known_bodies_kg, known_std_dev_kg): (f64, f64),
     method: Method,

@@ -21,7 +21,7 @@ use crate::checks::{
 };
 use crate::sampling::Sampling;
 
-pub use self::resting_poses::RestingPoses;
+pub use self::resting_poses::{FarCenter, OutlyingPose, RestingPoses, Rests};
 pub use self::run_words::{distance_of_runs, probability};
 pub(crate) use self::wrong_assumption::CHANNELS;
 pub use self::wrong_assumption::{Hypothesis, WrongAssumption};
@@ -280,6 +280,13 @@ pub enum Finding {
     },
     /// The payload is identified from poses at rest, which show no inertia.
     PosesAtRest(RestingPoses),
+    /// A pose at rest does not fit the others, as after a contact or a bump of the sensor.
+    OutlyingPose(OutlyingPose),
+    /// The centre of mass of poses at rest is farther away than that of anything that an arm holds:
+    /// the moments are in another unit.
+    CenterFarAway(FarCenter),
+    /// The recording consists of rests, with short moves between them.
+    ConsistsOfRests(Rests),
     /// Something is wrong in the description of the robot. Masses and inertias are reported only
     /// where the method uses them.
     #[serde(untagged)]
@@ -294,6 +301,7 @@ impl Notice for Finding {
             | Self::TwistContradicted { .. }
             | Self::GravityContradicted { .. }
             | Self::TooFewWindows { .. }
+            | Self::CenterFarAway(_)
             | Self::NegativeMass { .. }
             | Self::KnownBodiesTooHeavy { .. } => true,
             Self::EffortsBeyondLimits(beyond) => !beyond.limits_are_equal,
@@ -308,13 +316,17 @@ impl Notice for Finding {
                 };
             }
             Self::WrongAssumption(found) => {
-                found.mass_change > LARGEST_MASS_CHANGE || found.shift_m > LARGEST_SHIFT_M
+                found.mass_change > LARGEST_MASS_CHANGE
+                    || found.shift_m > LARGEST_SHIFT_M
+                    // Six degrees: no base is mounted as badly, and a tenth of the weight acts sideways.
+                    || found.gravity_change() > 2.0 * LARGEST_MASS_CHANGE
             }
             Self::PositionsJump(jumps) => jumps.are_of_two_sources(),
             Self::ConstantChannels {
                 is_left_out: true, ..
             } => return Severity::Notes,
             Self::NothingHeld { .. }
+            | Self::OutlyingPose(_)
             | Self::KnownMassNotKept { .. }
             | Self::ConstantChannels { .. } => false,
             Self::NoEquations(_)
@@ -322,6 +334,7 @@ impl Notice for Finding {
             | Self::Outliers { .. }
             | Self::AnglesContinued { .. }
             | Self::PosesAtRest(_)
+            | Self::ConsistsOfRests(_)
             | Self::Model(_) => return Severity::Notes,
         };
         if contradicts {
@@ -337,6 +350,7 @@ impl Notice for Finding {
             | Self::PositionsBeyondLimits(_)
             | Self::EffortsBeyondLimits(_)
             | Self::PositionsJump(_)
+            | Self::CenterFarAway(_)
             | Self::TwistContradicted { .. } => Subject::Measurements,
             Self::GravityContradicted { .. } | Self::WrongAssumption(_) => Subject::Assumption,
             Self::LoadUnexplained(_) | Self::Inconsistent { .. } => Subject::Consequence,

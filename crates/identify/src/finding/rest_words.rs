@@ -1,15 +1,19 @@
 //! Poses at rest in words.
 
-use tactid_dynamics::words::{counted, general, listed};
+use tactid_dynamics::Reader;
+use tactid_dynamics::words::{counted, general, listed, percent};
 
-use super::RestingPoses;
+use super::{FarCenter, OutlyingPose, RestingPoses, Rests};
 
 pub(super) fn poses_at_rest(found: &RestingPoses) -> String {
     let attitudes = counted(found.attitudes, "attitude");
-    let averaged = if found.samples > found.attitudes {
-        format!(" (the means of {} samples)", found.samples)
-    } else {
-        String::new()
+    let visited = match found.poses {
+        poses if poses > found.attitudes => format!(" in {}", counted(poses, "pose")),
+        _ => String::new(),
+    };
+    let averaged = match found.samples {
+        samples if samples > found.poses => format!(" (the means of {samples} samples)"),
+        _ => String::new(),
     };
     let noise = [(found.force_noise, "N"), (found.moment_noise, "N m")];
     let measured = noise.iter().filter(|(noise, _)| *noise > 0.0);
@@ -17,10 +21,57 @@ pub(super) fn poses_at_rest(found: &RestingPoses) -> String {
         .map(|(noise, unit)| format!("{} {unit}", general(*noise, 2)))
         .collect();
     format!(
-        "The payload is identified from {attitudes} at rest{averaged}, which never show the inertia. \
-         The intervals follow from the noise between attitudes, {}. {}",
+        "The payload is identified from {attitudes} at rest{visited}{averaged}, which never show the inertia. \
+         The intervals follow from the noise between poses, {}. {}",
         listed(&noise),
         next(found)
+    )
+}
+
+pub(super) fn center_far_away(found: &FarCenter, reader: Reader) -> String {
+    format!(
+        "The centre of mass is {} m away from the tool frame, farther than that of anything that an arm \
+         holds: the moments are too large for the forces, as in N mm. Give forces in N and moments in \
+         N m; of a table, {} states other units.",
+        general(found.distance_m, 3),
+        reader.option("columns")
+    )
+}
+
+pub(super) fn consists_of_rests(found: &Rests) -> String {
+    format!(
+        "The recording consists of {} in {}, {} of its time. Rests show the mass and the centre of mass; \
+         the inertia shows in the moves between them alone, if it does. The intervals follow from the \
+         noise within the rests, and do not contain what differs between attitudes, such as a \
+         hysteresis: the means of the rests as poses at rest show it.",
+        counted(found.rests, "rest"),
+        counted(found.attitudes, "attitude"),
+        percent(found.fraction)
+    )
+}
+
+pub(super) fn outlying(found: &OutlyingPose) -> String {
+    let (first, last) = (found.first_row, found.last_row);
+    let pose = match found.pose {
+        _ if first == last => format!("Row {first}"),
+        pose => format!("Pose {pose} (rows {first} to {last})"),
+    };
+    let unit = if found.channel.starts_with("force") {
+        "N"
+    } else {
+        "N m"
+    };
+    let consequence = if found.is_left_out {
+        "It was left out"
+    } else {
+        "Without it, the others do not determine as much, so that it was used"
+    };
+    format!(
+        "{pose} does not fit the other poses: {} is {} {unit} away, {} standard deviations, as after a \
+         contact or a bump of the sensor. {consequence}; measure it again.",
+        found.channel,
+        general(found.residual, 3),
+        general(found.distance, 3)
     )
 }
 

@@ -8,15 +8,15 @@ use serde::{Deserialize, Serialize};
 /// Poses at rest from which a payload is identified.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct RestingPoses {
-    /// Number of attitudes, each the mean of its samples.
+    /// Number of attitudes that differ.
     pub attitudes: usize,
+    /// Number of poses, each the mean of its samples: an attitude that is visited again is one more.
+    pub poses: usize,
     /// Number of samples in all of them.
     pub samples: usize,
     /// Frame of the sensor: that of the next attitude.
     pub frame: String,
-    /// Whether an offset of the wrenches is identified, too.
-    pub has_offset: bool,
-    /// Standard deviation of a force between attitudes, N; zero where no force is measured.
+    /// Standard deviation of a force between poses, N; zero where no force is measured.
     pub force_noise: f64,
     /// Standard deviation of a moment between attitudes, N m; zero where no moment is measured.
     pub moment_noise: f64,
@@ -28,4 +28,43 @@ pub struct RestingPoses {
     /// Standard deviation of this value with that attitude, relative to the present one, without a
     /// unit; 0 where the value is unobservable without it.
     pub next_fraction: f64,
+}
+
+/// A pose at rest that the others contradict, as after a contact or a bump of the sensor.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct OutlyingPose {
+    /// Number of the pose, counted from one.
+    pub pose: usize,
+    /// Number of its first row in the data, counted from one.
+    pub first_row: usize,
+    /// Number of its last row in the data, counted from one.
+    pub last_row: usize,
+    /// The channel that is farthest away, such as `force x`.
+    pub channel: Cow<'static, str>,
+    /// Size of the difference between the measured load of this channel and that of the others, N or N m.
+    pub residual: f64,
+    /// Size of the residual in its standard deviations, without a unit.
+    pub distance: f64,
+    /// Whether the pose was left out; otherwise the others do not determine as much without it.
+    pub is_left_out: bool,
+}
+
+/// A centre of mass that no arm reaches.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct FarCenter {
+    /// Its distance from the origin of the tool frame, m.
+    pub distance_m: f64,
+    /// Half the width of the 95 % interval of the distance, m.
+    pub half_width_m: f64,
+}
+
+/// The rests of which a recording consists.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct Rests {
+    /// Number of attitudes to gravity that differ.
+    pub attitudes: usize,
+    /// Number of rests.
+    pub rests: usize,
+    /// Fraction of the time at rest, without a unit.
+    pub fraction: f64,
 }

@@ -9,7 +9,7 @@ use tactid_dynamics::{Notice, Reader};
 use super::Finding;
 use super::assumption_words::wrong_assumption;
 use super::load_words::{gravity, negative_mass, unexplained};
-use super::rest_words::poses_at_rest;
+use super::rest_words::{center_far_away, consists_of_rests, outlying, poses_at_rest};
 use super::run_words::runs_disagree;
 use crate::checks::{
     EffortsBeyondLimits, PositionJumps, PositionsBeyondLimits, TwistAxes, TwistContradiction,
@@ -69,8 +69,11 @@ pub(super) fn sentences(finding: &Finding, reader: Reader) -> String {
             within_box,
         } => inconsistent(*distance, *within_box, reader),
         Finding::RunsDisagree(found) => runs_disagree(found),
-        Finding::Outliers { outliers, windows } => outlying(*outliers, *windows),
+        Finding::Outliers { outliers, windows } => outlying_windows(*outliers, *windows),
         Finding::PosesAtRest(found) => poses_at_rest(found),
+        Finding::OutlyingPose(found) => outlying(found),
+        Finding::CenterFarAway(found) => center_far_away(found, reader),
+        Finding::ConsistsOfRests(found) => consists_of_rests(found),
         Finding::Model(finding) => finding.words(reader),
     }
 }
@@ -172,7 +175,7 @@ fn too_heavy(known_bodies_kg: f64, load_kg: f64, reader: Reader) -> String {
     )
 }
 
-fn outlying(outliers: usize, windows: usize) -> String {
+fn outlying_windows(outliers: usize, windows: usize) -> String {
     let (are, them, have) = match outliers {
         1 => ("is an outlier", "it", "has"),
         _ => ("are outliers", "them", "have"),

@@ -5,6 +5,8 @@ use std::sync::Arc;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+use crate::solve::uncertainty::HALF_WIDTH_95;
+
 /// An assumption that may be wrong.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
@@ -75,6 +77,21 @@ pub(crate) const CHANNELS: [&str; 6] = [
 ];
 
 impl WrongAssumption {
+    /// Returns by how much gravity certainly differs from what is assumed, relative to its size, without a unit; zero for another
+    /// cause.
+    pub(super) fn gravity_change(&self) -> f64 {
+        if self.cause != Hypothesis::Gravity {
+            return 0.0;
+        }
+        let norm = |values: &mut dyn Iterator<Item = f64>| -> f64 {
+            values.map(|value| value * value).sum::<f64>().sqrt()
+        };
+        let pairs = self.values.iter().zip(&self.assumed);
+        let change = norm(&mut pairs.map(|(value, assumed)| value - assumed));
+        let half_width = HALF_WIDTH_95 * norm(&mut self.std_devs.iter().copied());
+        (change - half_width).max(0.0) / norm(&mut self.assumed.iter().copied())
+    }
+
     /// States an offset with the opposite sign, that of wrenches which act on the sensor. No other
     /// value has a sign of the wrenches.
     pub fn negate_wrenches(&mut self) {

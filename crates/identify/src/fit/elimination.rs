@@ -1,12 +1,11 @@
 //! Elimination of the further unknowns of a wrench from the equations of its windows.
 
 use nalgebra::{Matrix6, SMatrix, SVector, Vector3, Vector4, Vector6};
-use tactid_dynamics::cross;
 
 use super::Fit;
 use super::rows::{DELAY, TARGET};
 use crate::equations::window::NOISE_CORRELATION;
-use crate::equations::{Channels, Equation, Geometry, Row, Unknowns, WRENCH};
+use crate::equations::{Channels, Equation, Geometry, Row, Unknowns, WRENCH, acceleration_columns};
 use crate::solve::subspace::{EIGENVALUE_RATIO, QUANTITY_FRACTION};
 
 /// The rows of a window: the regressor, the rate of the target in the place of the delay, and the target.
@@ -153,7 +152,7 @@ impl Elimination {
 
 /// Returns two vectors at right angles to gravity and to each other, of its size: the derivatives of gravity with respect to
 /// two small angles.
-pub(super) fn tangents(gravity: &Vector3<f64>) -> SMatrix<f64, 3, 2> {
+pub(crate) fn tangents(gravity: &Vector3<f64>) -> SMatrix<f64, 3, 2> {
     let other = Vector3::ith(gravity.iamin(), 1.0);
     let first = gravity.cross(&other).normalize() * gravity.norm();
     let second = gravity.cross(&first) / gravity.norm().max(f64::MIN_POSITIVE);
@@ -165,11 +164,7 @@ pub(super) fn weight_columns(
     acceleration: &Vector3<f64>,
     projection: Option<&Matrix6<f64>>,
 ) -> SMatrix<f64, 6, 4> {
-    let mut columns = SMatrix::<f64, 6, 4>::zeros();
-    columns.fixed_view_mut::<3, 1>(0, 0).copy_from(acceleration);
-    columns
-        .fixed_view_mut::<3, 3>(3, 1)
-        .copy_from(&-cross(acceleration));
+    let columns = acceleration_columns(acceleration);
     projection.map_or(columns, |projection| projection * columns)
 }
 

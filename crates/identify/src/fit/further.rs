@@ -81,11 +81,11 @@ pub(crate) fn fit<'a>(
             elimination: None,
         });
     }
+    let projection = options.channels.projection.as_ref();
     if unknowns.gravity {
-        values.gravity = static_gravity(equations, gravity, options.channels);
+        values.gravity = static_gravity(equations, gravity, projection);
     }
-    let turned =
-        |gravity_now: &Vector3<f64>| turned(equations, &(gravity_now - gravity), options.channels);
+    let turned = |now: &Vector3<f64>| turned(equations, &(now - gravity), projection);
     let mut found = least_squares::fit(&turned(&values.gravity), options)?;
     let (mut reduced, mut last) = (Vec::new(), None);
     // Residuals of a wrong model can be correlated so closely that whitening by them leaves only rounding errors.
@@ -200,10 +200,10 @@ impl FurtherValues {
 
 /// Returns the direction in which the weight of the payload acts where accelerations are neglected, with the size of the given
 /// gravity: forces are linear in the weight and an offset.
-fn static_gravity(
+pub(crate) fn static_gravity(
     equations: &[Equation],
     gravity: &Vector3<f64>,
-    channels: &Channels,
+    projection: Option<&Matrix6<f64>>,
 ) -> Vector3<f64> {
     let (mut information, mut products) = (Matrix6::zeros(), Vector6::zeros());
     for equation in equations {
@@ -214,7 +214,7 @@ fn static_gravity(
         rows.fixed_columns_mut::<3>(0)
             .copy_from(&-geometry.tool_from_world());
         rows.fixed_columns_mut::<3>(3).fill_with_identity();
-        if let Some(projection) = &channels.projection {
+        if let Some(projection) = projection {
             rows = projection.fixed_view::<3, 3>(0, 0) * rows;
         }
         let force = Vector3::from_fn(|k, _| equation.rows[k].target);
@@ -227,16 +227,17 @@ fn static_gravity(
 }
 
 /// Returns equations whose gravity differs by a vector in the inertial frame, m/s².
-fn turned(equations: &[Equation], change: &Vector3<f64>, channels: &Channels) -> Vec<Equation> {
+pub(crate) fn turned(
+    equations: &[Equation],
+    change: &Vector3<f64>,
+    projection: Option<&Matrix6<f64>>,
+) -> Vec<Equation> {
     let mut equations = equations.to_vec();
     for equation in &mut equations {
         let Some(geometry) = Geometry::new(&equation.geometry) else {
             continue;
         };
-        let columns = weight_columns(
-            &(geometry.tool_from_world() * change),
-            channels.projection.as_ref(),
-        );
+        let columns = weight_columns(&(geometry.tool_from_world() * change), projection);
         for (row, change) in equation.rows.iter_mut().zip(columns.row_iter()) {
             let mut of_weight = row.regressor.fixed_rows_mut::<4>(0);
             of_weight -= change.transpose();

@@ -1,6 +1,6 @@
 //! The parameters that explain a recording best, and what a fit may use.
 
-mod elimination;
+pub(crate) mod elimination;
 pub(crate) mod further;
 pub(crate) mod least_squares;
 pub(crate) mod normal_equations;

@@ -37,7 +37,7 @@ use crate::fit::further::FurtherValues;
 /// what stays and to the errors of a sound model. A cause that decreases it by a twentieth is
 /// material, too, if it changes the mass or the centre of mass by this fraction of what shows a
 /// result to be wrong. Cross-talk of half a percent decreases it by a third.
-const MATERIAL: f64 = 0.5;
+pub(crate) const MATERIAL: f64 = 0.5;
 
 /// Least gain of a cause in twice the log-likelihood, beyond the logarithm of the number of
 /// measurements for each of its unknowns.

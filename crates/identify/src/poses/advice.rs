@@ -3,7 +3,9 @@
 use nalgebra::{Matrix4, Matrix6, SMatrix, Vector3};
 
 use super::fit::RestFit;
-use crate::equations::WRENCH;
+use super::gravity::set_angles;
+use crate::equations::{WRENCH, acceleration_columns};
+use crate::fit::elimination::tangents;
 use crate::result::{KINDS, VALUE_NAMES};
 use crate::solve::pseudo_inverse::pseudo_inverse;
 use crate::solve::subspace::{EIGENVALUE_RATIO, Matrix, Vector};
@@ -27,7 +29,7 @@ pub(super) fn next_attitude(fit: &RestFit, gravity_m_s2: f64, map: &Matrix6<f64>
     let directions = directions.filter(|direction| direction.iter().any(|axis| *axis != 0.0));
     let after = |gravity: &[f64; 3]| {
         let up = Vector3::from(*gravity).normalize() * -gravity_m_s2;
-        fit.information + fit.information_of(&rows_at_rest(&up, map))
+        fit.information_with(&rows_at_rest(&up, map, fit))
     };
     let volume = |information: Matrix| {
         let block: Matrix4<f64> = information.fixed_view::<4, 4>(0, 0).into();
@@ -76,15 +78,18 @@ fn improvement(fit: &RestFit, after: &Matrix) -> (usize, f64) {
 }
 
 /// Returns the regressor of each channel of a wrench in the frame of the offset, for a payload that is held against gravity with
-/// the specific force `up` in this frame, m/s²: the force is the mass times it, and the moment the first moments times it.
-fn rows_at_rest(up: &Vector3<f64>, map: &Matrix6<f64>) -> [Vector; WRENCH] {
+/// the specific force `up` in this frame, m/s²: the force is the mass times it, and the moment the first moments times it. The
+/// angles of gravity have columns where the fit has them.
+fn rows_at_rest(up: &Vector3<f64>, map: &Matrix6<f64>, fit: &RestFit) -> [Vector; WRENCH] {
     let frame_from_tool = map.fixed_view::<3, 3>(0, 0);
     let up: Vector3<f64> = frame_from_tool.tr_mul(up);
     let mut in_tool = SMatrix::<f64, WRENCH, 10>::zeros();
-    in_tool.fixed_view_mut::<3, 1>(0, 0).copy_from(&up);
     in_tool
-        .fixed_view_mut::<3, 3>(3, 1)
-        .copy_from(&-up.cross_matrix());
+        .fixed_columns_mut::<4>(0)
+        .copy_from(&acceleration_columns(&up));
+    if fit.has_angles() {
+        set_angles(&mut in_tool, &tangents(&up), &fit.parameters);
+    }
     let rows = map * in_tool;
     std::array::from_fn(|channel| rows.row(channel).transpose())
 }

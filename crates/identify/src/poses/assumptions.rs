@@ -1,10 +1,20 @@
 //! Wrong assumptions that poses at rest show, by the test of recordings.
 
-use crate::diagnosis::wrong_assumptions;
+use std::ops::Range;
+
+use nalgebra::Vector2;
+
+use super::fit::{ANGLES, RestFit};
+use super::gravity::Poses;
+use super::outliers::chance_beyond;
+use crate::diagnosis::{CONTRADICTION, wrong_assumptions};
 use crate::equations::window::WindowMean;
-use crate::equations::{Equation, EquationStream, Model};
-use crate::finding::WrongAssumption;
-use crate::fit::{FitOptions, least_squares};
+use crate::equations::{Equation, EquationStream, Model, Unknowns};
+use crate::finding::{Hypothesis, WrongAssumption};
+use crate::fit::{FitOptions, further};
+use crate::hypotheses::MATERIAL;
+use crate::result::KINDS;
+use crate::solve::uncertainty::{HALF_WIDTH_95, value_jacobian, values_of};
 
 /// Returns the equation of a pose in the tool frame: that of a window whose samples are all the last instant
 /// of the model.
@@ -24,15 +34,82 @@ pub(super) fn mean(sum: &Equation, samples: usize) -> Equation {
     mean
 }
 
-/// Returns the causes of what a payload leaves unexplained between poses; none where it leaves next to nothing, or the poses
-/// are too few to tell.
-pub(super) fn causes(equations: &[Equation], stream: &EquationStream) -> Vec<WrongAssumption> {
+/// Returns the causes of what a fit of poses leaves unexplained; none where it leaves next to nothing, or the poses are too few to
+/// tell.
+///
+/// At rest, the size of gravity and the mass are one thing, so that only another direction of gravity is a cause, in the place of
+/// another gravity of any size, or of what explains less.
+pub(super) fn causes(
+    poses: &Poses<'_>,
+    kept: &[bool],
+    stream: &EquationStream,
+) -> Vec<WrongAssumption> {
+    let mut causes = causes_of(&poses.kept(kept), stream, poses.unknowns);
+    let Some(direction) = other_direction(poses, kept) else {
+        return causes;
+    };
+    match causes
+        .first()
+        .map(|first| (first.cause, first.residual_ratio))
+    {
+        Some((Hypothesis::Gravity, _)) => causes[0] = direction,
+        Some((_, ratio)) if ratio < direction.residual_ratio => {}
+        _ => causes = vec![direction],
+    }
+    causes
+}
+
+fn causes_of(
+    equations: &[Equation],
+    stream: &EquationStream,
+    unknowns: Unknowns,
+) -> Vec<WrongAssumption> {
     let channels = stream.channels();
     let options = FitOptions {
         covariance: false,
         ..FitOptions::new(&channels)
     };
-    let fit = least_squares::fit(equations, options);
-    let found = fit.and_then(|fit| wrong_assumptions(equations, &fit, None, stream));
+    let fit = further::fit(equations, options, &stream.gravity(), unknowns);
+    let found =
+        fit.and_then(|found| wrong_assumptions(equations, &found.fit, Some(&found.values), stream));
     found.map_or_else(Vec::new, |found| found.causes)
+}
+
+/// Returns gravity of another direction where it explains poses far better than the given one.
+fn other_direction(poses: &Poses<'_>, kept: &[bool]) -> Option<WrongAssumption> {
+    let found = poses.with_unknown_gravity()?.fit(kept);
+    let gravity = found.gravity_estimate()?;
+    let (given, other) = (poses.fit(kept).fit, found.fit);
+    if given.p_value_beside(&other, ANGLES.len()) > chance_beyond(CONTRADICTION)
+        || given.squares(&other) < (1.0 + MATERIAL) * other.squares(&other)
+    {
+        return None;
+    }
+    let value = |fit: &RestFit, k: usize| values_of(&fit.parameters).map_or(f64::NAN, |all| all[k]);
+    let slopes = value_jacobian(&other.parameters)?;
+    let half_width = |k: usize| HALF_WIDTH_95 * other.std_dev(&slopes.row(k).into());
+    let distance = |values: Range<usize>| {
+        let squares = values.map(|k| {
+            let distance = value(&other, k) - value(&given, k);
+            Vector2::new(distance.powi(2), half_width(k).powi(2))
+        });
+        let squares: Vector2<f64> = squares.sum();
+        (squares[0].sqrt() - squares[1].sqrt()).max(0.0)
+    };
+    let mass_kg = other.parameters[0];
+    Some(WrongAssumption {
+        cause: Hypothesis::Gravity,
+        runner_up: None,
+        names: ["x", "y", "z"].map(str::to_owned).to_vec(),
+        values: gravity.values.to_vec(),
+        std_devs: gravity.std_devs.to_vec(),
+        assumed: poses.gravity.as_slice().to_vec(),
+        frame: poses.frame.name().clone(),
+        residual_ratio: (other.squares(&other) / given.squares(&other)).sqrt(),
+        mass_kg,
+        mass_std_dev_kg: half_width(0) / HALF_WIDTH_95,
+        mass_change: distance(KINDS[0].clone()) / mass_kg.abs(),
+        shift_m: distance(KINDS[1].clone()),
+        is_applied: false,
+    })
 }

@@ -1,20 +1,34 @@
 //! Least squares over poses at rest, with the noise between them.
 
-use nalgebra::{RowSVector, Vector6};
-use statrs::distribution::{ContinuousCDF, Normal, StudentsT};
+use std::ops::Range;
+
+use nalgebra::{Matrix2, Matrix3, RowSVector, SMatrix, Vector2, Vector3, Vector6};
+use statrs::distribution::{ContinuousCDF, FisherSnedecor, Normal, StudentsT};
 
 use super::Rows;
 use crate::equations::{Row, WRENCH};
 use crate::fit::CONVERGED_ENOUGH;
 use crate::fit::least_squares::MAX_PASSES;
+use crate::result::KINDS;
 use crate::solve::noise::ZERO_SIZE;
-use crate::solve::pseudo_inverse::{PseudoInverse, normalized, pseudo_inverse};
+use crate::solve::pseudo_inverse::{INVERSE_ROUNDING, PseudoInverse, normalized, pseudo_inverse};
 use crate::solve::spectrum::{Excitation, Spectrum};
-use crate::solve::subspace::{LEVER_ARM_M, Matrix, NullSpace, Vector};
+use crate::solve::subspace::{EIGENVALUE_RATIO, LEVER_ARM_M, Matrix, NullSpace, Vector};
 use crate::solve::uncertainty::{HALF_WIDTH_95, std_dev, value_jacobian};
 
 /// The two kinds of channels: forces, then moments.
-const CHANNEL_KINDS: [std::ops::Range<usize>; 2] = [0..3, 3..WRENCH];
+const CHANNEL_KINDS: [Range<usize>; 2] = [0..3, 3..WRENCH];
+
+/// The places of the two small angles of gravity, where its direction is unknown, among the columns of a row. They are those of
+/// two entries of the inertia, which has no column at rest.
+pub(super) const ANGLES: [usize; 2] = [KINDS[2].start, KINDS[2].start + 1];
+
+/// The rows of one pose.
+pub(super) struct Visit {
+    pub(super) rows: Rows,
+    /// Number of its attitude, which other visits share.
+    pub(super) attitude: usize,
+}
 
 /// The parameters that explain poses at rest best, with what the poses say about their noise.
 #[derive(Clone, Debug)]
@@ -23,12 +37,16 @@ pub(super) struct RestFit {
     pub(super) parameters: Vector,
     /// Covariance of the parameters. What it contains in unobservable directions does not count.
     pub(super) covariance: Matrix,
-    /// Information of the parameters, the offsets eliminated.
+    /// Information of the parameters, with the offsets and the angles of gravity eliminated.
     pub(super) information: Matrix,
-    /// Part of the information that each kind of channels has.
-    of_kinds: [Matrix; 2],
     /// The unobservable directions.
     pub(super) null_space: NullSpace,
+    /// Parameters and [angles](ANGLES) that explain the poses best, rad.
+    unknowns: Vector,
+    /// Covariance and unobservable directions of parameters and angles.
+    inverse: PseudoInverse,
+    /// Part of the information of parameters and angles that each kind of channels has.
+    of_kinds: [Matrix; 2],
     /// Standard deviation of the noise between poses: force, N, and moment, N m.
     pub(super) noise: [f64; 2],
     /// Degrees of freedom from which each noise is estimated, infinite where no channel of the
@@ -43,42 +61,38 @@ pub(super) struct RestFit {
     measured: Vector6<f64>,
     /// Number of poses.
     poses: usize,
+    /// Largest measurement of each kind, N and N m.
+    largest: [f64; 2],
 }
 
 impl RestFit {
-    /// Fits the parameters, and an offset of each channel if there is one. `measured` is one for
-    /// each channel that is measured, and zero for others, whose rows are zero.
-    pub(super) fn new(rows: &[Rows], has_offset: bool, measured: &Vector6<f64>) -> Self {
+    /// Fits the parameters, the angles of gravity where the rows have columns for them, and an offset of each channel if there
+    /// is one. `measured` is one for each channel that is measured, and zero for others, whose rows are zero.
+    ///
+    /// Visits of one attitude enter with their mean: what differs between them is noise, and no information about the payload.
+    pub(super) fn new(visits: &[Visit], has_offset: bool, measured: &Vector6<f64>) -> Self {
+        let rows: Vec<Rows> = visits.iter().map(|visit| visit.rows).collect();
         let means = if has_offset {
-            means(rows)
+            means(&rows)
         } else {
             [Row::zero(); WRENCH]
         };
         let centred: Vec<Rows> = rows.iter().map(|rows| less(rows, &means)).collect();
-        let grams = CHANNEL_KINDS.map(|kind| {
-            let rows = centred.iter().flat_map(|rows| &rows[kind.clone()]);
-            rows.fold(
-                (Matrix::zeros(), Vector::zeros()),
-                |(square, target), row| {
-                    let column = row.regressor;
-                    (
-                        square + column * column.transpose(),
-                        target + column * row.target,
-                    )
-                },
-            )
-        });
-        let floors = CHANNEL_KINDS.map(|kind| {
+        let grams = grams(&means_of_attitudes(visits, &centred));
+        let largest = CHANNEL_KINDS.map(|kind| {
             let targets = rows.iter().flat_map(|rows| &rows[kind.clone()]);
             let sizes = targets.map(|row| row.target.abs());
-            f64::EPSILON * sizes.fold(ZERO_SIZE, f64::max)
+            sizes.fold(ZERO_SIZE, f64::max)
         });
+        let nothing = pseudo_inverse(&Matrix::zeros());
         let mut fit = Self {
             parameters: Vector::zeros(),
             covariance: Matrix::zeros(),
             information: Matrix::zeros(),
+            null_space: nothing.null_space,
+            unknowns: Vector::zeros(),
+            inverse: nothing,
             of_kinds: [Matrix::zeros(); 2],
-            null_space: NullSpace::new(Vector::repeat(1.0), std::iter::empty()),
             noise: [1.0; 2],
             freedom: [0.0; 2],
             offsets: Vector6::zeros(),
@@ -86,11 +100,12 @@ impl RestFit {
             has_offset,
             measured: *measured,
             poses: rows.len(),
+            largest,
         };
         for _ in 0..MAX_PASSES {
             let before = fit.noise;
             fit.solve(&grams);
-            fit.update_noise(&centred, &floors);
+            fit.update_noise(&centred);
             let changed =
                 |k: usize| (fit.noise[k] - before[k]).abs() > CONVERGED_ENOUGH * before[k];
             if !(changed(0) || changed(1)) {
@@ -98,15 +113,16 @@ impl RestFit {
             }
         }
         fit.solve(&grams);
+        fit.eliminate_angles();
         fit.add_unobservable_shares();
         fit.offsets = Vector6::from_fn(|channel, _| {
             let mean = &fit.means[channel];
-            mean.target - mean.regressor.dot(&fit.parameters)
+            mean.target - mean.regressor.dot(&fit.unknowns)
         });
         fit
     }
 
-    /// Solves for the parameters with the present noise.
+    /// Solves for the parameters and the angles with the present noise.
     fn solve(&mut self, grams: &[(Matrix, Vector); 2]) {
         let mut target = Vector::zeros();
         for (kind, (square, product)) in grams.iter().enumerate() {
@@ -114,14 +130,44 @@ impl RestFit {
             self.of_kinds[kind] = square * weight;
             target += product * weight;
         }
-        self.information = self.of_kinds[0] + self.of_kinds[1];
+        self.inverse = pseudo_inverse(&(self.of_kinds[0] + self.of_kinds[1]));
+        self.unknowns = self.inverse.covariance * target;
+    }
+
+    /// Sets what is known of the parameters alone.
+    fn eliminate_angles(&mut self) {
+        self.information = without_angles(&(self.of_kinds[0] + self.of_kinds[1]));
         let PseudoInverse {
             covariance,
             null_space,
         } = pseudo_inverse(&self.information);
-        self.parameters = covariance * target;
-        self.covariance = covariance;
-        self.null_space = null_space;
+        (self.covariance, self.null_space) = (covariance, null_space);
+        self.parameters = self.unknowns;
+        self.parameters.fixed_rows_mut::<2>(ANGLES[0]).fill(0.0);
+    }
+
+    /// Angles by which gravity turns from that of the rows, rad; zero where the rows have no columns for them.
+    pub(super) fn angles(&self) -> Vector2<f64> {
+        self.unknowns.fixed_rows::<2>(ANGLES[0]).into()
+    }
+
+    /// Size of the angles in standard deviations: by how much gravity moves in the next iteration.
+    pub(super) fn angles_in_std_devs(&self) -> f64 {
+        let in_std_devs = ANGLES.map(|k| {
+            let variance = self.inverse.covariance[(k, k)];
+            if variance > 0.0 {
+                self.unknowns[k].abs() / variance.sqrt()
+            } else {
+                0.0
+            }
+        });
+        in_std_devs.into_iter().fold(0.0, f64::max)
+    }
+
+    /// Whether the rows have columns for the angles.
+    pub(super) fn has_angles(&self) -> bool {
+        let first = (ANGLES[0], ANGLES[0]);
+        self.of_kinds.iter().any(|kind| kind[first] > 0.0)
     }
 
     /// Adds what the centre of mass in an unobservable direction may change in values that count as determined across it: two
@@ -141,20 +187,19 @@ impl RestFit {
 
     /// Estimates the noise of each kind from its residuals, whose degrees of freedom are their number less the unknowns that
     /// they determine.
-    fn update_noise(&mut self, centred: &[Rows], floors: &[f64; 2]) {
+    fn update_noise(&mut self, centred: &[Rows]) {
         for (k, kind) in CHANNEL_KINDS.into_iter().enumerate() {
             let rows = centred.iter().flat_map(|rows| &rows[kind.clone()]);
-            let squares =
-                rows.map(|row| (row.target - row.regressor.dot(&self.parameters)).powi(2));
+            let squares = rows.map(|row| (row.target - row.regressor.dot(&self.unknowns)).powi(2));
             let channels: f64 = kind.clone().map(|channel| self.measured[channel]).sum();
             let count = (self.poses - usize::from(self.has_offset)) as f64 * channels;
             self.freedom[k] = if channels > 0.0 {
-                count - (self.covariance * self.of_kinds[k]).trace()
+                count - (self.inverse.covariance * self.of_kinds[k]).trace()
             } else {
                 f64::INFINITY
             };
             let variance = squares.sum::<f64>() / self.freedom[k].max(1.0);
-            self.noise[k] = variance.sqrt().max(floors[k]);
+            self.noise[k] = variance.sqrt().max(f64::EPSILON * self.largest[k]);
         }
     }
 
@@ -171,7 +216,89 @@ impl RestFit {
 
     /// Returns measured less predicted load of a channel, in its unit.
     pub(super) fn residual(&self, row: &Row, channel: usize) -> f64 {
-        row.target - row.regressor.dot(&self.parameters) - self.offsets[channel]
+        row.target - row.regressor.dot(&self.unknowns) - self.offsets[channel]
+    }
+
+    /// Returns the standard deviation of the [residual](Self::residual) of a pose that is among those of the fit, or is not.
+    pub(super) fn residual_std_dev(&self, row: &Row, channel: usize, is_fitted: bool) -> f64 {
+        let column = row.regressor - self.means[channel].regressor;
+        let kind = channel / 3;
+        let of_noise = self.noise[kind]
+            .max(INVERSE_ROUNDING.sqrt() * self.largest[kind])
+            .powi(2);
+        let of_fit =
+            (self.inverse.covariance * column).dot(&column) + of_noise * self.fraction_of_mean();
+        let variance = if is_fitted {
+            of_noise - of_fit
+        } else {
+            of_noise + of_fit
+        };
+        variance.max(INVERSE_ROUNDING.sqrt() * of_noise).sqrt()
+    }
+
+    /// Variance of a mean that is subtracted, relative to that of one pose.
+    fn fraction_of_mean(&self) -> f64 {
+        f64::from(u8::from(self.has_offset)) / self.poses as f64
+    }
+
+    /// Returns the sum of the squares of the residuals in units of the noise of another fit.
+    pub(super) fn squares(&self, other: &Self) -> f64 {
+        let of_kind =
+            |k: usize| self.freedom[k] * (self.noise[k] / other.resolved_noise(k)).powi(2);
+        let is_measured = |k: &usize| self.freedom[*k].is_finite();
+        (0..2).filter(is_measured).map(of_kind).sum()
+    }
+
+    /// Noise of a kind, at least the rounding of residuals.
+    fn resolved_noise(&self, kind: usize) -> f64 {
+        self.noise[kind].max(INVERSE_ROUNDING.sqrt() * self.largest[kind])
+    }
+
+    /// Returns the probability that so many `further` unknowns of another fit explain as much, or more, by chance: that of an F
+    /// test with the degrees of freedom of the kind of channels that has fewer, because the weights of both follow from them.
+    pub(super) fn p_value_beside(&self, other: &Self, further: usize) -> f64 {
+        let freedom = other.freedom[0].min(other.freedom[1]);
+        let gain = (self.squares(other) - other.squares(other)) / further as f64;
+        let test = FisherSnedecor::new(further as f64, freedom);
+        test.map_or(1.0, |test| test.sf(gain.max(0.0)))
+    }
+
+    /// Returns the probability that the forces or the moments of a pose of the fit differ from those of the others by as much, or
+    /// more, by chance: the smaller one of the two. It is that of an F test of the residuals with and without the pose, and so
+    /// holds for few poses; one where the others cannot contradict the pose.
+    pub(super) fn p_value(&self, rows: &Rows) -> f64 {
+        let of_kinds = [0, 1].map(|kind| self.p_value_of_kind(rows, kind));
+        of_kinds[0].min(of_kinds[1])
+    }
+
+    fn p_value_of_kind(&self, rows: &Rows, kind: usize) -> f64 {
+        let centred = less(rows, &self.means);
+        let rows = &centred[CHANNEL_KINDS[kind].clone()];
+        let variance = self.noise[kind].powi(2);
+        let residuals =
+            Vector3::from_fn(|k, _| rows[k].target - rows[k].regressor.dot(&self.unknowns));
+        let columns = SMatrix::<f64, 3, 10>::from_fn(|k, column| rows[k].regressor[column]);
+        let measured = self.measured.fixed_rows::<3>(3 * kind);
+        let left = Matrix3::from_diagonal(&measured) * (1.0 - self.fraction_of_mean())
+            - columns * self.inverse.covariance * columns.transpose() / variance;
+        let eigen = left.symmetric_eigen();
+        let (mut squares, mut count) = (0.0, 0.0);
+        for (share, direction) in eigen
+            .eigenvalues
+            .iter()
+            .zip(eigen.eigenvectors.column_iter())
+        {
+            // Below, the pose alone determines what it fits.
+            if *share > INVERSE_ROUNDING.sqrt() {
+                squares += direction.dot(&residuals).powi(2) / share;
+                count += 1.0;
+            }
+        }
+        let freedom = self.freedom[kind] - count;
+        let least = INVERSE_ROUNDING * self.largest[kind].powi(2);
+        let of_others = ((self.freedom[kind] * variance - squares) / freedom).max(least);
+        let test = FisherSnedecor::new(count, freedom);
+        test.map_or(1.0, |test| test.sf(squares / count / of_others))
     }
 
     /// Returns the factor on the standard deviation of each of the [ten values](crate::VALUE_NAMES) that makes 1.96 of them an
@@ -180,10 +307,23 @@ impl RestFit {
         let Some(jacobian) = value_jacobian(parameters) else {
             return [1.0; 10];
         };
-        std::array::from_fn(|k| {
-            let along = self.covariance * jacobian.row(k).transpose();
-            self.t_factor(self.of_kinds.map(|kind| (kind * along).dot(&along)))
-        })
+        std::array::from_fn(|k| self.t_factor(self.shares(&jacobian.row(k).into())))
+    }
+
+    /// Returns the parts of the variance of a quantity that each kind of channels has, given its derivatives.
+    fn shares(&self, gradient: &RowSVector<f64, 10>) -> [f64; 2] {
+        let along = self.inverse.covariance * gradient.transpose();
+        self.of_kinds.map(|kind| (kind * along).dot(&along))
+    }
+
+    /// Returns the standard deviation of a quantity with these derivatives with respect to parameters and angles, widened as those of
+    /// the values; infinite where the poses do not determine it.
+    pub(super) fn std_dev(&self, gradient: &RowSVector<f64, 10>) -> f64 {
+        let PseudoInverse {
+            covariance,
+            null_space,
+        } = &self.inverse;
+        std_dev(gradient, covariance, null_space) * self.t_factor(self.shares(gradient))
     }
 
     /// Returns the standard deviation of each offset, widened as those of the values; infinite where the poses do not
@@ -191,13 +331,16 @@ impl RestFit {
     pub(super) fn offset_std_devs(&self) -> [f64; WRENCH] {
         std::array::from_fn(|channel| {
             let gradient: RowSVector<f64, 10> = self.means[channel].regressor.transpose();
-            let of_parameters = std_dev(&gradient, &self.covariance, &self.null_space);
+            let PseudoInverse {
+                covariance,
+                null_space,
+            } = &self.inverse;
+            let of_unknowns = std_dev(&gradient, covariance, null_space);
             let kind = channel / 3;
             let of_mean = self.noise[kind].powi(2) / self.poses as f64;
-            let along = self.covariance * gradient.transpose();
-            let mut shares = self.of_kinds.map(|kind| (kind * along).dot(&along));
+            let mut shares = self.shares(&gradient);
             shares[kind] += of_mean;
-            of_parameters.hypot(of_mean.sqrt()) * self.t_factor(shares)
+            of_unknowns.hypot(of_mean.sqrt()) * self.t_factor(shares)
         })
     }
 
@@ -225,8 +368,8 @@ impl RestFit {
         Spectrum::new(normalized(&self.information)).excitation()
     }
 
-    /// Returns the information that rows of one more pose add, in which the offsets are eliminated again.
-    pub(super) fn information_of(&self, rows: &[Vector; WRENCH]) -> Matrix {
+    /// Returns the information of the parameters with the regressors of one more pose.
+    pub(super) fn information_with(&self, rows: &[Vector; WRENCH]) -> Matrix {
         let poses = self.poses as f64;
         let share = if self.has_offset {
             poses / (poses + 1.0)
@@ -234,14 +377,59 @@ impl RestFit {
             1.0
         };
         let parts = rows.iter().zip(&self.means).enumerate();
-        parts
+        let added: Matrix = parts
             .map(|(channel, (row, mean))| {
                 let column = row - mean.regressor;
                 let weight = self.measured[channel] * self.noise[channel / 3].powi(-2);
                 column * column.transpose() * (share * weight)
             })
-            .sum()
+            .sum();
+        without_angles(&(self.of_kinds[0] + self.of_kinds[1] + added))
     }
+}
+
+/// Returns the information of the parameters alone: that of parameters and angles, the angles eliminated.
+fn without_angles(information: &Matrix) -> Matrix {
+    let (first, count) = (ANGLES[0], ANGLES.len());
+    let of_angles: Matrix2<f64> = information.fixed_view::<2, 2>(first, first).into();
+    let crossed = information.fixed_columns::<2>(first).into_owned();
+    let size = of_angles.trace();
+    let inverse = of_angles.pseudo_inverse(EIGENVALUE_RATIO * size);
+    let mut alone = information - crossed * inverse.unwrap_or_default() * crossed.transpose();
+    alone.rows_mut(first, count).fill(0.0);
+    alone.columns_mut(first, count).fill(0.0);
+    alone
+}
+
+/// Returns for each visit the mean of the rows of its attitude.
+fn means_of_attitudes(visits: &[Visit], rows: &[Rows]) -> Vec<Rows> {
+    let count = visits.iter().map(|visit| visit.attitude + 1).max();
+    let mut of_attitudes = vec![Vec::new(); count.unwrap_or(0)];
+    for (visit, rows) in visits.iter().zip(rows) {
+        of_attitudes[visit.attitude].push(*rows);
+    }
+    let of_attitudes: Vec<Rows> = of_attitudes.iter().map(|rows| means(rows)).collect();
+    visits
+        .iter()
+        .map(|visit| of_attitudes[visit.attitude])
+        .collect()
+}
+
+/// Returns the products of the regressors of each kind of channels with themselves and with the targets.
+fn grams(rows: &[Rows]) -> [(Matrix, Vector); 2] {
+    CHANNEL_KINDS.map(|kind| {
+        let rows = rows.iter().flat_map(|rows| &rows[kind.clone()]);
+        rows.fold(
+            (Matrix::zeros(), Vector::zeros()),
+            |(square, target), row| {
+                let column = row.regressor;
+                (
+                    square + column * column.transpose(),
+                    target + column * row.target,
+                )
+            },
+        )
+    })
 }
 
 /// Returns the mean row of each channel.

@@ -7,11 +7,14 @@
 //! between attitudes, and the intervals are those of Student's t.
 //!
 //! With an unknown offset of the sensor, two attitudes determine the mass and three the centre of
-//! mass; with a sensor whose zero was set, one and two do.
+//! mass; with a sensor whose zero was set, one and two do. Without a given
+//! direction of gravity, one attitude more is needed. A pose that the others contradict is left out and reported.
 
 mod advice;
 mod assumptions;
 mod fit;
+mod gravity;
+mod outliers;
 
 use nalgebra::Vector3;
 use tactid_dynamics::{FrameMotion, Manipulator};
@@ -19,25 +22,25 @@ use tactid_dynamics::{FrameMotion, Manipulator};
 use self::advice::next_attitude;
 use self::assumptions::{causes, equation_at_rest, mean};
 use self::fit::RestFit;
-use crate::IdentifyError;
+use self::gravity::Poses;
+use self::outliers::{WithoutOutliers, without_outliers};
 use crate::batch::{BatchResult, FitReport};
-use crate::diagnosis::{CONTRADICTION, nearest_consistent, nothing_held};
+use crate::checks::PositionMonitor;
+use crate::diagnosis::{mass_findings, nearest_consistent};
 use crate::equations::{
-    Equation, EquationSettings, EquationStream, Geometry, Instant, Model, OffsetFrame, Row, Sample,
-    WRENCH,
+    Equation, EquationSettings, EquationStream, Geometry, Instant, Model, OffsetFrame, Row,
+    SAME_ATTITUDE_RAD, Sample, Unknowns, WRENCH,
 };
-use crate::finding::{Finding, RestingPoses};
+use crate::finding::{FarCenter, Finding, RestingPoses};
 use crate::fit::GainErrors;
 use crate::known_bodies::{KnownBodies, KnownTool};
 use crate::linear_estimate::{LinearEstimate, SharedErrors};
-use crate::result::PayloadEstimate;
+use crate::result::{KINDS, PayloadEstimate};
 use crate::serial::Table;
 use crate::solve::report::{Posterior, Report};
-
-/// Samples belong to one attitude as long as the direction of gravity in the tool is within this angle of
-/// the first of them, rad: half a degree, more than the noise of encoders and of orientations, and
-/// less than two attitudes of a calibration differ by.
-const SAME_ATTITUDE_RAD: f64 = 0.009;
+use crate::solve::subspace::{LEVER_ARM_M, Matrix};
+use crate::solve::uncertainty::{HALF_WIDTH_95, value_jacobian};
+use crate::{IdentifyError, Method};
 
 /// The rows of the six channels of a wrench at rest.
 type Rows = [Row; WRENCH];
@@ -45,7 +48,8 @@ type Rows = [Row; WRENCH];
 /// Identifies a payload from wrenches at rest.
 ///
 /// Only the attitudes of the samples count: their times, velocities and accelerations are not used.
-/// Consecutive samples of one attitude are averaged.
+/// Consecutive samples of one attitude are averaged to a pose. An attitude that is visited again is
+/// another pose, which shows the noise, but not another attitude.
 #[derive(Clone, Debug)]
 pub struct RestIdentifier {
     frame: std::sync::Arc<str>,
@@ -54,22 +58,24 @@ pub struct RestIdentifier {
     stream: EquationStream,
     offset_frame: OffsetFrame,
     has_offset: bool,
+    unknowns: Unknowns,
     known: KnownBodies,
     instant: Instant,
+    positions: PositionMonitor,
     poses: Vec<Pose>,
+    /// Number of samples that were pushed or skipped.
+    rows: usize,
     rejected: u64,
 }
 
-/// The samples of one attitude.
+/// Samples of one attitude that follow each other.
 #[derive(Clone, Debug)]
 struct Pose {
-    /// Gravity at the first sample, in the tool frame, m/s².
-    gravity: Vector3<f64>,
-    /// Mean rows, in the frame of the offset.
-    rows: Rows,
     /// Sum of the equations of the samples, in the tool frame.
     sum: Equation,
     samples: usize,
+    /// Numbers of the first and the last of them among all samples, counted from one.
+    rows: (usize, usize),
 }
 
 impl RestIdentifier {
@@ -78,8 +84,10 @@ impl RestIdentifier {
     /// contains besides the payload: it is subtracted.
     ///
     /// # Errors
-    /// Returns the errors of [`EquationStream::new`](crate::EquationStream::new), and
-    /// [`IdentifyError::Option`] if there is no gravity.
+    /// Returns the errors of [`EquationStream::new`](crate::EquationStream::new),
+    /// [`IdentifyError::Method`] for another method than the tactile one, and
+    /// [`IdentifyError::Option`] if there is no gravity, or an unknown weight was subtracted, which
+    /// at rest nothing shows.
     pub fn new(
         robot: &Manipulator,
         tool: &str,
@@ -87,6 +95,7 @@ impl RestIdentifier {
         equations: &EquationSettings,
         known_tool: Option<KnownTool>,
     ) -> Result<Self, IdentifyError> {
+        check_settings(equations)?;
         let mut model = Model::new(robot, tool, sensors, equations)?;
         model.keep_geometry();
         if model.gravity().norm() == 0.0 {
@@ -101,12 +110,20 @@ impl RestIdentifier {
             stream: EquationStream::with_geometry(robot, tool, sensors, equations)?,
             offset_frame: OffsetFrame::new(robot, tool, sensors, &equations.unmeasured)?,
             has_offset: equations.wrench_offset,
+            unknowns: equations.unknowns,
             known: KnownBodies::new(None, known_tool),
             instant: Instant::new(robot.dof(), sensors.len()),
             model,
+            positions: PositionMonitor::new(robot),
             poses: Vec::new(),
+            rows: 0,
             rejected: 0,
         })
+    }
+
+    /// Counts a sample that cannot be used, so that findings name the others by their place among all.
+    pub fn skip(&mut self) {
+        self.rows += 1;
     }
 
     /// Adds one sample at rest. A sample with a number that is not finite, or has a magnitude of 1e30 or
@@ -117,6 +134,7 @@ impl RestIdentifier {
     /// [`IdentifyError::Wrenches`] if the wrenches do not fit the sensors.
     pub fn push(&mut self, sample: &Sample<'_>) -> Result<(), IdentifyError> {
         self.model.check_lengths(sample)?;
+        self.rows += 1;
         if !sample.is_measurable() {
             self.rejected += 1;
             return Ok(());
@@ -126,23 +144,24 @@ impl RestIdentifier {
             .joint_position
             .copy_from_slice(sample.joint_position);
         self.instant.wrenches.copy_from_slice(sample.wrenches);
+        for (joint, position) in sample.joint_position.iter().enumerate() {
+            self.positions.push(joint, 0.0, *position);
+        }
         self.model.entries(&self.instant)?;
         let equation = equation_at_rest(&self.model);
-        let in_tool = std::array::from_fn(|channel| equation.rows[channel]);
-        let rows = self.offset_frame.mapped_rows(&in_tool);
-        let geometry = Geometry::new(&equation.geometry);
-        let gravity = geometry.map_or_else(Vector3::zeros, |geometry| {
-            geometry.tool_from_world() * self.model.gravity()
-        });
-        match self.poses.last_mut() {
-            Some(pose) if pose.gravity.angle(&gravity) < SAME_ATTITUDE_RAD => {
-                pose.add(&rows, &equation);
+        let down = self.down(&equation);
+        let last = self.poses.last().map(|pose| self.down(&pose.sum));
+        let is_same = last.is_some_and(|last| last.angle(&down) < SAME_ATTITUDE_RAD);
+        match self.poses.last_mut().filter(|_| is_same) {
+            Some(pose) => {
+                pose.sum.add_mean(&equation, 1.0);
+                pose.samples += 1;
+                pose.rows.1 = self.rows;
             }
-            _ => self.poses.push(Pose {
-                gravity,
-                rows,
+            None => self.poses.push(Pose {
                 sum: equation,
                 samples: 1,
+                rows: (self.rows, self.rows),
             }),
         }
         Ok(())
@@ -154,9 +173,10 @@ impl RestIdentifier {
     /// Returns [`IdentifyError::Wrenches`] without a sample, and [`IdentifyError::Option`] for one
     /// attitude alone where the sensor has an unknown offset.
     pub fn solve(&self) -> Result<BatchResult, IdentifyError> {
-        self.check()?;
-        let rows: Vec<Rows> = self.poses.iter().map(|pose| pose.rows).collect();
-        let fit = RestFit::new(&rows, self.has_offset, self.offset_frame.measured());
+        let poses = self.means();
+        self.check(&poses.attitudes)?;
+        let solution = without_outliers(&poses);
+        let fit = &solution.found.fit;
         let (found, covariance) = self.known.payload(&fit.parameters, &fit.covariance, None);
         let consistent = nearest_consistent(found, &covariance, fit.null_space.scales(), None);
         let parameters = consistent.parameters;
@@ -170,12 +190,10 @@ impl RestIdentifier {
             estimate,
             principal_moments,
         } = posterior.report(&self.frame, &Default::default());
-        let mut findings = self.data_findings(found[0], estimate.std_devs[0]);
-        findings.push(Finding::PosesAtRest(self.resting(&fit, &rows)));
-        findings.extend(self.model.findings().map(Finding::Model));
+        let findings = self.findings(&poses, &solution);
         Ok(BatchResult {
             estimate: PayloadEstimate {
-                windows: rows.len() as u64,
+                windows: self.poses.len() as u64,
                 rejected: self.rejected,
                 ..estimate
             },
@@ -188,19 +206,50 @@ impl RestIdentifier {
                 shared: SharedErrors::new(&GainErrors::zeros(0), self.known.errors()),
                 degrees_of_freedom: fit.freedom.iter().copied().fold(f64::INFINITY, f64::min),
             },
-            fit: self.fit_report(&fit, &rows),
+            fit: self.fit_report(&solution),
             delay: None,
             findings,
             forecast: None,
         })
     }
 
-    fn check(&self) -> Result<(), IdentifyError> {
-        match self.poses.len() {
-            0 => Err(IdentifyError::Wrenches(
+    /// Returns the direction of gravity in the tool frame, given a sum of equations.
+    fn down(&self, sum: &Equation) -> Vector3<f64> {
+        let geometry = Geometry::new(&sum.geometry);
+        geometry.map_or(Vector3::zeros(), |geometry| {
+            geometry.tool_from_world() * self.model.gravity()
+        })
+    }
+
+    /// Returns the mean equations of the poses, with the attitude of each.
+    fn means(&self) -> Poses<'_> {
+        let mut directions: Vec<Vector3<f64>> = Vec::new();
+        let mut attitude = |pose: &Pose| {
+            let down = self.down(&pose.sum);
+            let is_same = |other: &Vector3<f64>| other.angle(&down) < SAME_ATTITUDE_RAD;
+            directions.iter().position(is_same).unwrap_or_else(|| {
+                directions.push(down);
+                directions.len() - 1
+            })
+        };
+        let attitudes = self.poses.iter().map(&mut attitude).collect();
+        let mean = |pose: &Pose| mean(&pose.sum, pose.samples);
+        Poses {
+            equations: self.poses.iter().map(mean).collect(),
+            attitudes,
+            frame: &self.offset_frame,
+            has_offset: self.has_offset,
+            gravity: self.model.gravity(),
+            unknowns: self.unknowns,
+        }
+    }
+
+    fn check(&self, attitudes: &[usize]) -> Result<(), IdentifyError> {
+        match attitudes.iter().max() {
+            None => Err(IdentifyError::Wrenches(
                 "no pose has a wrench and an attitude that can be used".to_owned(),
             )),
-            1 if self.has_offset => Err(IdentifyError::Option {
+            Some(0) if self.has_offset => Err(IdentifyError::Option {
                 option: "wrench_offset",
                 what: "all poses have one attitude to gravity, in which a weight and an offset of the \
                        sensor look alike: measure in two attitudes or more for the mass and in three or \
@@ -208,51 +257,45 @@ impl RestIdentifier {
                        payload, set `wrench_offset` to \"no\""
                     .to_owned(),
             }),
-            _ => Ok(()),
+            Some(_) => Ok(()),
         }
     }
 
-    /// Reports wrong assumptions, or a mass that is none where there are none.
-    fn data_findings(&self, mass_kg: f64, std_dev_kg: f64) -> Vec<Finding> {
-        let poses = self.poses.iter();
-        let equations: Vec<Equation> = poses.map(|pose| mean(&pose.sum, pose.samples)).collect();
-        let causes = causes(&equations, &self.stream);
-        if causes.is_empty() {
-            return self.mass_findings(mass_kg, std_dev_kg);
-        }
-        causes.into_iter().map(Finding::WrongAssumption).collect()
+    /// Returns what was noticed: wrong assumptions, or a mass that is none where there are none, then poses that do not fit.
+    fn findings(&self, poses: &Poses<'_>, solution: &WithoutOutliers) -> Vec<Finding> {
+        let fit = &solution.found.fit;
+        let causes = causes(poses, &solution.kept, &self.stream);
+        let mass = (
+            fit.parameters[0],
+            fit.std_dev(&Matrix::identity().row(0).into()),
+        );
+        let of_mass = || mass_findings(mass, self.known.mass_kg(), self.model.method(), true);
+        let of_mass = causes.is_empty().then(of_mass).flatten();
+        let rows: Vec<_> = self.poses.iter().map(|pose| pose.rows).collect();
+        let outliers = solution.outliers(&rows).into_iter();
+        let beyond = self.positions.beyond_limits(f64::INFINITY);
+        let of_units = beyond.map(Finding::PositionsBeyondLimits);
+        let causes = causes.into_iter().map(Finding::WrongAssumption);
+        of_units
+            .into_iter()
+            .chain(far_center(fit).map(Finding::CenterFarAway))
+            .chain(causes)
+            .chain(of_mass)
+            .chain(outliers.map(Finding::OutlyingPose))
+            .chain([Finding::PosesAtRest(self.resting(fit, &poses.attitudes))])
+            .chain(self.model.findings().map(Finding::Model))
+            .collect()
     }
 
-    /// Reports a mass that is none.
-    fn mass_findings(&self, mass_kg: f64, std_dev_kg: f64) -> Vec<Finding> {
-        let (known_bodies_kg, _) = self.known.mass_kg();
-        let negative = || {
-            let is_negative = mass_kg < -CONTRADICTION * std_dev_kg;
-            is_negative.then_some(if mass_kg + known_bodies_kg > 0.0 {
-                Finding::KnownBodiesTooHeavy {
-                    known_bodies_kg,
-                    load_kg: mass_kg + known_bodies_kg,
-                }
-            } else {
-                Finding::NegativeMass {
-                    method: self.model.method(),
-                    or_gravity: true,
-                }
-            })
-        };
-        let found = nothing_held(mass_kg, std_dev_kg).or_else(negative);
-        found.into_iter().collect()
-    }
-
-    fn resting(&self, fit: &RestFit, rows: &[Rows]) -> RestingPoses {
+    fn resting(&self, fit: &RestFit, attitudes: &[usize]) -> RestingPoses {
         let gravity_m_s2 = self.model.gravity().norm();
         let next = next_attitude(fit, gravity_m_s2, self.offset_frame.map());
         let [force_noise, moment_noise] = fit.measured_noise();
         RestingPoses {
-            attitudes: rows.len(),
+            attitudes: attitudes.iter().max().map_or(0, |last| last + 1),
+            poses: self.poses.len(),
             samples: self.poses.iter().map(|pose| pose.samples).sum(),
             frame: self.offset_frame.name().to_string(),
-            has_offset: self.has_offset,
             force_noise,
             moment_noise,
             next_gravity: next.gravity,
@@ -261,7 +304,9 @@ impl RestIdentifier {
         }
     }
 
-    fn fit_report(&self, fit: &RestFit, rows: &[Rows]) -> FitReport {
+    fn fit_report(&self, solution: &WithoutOutliers) -> FitReport {
+        let WithoutOutliers { found, kept, .. } = solution;
+        let (fit, rows) = (&found.fit, &found.rows);
         let table = |of: &dyn Fn(usize, usize) -> f64| Table {
             columns: WRENCH,
             values: (0..rows.len())
@@ -271,8 +316,9 @@ impl RestIdentifier {
         };
         let residual = |pose: usize, channel: usize| fit.residual(&rows[pose][channel], channel);
         let rms = |channel: usize| {
-            let squares = (0..rows.len()).map(|pose| residual(pose, channel).powi(2));
-            (squares.sum::<f64>() / rows.len() as f64).sqrt()
+            let poses = (0..rows.len()).filter(|pose| kept[*pose]);
+            let squares: Vec<f64> = poses.map(|pose| residual(pose, channel).powi(2)).collect();
+            (squares.iter().sum::<f64>() / squares.len() as f64).sqrt()
         };
         let excitation = fit.excitation();
         FitReport {
@@ -280,7 +326,7 @@ impl RestIdentifier {
             times_s: (0..rows.len()).map(|pose| pose as f64).collect(),
             measured: table(&|pose, channel| rows[pose][channel].target),
             predicted: table(&|pose, channel| rows[pose][channel].target - residual(pose, channel)),
-            weights: vec![1.0; rows.len()],
+            weights: kept.iter().map(|kept| f64::from(u8::from(*kept))).collect(),
             held_out: vec![false; rows.len()],
             residual_rms: (0..WRENCH).map(rms).collect(),
             held_out_rms: vec![f64::NAN; WRENCH],
@@ -292,7 +338,7 @@ impl RestIdentifier {
                 self.offset_frame
                     .offset(&fit.offsets, Some(fit.offset_std_devs()))
             }),
-            gravity: None,
+            gravity: found.gravity_estimate(),
             subtracted_weight: None,
             stride_s: f64::NAN,
             cutoff_hz: f64::NAN,
@@ -300,15 +346,36 @@ impl RestIdentifier {
     }
 }
 
-impl Pose {
-    /// Adds a sample to the mean.
-    fn add(&mut self, rows: &Rows, equation: &Equation) {
-        self.samples += 1;
-        self.sum.add_mean(equation, 1.0);
-        for (mean, row) in self.rows.iter_mut().zip(rows) {
-            let mut difference = *row;
-            difference.add(mean, -1.0);
-            mean.add(&difference, 1.0 / self.samples as f64);
-        }
+/// Returns the centre of mass, where it is certainly farther from the tool frame than that of anything that an arm holds, by
+/// two lever arms: 2 m.
+fn far_center(fit: &RestFit) -> Option<FarCenter> {
+    let slopes = value_jacobian(&fit.parameters)?;
+    let center = fit.parameters.fixed_rows::<3>(1) / fit.parameters[0];
+    let squares = KINDS[1]
+        .clone()
+        .map(|k| fit.std_dev(&slopes.row(k).into()).powi(2));
+    let half_width_m = HALF_WIDTH_95 * squares.sum::<f64>().sqrt();
+    let distance_m = center.norm();
+    (distance_m - half_width_m > 2.0 * LEVER_ARM_M).then_some(FarCenter {
+        distance_m,
+        half_width_m,
+    })
+}
+
+/// Checks that nothing is used or unknown that poses at rest do not show.
+fn check_settings(equations: &EquationSettings) -> Result<(), IdentifyError> {
+    if equations.method != Method::Tactile {
+        return Err(IdentifyError::Method(format!(
+            "poses at rest are for the tactile method and not for the {} method",
+            equations.method.name()
+        )));
     }
+    let known_gravity = EquationSettings {
+        unknowns: Unknowns {
+            gravity: false,
+            ..equations.unknowns
+        },
+        ..equations.clone()
+    };
+    known_gravity.check_known()
 }

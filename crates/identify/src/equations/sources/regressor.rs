@@ -44,10 +44,9 @@ impl WrenchRegressor {
         let vector = |first: usize| terms.fixed_rows::<3>(first).into_owned();
         let (acceleration, gravity, angular_acceleration) = (vector(0), vector(3), vector(6));
         let products = std::array::from_fn(|k| terms[9 + k]);
-        let of_gravity = mean_wrench_regressor(&gravity, &Vector3::zeros(), &[0.0; 6]);
         Self {
             parameters: mean_wrench_regressor(&acceleration, &angular_acceleration, &products),
-            gravity: of_gravity.fixed_columns::<4>(0).into_owned(),
+            gravity: acceleration_columns(&gravity),
         }
     }
 
@@ -76,6 +75,17 @@ impl WrenchRegressor {
             row.gravity = self.gravity.row(k).transpose();
         }
     }
+}
+
+/// Returns the wrench that an acceleration of a body, in the tool frame, needs for each kg of its mass and each kg m of its
+/// first moments.
+pub(crate) fn acceleration_columns(acceleration: &Vector3<f64>) -> SMatrix<f64, 6, 4> {
+    let mut columns = SMatrix::<f64, 6, 4>::zeros();
+    columns.fixed_view_mut::<3, 1>(0, 0).copy_from(acceleration);
+    columns
+        .fixed_view_mut::<3, 3>(3, 1)
+        .copy_from(&-cross(acceleration));
+    columns
 }
 
 /// Writes the six entries of a wrench.
