@@ -1,11 +1,10 @@
 //! Least squares over poses at rest, with the noise between them.
 
-use std::ops::Range;
-
 use nalgebra::{Matrix2, Matrix3, RowSVector, SMatrix, Vector2, Vector3, Vector6};
 use statrs::distribution::{ContinuousCDF, FisherSnedecor, Normal, StudentsT};
 
 use super::Rows;
+use super::visits::{CHANNEL_KINDS, Visit, grams, less, means, means_of_attitudes};
 use crate::equations::{Row, WRENCH};
 use crate::fit::CONVERGED_ENOUGH;
 use crate::fit::least_squares::MAX_PASSES;
@@ -16,19 +15,9 @@ use crate::solve::spectrum::{Excitation, Spectrum};
 use crate::solve::subspace::{EIGENVALUE_RATIO, LEVER_ARM_M, Matrix, NullSpace, Vector};
 use crate::solve::uncertainty::{HALF_WIDTH_95, std_dev, value_jacobian};
 
-/// The two kinds of channels: forces, then moments.
-const CHANNEL_KINDS: [Range<usize>; 2] = [0..3, 3..WRENCH];
-
 /// The places of the two small angles of gravity, where its direction is unknown, among the columns of a row. They are those of
 /// two entries of the inertia, which has no column at rest.
 pub(super) const ANGLES: [usize; 2] = [KINDS[2].start, KINDS[2].start + 1];
-
-/// The rows of one pose.
-pub(super) struct Visit {
-    pub(super) rows: Rows,
-    /// Number of its attitude, which other visits share.
-    pub(super) attitude: usize,
-}
 
 /// The parameters that explain poses at rest best, with what the poses say about their noise.
 #[derive(Clone, Debug)]
@@ -399,55 +388,4 @@ fn without_angles(information: &Matrix) -> Matrix {
     alone.rows_mut(first, count).fill(0.0);
     alone.columns_mut(first, count).fill(0.0);
     alone
-}
-
-/// Returns for each visit the mean of the rows of its attitude.
-fn means_of_attitudes(visits: &[Visit], rows: &[Rows]) -> Vec<Rows> {
-    let count = visits.iter().map(|visit| visit.attitude + 1).max();
-    let mut of_attitudes = vec![Vec::new(); count.unwrap_or(0)];
-    for (visit, rows) in visits.iter().zip(rows) {
-        of_attitudes[visit.attitude].push(*rows);
-    }
-    let of_attitudes: Vec<Rows> = of_attitudes.iter().map(|rows| means(rows)).collect();
-    visits
-        .iter()
-        .map(|visit| of_attitudes[visit.attitude])
-        .collect()
-}
-
-/// Returns the products of the regressors of each kind of channels with themselves and with the targets.
-fn grams(rows: &[Rows]) -> [(Matrix, Vector); 2] {
-    CHANNEL_KINDS.map(|kind| {
-        let rows = rows.iter().flat_map(|rows| &rows[kind.clone()]);
-        rows.fold(
-            (Matrix::zeros(), Vector::zeros()),
-            |(square, target), row| {
-                let column = row.regressor;
-                (
-                    square + column * column.transpose(),
-                    target + column * row.target,
-                )
-            },
-        )
-    })
-}
-
-/// Returns the mean row of each channel.
-fn means(rows: &[Rows]) -> [Row; WRENCH] {
-    let mut means = [Row::zero(); WRENCH];
-    for pose in rows {
-        for (mean, row) in means.iter_mut().zip(pose) {
-            mean.add(row, 1.0 / rows.len() as f64);
-        }
-    }
-    means
-}
-
-/// Returns rows less the mean row of each channel.
-fn less(rows: &Rows, means: &[Row; WRENCH]) -> Rows {
-    let mut rows = *rows;
-    for (row, mean) in rows.iter_mut().zip(means) {
-        row.add(mean, -1.0);
-    }
-    rows
 }

@@ -3,7 +3,8 @@
 use nalgebra::{RowSVector, SMatrix, Vector3};
 
 use super::Rows;
-use super::fit::{ANGLES, RestFit, Visit};
+use super::fit::{ANGLES, RestFit};
+use super::visits::Visit;
 use crate::equations::{Equation, Geometry, OffsetFrame, Unknowns, WRENCH, acceleration_columns};
 use crate::fit::CONVERGED_ENOUGH;
 use crate::fit::elimination::tangents;

@@ -15,6 +15,7 @@ mod assumptions;
 mod fit;
 mod gravity;
 mod outliers;
+mod visits;
 
 use nalgebra::Vector3;
 use tactid_dynamics::{FrameMotion, Manipulator};
