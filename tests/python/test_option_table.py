@@ -48,7 +48,7 @@ def test_every_field_of_rust_is_in_the_table() -> None:
     settings = rust_fields("identify/src/equations/settings.rs", "EquationSettings")
     settings |= rust_fields("recordings/src/paper/filter.rs", "PaperSettings")
     # The first keyword has a name that is a question, and several options set the others.
-    fields = ("effort_content", "subtracted", "unknowns", "unmeasured")
+    fields = ("effort_content", "shared_noise_s", "subtracted", "unknowns", "unmeasured")
     settings -= {f"EquationSettings::{field}" for field in fields}
     assert {name.partition("::")[2] for name in settings} <= {*OPTIONS}
 

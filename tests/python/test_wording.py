@@ -260,8 +260,9 @@ SENTENCES = {
         " of the world."
     ),
     "too_few_windows": (
-        "The data do not fit the model, and the recording is too short to show why: it fills 5"
-        " windows, and 10 can show it. Record a longer motion."
+        "The residuals exceed the noise, and the recording is too short to show whether the model or"
+        " the noise is wrong: it fills 5 windows, and 10 can show it. Do not use the values; record"
+        " a longer motion."
     ),
     "nothing_held": (
         "Nothing is held, or too little for this recording: the mass is -0.0012 ± 0.0020 kg."
@@ -342,11 +343,6 @@ SENTENCES = {
         " 5.0 % as large. To accept this, give `base` with the origin 0, 0, 0 and the quaternion"
         " 0, 0, 0, 1 as `sensor_frame`."
     ),
-    "joints_exchanged": (
-        "The values of the joints elbow and pan are exchanged: read so, residuals are 5.0 % as"
-        " large. Messages often list joints by the alphabet; bring the columns into the order of"
-        " the robot."
-    ),
     "effort_content_contradicted": (
         "The joint efforts contain only what the payload needs, nothing of the arm's own: read so,"
         " their residuals are 8.0 % as large. To accept this, give `external` as `efforts_are`."
@@ -354,6 +350,11 @@ SENTENCES = {
     "forces_summed": (
         "The log has no wrenches: those of /left and /right are the sums of the forces at their"
         " points."
+    ),
+    "joints_exchanged": (
+        "The values of the joints elbow and pan are exchanged: read so, residuals are 5.0 % as"
+        " large. Messages often list joints by the alphabet; bring the columns into the order of"
+        " the robot."
     ),
     "wrenches_summed": ("The wrenches of /left and /right are summed."),
     "joints_renamed": (
@@ -615,8 +616,8 @@ CONTRADICTIONS = (
     "axes_contradicted",
     "point_contradicted",
     "effort_content_contradicted",
-    "too_few_windows",
     "joints_exchanged",
+    "too_few_windows",
     "negative_mass",
     "known_bodies_too_heavy",
     "mass_contradicted",
@@ -687,7 +688,8 @@ FAULTS = {
     "put_in_order": "3 samples out of order were put in order",
     "undecodable": "3 messages that cannot be decoded were left out",
     "not_finite": "3 samples with a value that is not finite were left out",
-    "point_not_finite": "3 points without finite numbers were left out of the sum",
+    "point_not_finite": "3 points without finite numbers were left out of the sum, which lacks"
+    " their force",
     "out_of_range": "3 samples with a value out of range (beyond 1e9) were left out",
     "partial_joints": "3 messages with only some of the publisher's joints were left out",
     "position_count": "3 messages with another number of positions than of names were left out",

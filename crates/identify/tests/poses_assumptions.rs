@@ -51,7 +51,8 @@ fn wrong_assumptions_are_named_and_right_ones_are_not() {
     }
 }
 
-/// Exact poses give the exact direction of gravity, whatever the given one is, in a tip frame that is not that of the sensor.
+/// Exact poses give the exact direction of gravity, whatever the given one is, in a tip frame that
+/// is not that of the sensor.
 #[test]
 fn an_unknown_direction_of_gravity_is_identified() {
     let robot = sensor_below_the_tip();
@@ -80,7 +81,8 @@ fn an_unknown_direction_of_gravity_is_identified() {
     }
 }
 
-/// The 95 % intervals of the payload, the offset and the direction of gravity contain the truth in 93 to 97 % of 1000 draws.
+/// The 95 % intervals of the payload, the offset and the direction of gravity contain the truth in
+/// 93 to 97 % of 1000 draws.
 #[test]
 fn intervals_hold_with_an_unknown_gravity() {
     const DRAWS: usize = 1000;
@@ -115,7 +117,8 @@ fn intervals_hold_with_an_unknown_gravity() {
     }
 }
 
-/// A given direction of gravity that is wrong, as on a wall or a slope, is named first, and contradicts the result.
+/// A given direction of gravity that is wrong, as on a wall or a slope, is named first, and
+/// contradicts the result.
 #[test]
 fn a_wrong_direction_of_gravity_contradicts() {
     for degrees in [90.0_f64, 30.0, 9.0] {
@@ -152,7 +155,8 @@ fn outliers(result: &BatchResult) -> Vec<&OutlyingPose> {
     outliers
 }
 
-/// A pose in contact is named by its rows and left out, so that the result is that of the others. Of sound poses, none is.
+/// A pose in contact is named by its rows and left out, so that the result is that of the others.
+/// Of sound poses, none is.
 #[test]
 fn a_pose_in_contact_is_left_out() {
     for count in [5, 8, 24] {
@@ -183,7 +187,8 @@ fn a_pose_in_contact_is_left_out() {
     }
 }
 
-/// An attitude that is visited again shows the noise, but nothing about the payload that the first visit does not.
+/// An attitude that is visited again shows the noise, but nothing about the payload that the first
+/// visit does not.
 #[test]
 fn an_attitude_that_is_visited_again_is_none() {
     let mut random = SmallRng::seed_from_u64(8);
@@ -228,8 +233,8 @@ fn what_poses_cannot_show_is_refused() {
     assert!(matches!(error, IdentifyError::Method(_)), "{error}");
 }
 
-/// Moments in N mm put the centre of mass farther away than any arm holds something, and are named first; of an unknown mass,
-/// nothing is known to be far away.
+/// Moments in N mm put the centre of mass farther away than any arm holds something, and are named
+/// first; of an unknown mass, nothing is known to be far away.
 #[test]
 fn moments_in_other_units_are_named() {
     let mut samples = poses(8, &mut SmallRng::seed_from_u64(1));

@@ -2,9 +2,10 @@
 
 use std::collections::HashSet;
 
+use nalgebra::Vector3;
 use tactid_identify::fingerprint;
 
-use crate::alignment::Event;
+use crate::alignment::{Event, JointValues, Measured};
 
 /// Number of different measurements that identify a recording: those of some seconds of motion, which no two recordings share.
 const IDENTIFYING: usize = 500;
@@ -13,10 +14,37 @@ const IDENTIFYING: usize = 500;
 /// one, as of a simulated arm at rest, tell nothing.
 pub(crate) fn identifying(events: &[Event]) -> String {
     let mut seen = HashSet::new();
-    let measured = events.iter().map(|event| format!("{:?}", event.measured));
+    let measured = events.iter().map(|event| words(&event.measured));
     let different = measured.filter(|measured| seen.insert(measured.clone()));
-    let bytes = different.take(IDENTIFYING).collect::<String>().into_bytes();
-    format!("{:016x}", fingerprint(bytes.into_iter().map(u64::from)))
+    let words = different.take(IDENTIFYING).flatten();
+    format!("{:016x}", fingerprint(words))
+}
+
+/// Returns the number of the stream of a measurement, with the bits of its values.
+fn words(measured: &Measured) -> Vec<u64> {
+    let of_two = |a: &Vector3<f64>, b: &Vector3<f64>| [a.as_slice(), b.as_slice()].concat();
+    let (stream, values) = match measured {
+        Measured::Joints(joints) => (0, of_joints(joints)),
+        Measured::Unloaded(joints) => (1, of_joints(joints)),
+        Measured::Acceleration(base) => (2, of_two(&base.linear, &base.angular)),
+        Measured::BaseImu(imu) => (3, of_two(&imu.linear, &imu.angular_velocity)),
+        Measured::Base(base) => {
+            let rotation = base.pose.rotation.coords.as_slice();
+            let place = of_two(&base.pose.translation.vector, &base.velocity);
+            (
+                4,
+                [&place, rotation, base.angular_velocity.as_slice()].concat(),
+            )
+        }
+        Measured::Wrench(sensor, wrench) => (5 + 2 * sensor, of_two(&wrench.force, &wrench.moment)),
+        Measured::MoreJoints(publisher, joints) => (6 + 2 * publisher, of_joints(joints)),
+    };
+    let bits = values.into_iter().map(f64::to_bits);
+    std::iter::once(stream as u64).chain(bits).collect()
+}
+
+fn of_joints(joints: &JointValues) -> Vec<f64> {
+    [&joints.position[..], &joints.velocity, &joints.effort].concat()
 }
 
 #[cfg(test)]
@@ -24,7 +52,6 @@ mod tests {
     use tactid_dynamics::Wrench;
 
     use super::*;
-    use crate::alignment::Measured;
 
     fn at_rest_then(moving: f64) -> Vec<Event> {
         let event = |k: usize| {
@@ -44,5 +71,7 @@ mod tests {
         let events = at_rest_then(1.0);
         assert_ne!(identifying(&events), identifying(&at_rest_then(2.0)));
         assert_eq!(identifying(&events), identifying(&events[..3000]));
+        // The number is stored, so that it must stay the same in every version.
+        assert_eq!(identifying(&events), "88f95e8448cb330c");
     }
 }

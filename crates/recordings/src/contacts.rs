@@ -1,4 +1,5 @@
-//! Wrenches of messages: as a sensor measures them, and as the sums of the forces at the points of a tactile array.
+//! Wrenches of messages: as a sensor measures them, and as the sums of the forces at the points of
+//! a tactile array.
 
 use nalgebra::Vector3;
 use tactid_dynamics::Wrench;
@@ -15,8 +16,8 @@ pub(crate) struct WrenchMessages {
 }
 
 impl WrenchMessages {
-    /// Decodes a message: its header, its wrench about the origin of the header's frame, and the number of points without a
-    /// number, which are left out of the sum.
+    /// Decodes a message: its header, its wrench about the origin of the header's frame, and the
+    /// number of points without a number, which are left out of the sum.
     pub(crate) fn read(
         &mut self,
         message: &RawMessage,
@@ -43,7 +44,7 @@ pub(crate) fn has_forces(log: &LogReader, topic: &Topic) -> bool {
     cloud.is_some_and(|cloud| Layout::of(&cloud.fields).is_some())
 }
 
-/// Where a point has a number, and as what: its offset, bytes, and its data type.
+/// Byte offset and data type of one number of a point.
 #[derive(Clone, Copy, Debug)]
 struct Place {
     offset: usize,
@@ -55,8 +56,9 @@ struct Place {
 struct Layout([Place; 6]);
 
 impl Layout {
-    /// Returns the layout of the first fields with the names of a position and a force: `x`, `fx`, `force_x` or `Force.X` for
-    /// their first components, or `position` and `force` of three elements.
+    /// Returns the layout of the first fields with the names of a position and a force: `x`, `fx`,
+    /// `force_x` or `Force.X` for their first components, or `position` and `force` of three
+    /// elements.
     fn of(fields: &[PointField]) -> Option<Self> {
         let place = |quantity: &str, short: &str, axis: usize| {
             let letter = ["x", "y", "z"][axis];
@@ -92,8 +94,8 @@ fn size(datatype: u8) -> Option<usize> {
     }
 }
 
-/// Returns the sum of the forces of a cloud about the origin of its frame, and how many points have no number: a cloud
-/// without points is one of a pad that nothing touches.
+/// Returns the sum of the forces of a cloud about the origin of its frame, and how many points have
+/// no number: a cloud without points is one of a pad that nothing touches.
 fn sum(cloud: &PointCloud2) -> Result<(Wrench, u64), FaultKind> {
     let layout = Layout::of(&cloud.fields).ok_or(FaultKind::Undecodable)?;
     let mut total = Wrench::zero();
@@ -106,7 +108,8 @@ fn sum(cloud: &PointCloud2) -> Result<(Wrench, u64), FaultKind> {
     let row = if height == 1 { cloud.data.len() } else { row };
     let bytes = step.checked_mul(width).filter(|bytes| *bytes > 0);
     let bytes = bytes.ok_or(FaultKind::Undecodable)?;
-    // A row that is shorter than its points, or missing, makes the cloud another one than its header says.
+    // A row that is shorter than its points, or missing, makes the cloud another one than its
+    // header says.
     if row < bytes
         || row
             .checked_mul(height)

@@ -90,7 +90,7 @@ impl FaultKind {
             Self::NotFinite => format!("{sample} with a value that is not finite {was} left out"),
             Self::PointNotFinite => {
                 format!(
-                    "{} without finite numbers {was} left out of the sum",
+                    "{} without finite numbers {was} left out of the sum, which lacks their force",
                     many("point")
                 )
             }

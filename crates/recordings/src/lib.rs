@@ -131,7 +131,6 @@ pub use progress::{Observer, Progress};
 pub use recording_report::RecordingReport;
 pub use request::Request;
 pub use setup::Setup;
-pub use sources::driver_table;
 pub use tactid_identify::{
     BoundingBox, Delay, EffortContent, FitReport, Forecast, HALF_WIDTH_95, HistoryPoint, KnownMass,
     LinearEstimate, Method, Observability, PayloadEstimate, PrincipalMoments, PriorKnowledge,

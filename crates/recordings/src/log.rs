@@ -109,11 +109,11 @@ impl Recording for LogRecording {
         &self.sources
     }
 
-    /// The events of the unloaded recording are not among them.
     fn names_joints(&self) -> bool {
         true
     }
 
+    /// The events of the unloaded recording are not among those of the beginning.
     fn beginning(&self, observer: &mut Observer<'_>) -> Result<Vec<Event>, RecordingError> {
         let topics = self.topics(true);
         let mut feed = Feed::new(&self.log, &topics, &self.decoding, f64::INFINITY, None)?;

@@ -12,8 +12,8 @@ use super::report::FitReport;
 use super::rests::rests;
 use crate::IdentifyError;
 use crate::diagnosis::{
-    ConsistentPayload, consistent_payload, data_findings, mass_finding, without_repetition,
-    wrong_assumptions,
+    ConsistentPayload, LEAST_WINDOWS, consistent_payload, data_findings, mass_finding,
+    without_repetition, wrong_assumptions,
 };
 use crate::equations::{Channels, EquationSettings, EquationStream, PushOutcome, Sample};
 use crate::finding::{Finding, Hypothesis, WrongAssumption};
@@ -315,8 +315,11 @@ impl BatchIdentifier {
         let options = FitOptions::new(&channels);
         let found = further::fit(equations, options, &gravity, unknowns);
         let found = found.ok_or_else(|| self.stream.too_few_windows(equations.len()))?;
-        let explanation =
-            wrong_assumptions(equations, &found.fit, Some(&found.values), &self.stream);
+        // Fewer windows show no assumption to be wrong: none is corrected by them.
+        let is_long = equations.len() >= LEAST_WINDOWS;
+        let explain =
+            || wrong_assumptions(equations, &found.fit, Some(&found.values), &self.stream);
+        let explanation = is_long.then(explain).flatten();
         Ok(Solution {
             channels,
             found,

@@ -23,25 +23,27 @@ use crate::known_bodies::KnownBodies;
 use crate::prior::BoundingBox;
 use crate::solve::consistency::project;
 
-/// Distance of a value from zero in standard deviations up to which it may be zero: exceeded by chance once in 370.
+/// Distance of a value from zero in standard deviations up to which it may be zero: exceeded by
+/// chance once in 370.
 pub(crate) const SIGNIFICANT: f64 = 3.0;
 
-/// Determinant of the residuals' covariance, or their mean square, relative to that with the configured gravity, below
-/// which another gravity explains the load far better: the standard deviation shrinks to one half or less in one direction
-/// of the channels.
+/// Determinant of the residuals' covariance, or their mean square, relative to that with the
+/// configured gravity, below which another gravity explains the load far better: the standard
+/// deviation shrinks to one half or less in one direction of the channels.
 pub(crate) const FAR_BETTER: f64 = 0.25;
 
-/// Distance in standard deviations up to which a consistent body is plausible: about the half-width of a 95 % interval.
+/// Distance in standard deviations up to which a consistent body is plausible: about the half-width
+/// of a 95 % interval.
 const PLAUSIBLE: f64 = 2.0;
 
-/// Fewest windows whose residuals show what is wrong. Of cuts of 4 to 8 windows of a sound recording a
-/// quarter contradict some assumption, because the noise of their regressors, and so its bias, is
-/// hardly known; of 10 or more none did (`tests/python/test_short_recordings.py`).
+/// Fewest windows whose residuals show what is wrong. Of cuts of 4 to 8 windows of a sound
+/// recording a quarter contradict some assumption, because the noise of their regressors, and so
+/// its bias, is hardly known; of 10 or more none did (`tests/python/test_short_recordings.py`).
 pub const LEAST_WINDOWS: usize = 10;
 
-/// Returns what equations of a stream show about its assumptions without any prior information, and what is wrong in the
-/// robot's description. `gripper` is the known part of the identified body. Without enough equations there are only the
-/// findings of the description.
+/// Returns what equations of a stream show about its assumptions without any prior information, and
+/// what is wrong in the robot's description. `gripper` is the known part of the identified body.
+/// Without enough equations there are only the findings of the description.
 ///
 /// Cost: several fits, each of up to 20 passes over all equations.
 pub(crate) fn findings_without_prior(
@@ -76,11 +78,13 @@ pub struct ConsistentPayload {
     pub parameters: SVector<f64, 10>,
     /// The finding that the body is far away: the estimate has errors besides the noise.
     pub contradiction: Option<Finding>,
-    /// Factor on the standard deviations with which the distance is plausible; 1 where it is already.
+    /// Factor on the standard deviations with which the distance is plausible; 1 where it is
+    /// already.
     pub widening: f64,
 }
 
-/// Returns the physically consistent payload that is nearest to a fit, which contains the `known` bodies.
+/// Returns the physically consistent payload that is nearest to a fit, which contains the `known`
+/// bodies.
 pub(crate) fn consistent_payload(
     fit: &Fit,
     known: &KnownBodies,
@@ -88,11 +92,12 @@ pub(crate) fn consistent_payload(
 ) -> ConsistentPayload {
     let of_load = fit.metric + fit.gain_covariance();
     let (parameters, covariance) = known.payload(&fit.parameters, &of_load, fit.known_mass);
+    let covariance = fit.null_space.across(&covariance);
     nearest_consistent(parameters, &covariance, fit.scales(), bounding_box)
 }
 
-/// Returns the physically consistent payload that is nearest to an estimate. `scales` are units of the parameters in which
-/// their standard deviations are of similar size.
+/// Returns the physically consistent payload that is nearest to an estimate. `scales` are units of
+/// the parameters in which their standard deviations are of similar size.
 pub fn nearest_consistent(
     parameters: SVector<f64, 10>,
     covariance: &SMatrix<f64, 10, 10>,
@@ -112,8 +117,9 @@ pub fn nearest_consistent(
     }
 }
 
-/// Returns the wrong assumptions about a wrench sensor and the motion that explain what a fit, with the values of its further
-/// unknowns, leaves unexplained; `None` where there is no sensor, or where nothing is unexplained.
+/// Returns the wrong assumptions about a wrench sensor and the motion that explain what a fit, with
+/// the values of its further unknowns, leaves unexplained; `None` where there is no sensor, or
+/// where nothing is unexplained.
 pub(crate) fn wrong_assumptions(
     equations: &[Equation],
     fit: &Fit,
@@ -126,9 +132,9 @@ pub(crate) fn wrong_assumptions(
     explanation(equations, fit, values, stream)
 }
 
-/// Returns findings about wrong assumptions, signs, errors of the model and outliers, and about the mass of the known bodies
-/// with its standard deviation, `known_bodies_kg`. The equations are those of the recording and those of the fits, which lack what
-/// further unknowns explain.
+/// Returns findings about wrong assumptions, signs, errors of the model and outliers, and about the
+/// mass of the known bodies with its standard deviation, `known_bodies_kg`. The equations are those
+/// of the recording and those of the fits, which lack what further unknowns explain.
 pub(crate) fn data_findings(
     equations: [&[Equation]; 2],
     fit_without_mass: &Fit,
@@ -175,9 +181,10 @@ fn without_causes(mut findings: Vec<Finding>, windows: usize) -> Vec<Finding> {
     findings
 }
 
-/// Returns findings about wrong assumptions, signs and errors of the model. A load that wrong assumptions explain is not
-/// reported as unexplained, one of which they leave most comes first, and where a load is unexplained, a mass of zero does not
-/// show that nothing is held.
+/// Returns findings about wrong assumptions, signs and errors of the model. A load that wrong
+/// assumptions explain is not reported as unexplained. Where they leave more than half of the
+/// residuals, the unexplained load comes first. Where a load is unexplained, a mass of zero does
+/// not show that nothing is held.
 fn model_findings(
     equations: [&[Equation]; 2],
     given: &Fit,
@@ -228,8 +235,9 @@ mod tests {
 
     use super::*;
 
-    /// A body whose greatest moment of inertia exceeds the sum of the others is brought back by so many standard deviations.
-    /// Beyond two of them the standard deviations grow, and beyond five it is a contradiction.
+    /// A body whose greatest moment of inertia exceeds the sum of the others is brought back by so
+    /// many standard deviations. Beyond two of them the standard deviations grow, and beyond five
+    /// it is a contradiction.
     #[test]
     fn a_contradiction_widens_until_it_is_plausible() {
         let estimate = |excess: f64| {

@@ -1,12 +1,14 @@
-//! What of the motion must be kept to know the effects of another direction of gravity or other zeros of the joints.
+//! What of the motion must be kept to know the effects of another direction of gravity or other
+//! zeros of the joints.
 
 use nalgebra::{Matrix3, Vector3};
 use tactid_dynamics::{FrameId, JointMotion, Workspace};
 
 use super::instant::Instant;
 
-/// An attitude is the same as long as it, or gravity in it, turns by less than this angle, rad: half a degree, more than the noise of
-/// encoders and of orientations, and less than two attitudes of a calibration differ by.
+/// An attitude is the same as long as it, or gravity in it, turns by less than this angle, rad:
+/// half a degree, more than the noise of encoders and of orientations, and less than two attitudes
+/// of a calibration differ by.
 pub(crate) const SAME_ATTITUDE_RAD: f64 = 0.009;
 
 /// Number of the entries of an instant of so many joints, of which a [`Geometry`] is the mean.
@@ -14,8 +16,8 @@ pub(crate) fn entry_count(joints: usize) -> usize {
     9 + 3 * joints
 }
 
-/// Computes the entries at an instant, whose motion the workspace has: the axes of the inertial frame in the frame `tool`,
-/// then positions, velocities and accelerations of the joints.
+/// Computes the entries at an instant, whose motion the workspace has: the axes of the inertial
+/// frame in the frame `tool`, then positions, velocities and accelerations of the joints.
 pub(crate) fn fill(instant: &Instant, workspace: &Workspace, tool: FrameId, entries: &mut [f64]) {
     let (axes, joints) = entries.split_at_mut(9);
     for (k, own) in axes.chunks_exact_mut(3).enumerate() {
@@ -33,8 +35,8 @@ pub(crate) fn fill(instant: &Instant, workspace: &Workspace, tool: FrameId, entr
     }
 }
 
-/// Mean geometry of a window, from which the effects of another direction of gravity and of other zeros of the joints
-/// follow.
+/// Mean geometry of a window, from which the effects of another direction of gravity and of other
+/// zeros of the joints follow.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Geometry<'a>(&'a [f64]);
 

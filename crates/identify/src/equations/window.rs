@@ -212,8 +212,8 @@ pub struct Windows<W> {
     half: f64,
     /// Time during which instants belong to the same half, s.
     run_s: f64,
-    /// Begin of the present run since the begin of the stretch, s.
-    run_begin_s: f64,
+    /// Start of the present run since the start of the stretch, s.
+    run_start_s: f64,
 }
 
 impl Windows<WindowMean> {
@@ -245,7 +245,7 @@ impl<W: WindowSums> Windows<W> {
             left_out: 0,
             half: 1.0,
             run_s: 0.0,
-            run_begin_s: 0.0,
+            run_start_s: 0.0,
         }
     }
 
@@ -359,9 +359,11 @@ impl<W: WindowSums> Windows<W> {
     fn set_pending(&mut self, time_s: f64, entries: &[f64]) {
         self.previous_s = self.pending_s;
         self.pending_s = time_s;
-        if time_s - self.run_begin_s >= self.run_s || time_s < self.run_begin_s {
+        // A run ends where the next instant would exceed it, so that a window has enough of them.
+        let next_s = time_s + (time_s - self.previous_s).max(0.0);
+        if next_s - self.run_start_s > self.run_s || time_s < self.run_start_s {
             self.half = -self.half;
-            self.run_begin_s = time_s;
+            self.run_start_s = time_s;
         }
         self.pending.copy_from_slice(entries);
     }

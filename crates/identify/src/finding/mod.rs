@@ -191,7 +191,7 @@ pub enum Finding {
         /// The measurements that were used.
         method: Method,
     },
-    /// The data contradict the model, but too few windows were averaged to show why.
+    /// The residuals exceed the noise, but too few windows were averaged to show why. The intervals may be far too narrow.
     TooFewWindows {
         /// Number of windows.
         windows: usize,

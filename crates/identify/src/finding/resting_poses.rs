@@ -18,7 +18,7 @@ pub struct RestingPoses {
     pub frame: String,
     /// Standard deviation of a force between poses, N; zero where no force is measured.
     pub force_noise: f64,
-    /// Standard deviation of a moment between attitudes, N m; zero where no moment is measured.
+    /// Standard deviation of a moment between poses, N m; zero where no moment is measured.
     pub moment_noise: f64,
     /// Direction of gravity in the frame of the sensor in the attitude that would add most, without a
     /// unit: along an axis, or in the middle between two or three, so that each entry is -1, 0 or 1.

@@ -53,8 +53,8 @@ pub(super) fn sentences(finding: &Finding, reader: Reader) -> String {
             windows,
             least_windows,
         } => format!(
-            "The data do not fit the model, and the recording is too short to show why: it fills \
-             {}, and {least_windows} can show it. Record a longer motion.",
+            "The residuals exceed the noise, and the recording is too short to show whether the model or the noise is \
+             wrong: it fills {}, and {least_windows} can show it. Do not use the values; record a longer motion.",
             counted(*windows, "window")
         ),
         Finding::WrongAssumption(found) => wrong_assumption(found, reader),

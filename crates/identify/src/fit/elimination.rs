@@ -8,11 +8,12 @@ use crate::equations::window::NOISE_CORRELATION;
 use crate::equations::{Channels, Equation, Geometry, Row, Unknowns, WRENCH, acceleration_columns};
 use crate::solve::subspace::{EIGENVALUE_RATIO, QUANTITY_FRACTION};
 
-/// The rows of a window: the regressor, the rate of the target in the place of the delay, and the target.
+/// The rows of a window: the regressor, the rate of the target in the place of the delay, and the
+/// target.
 type TableOfRows = SMatrix<f64, 6, 12>;
 
-/// The further unknowns, a row for each: four of a weight, then two of gravity. They are functions of the parameters, with a
-/// column for each of a table.
+/// The further unknowns, a row for each: four of a weight, then two of gravity. They are functions
+/// of the parameters, with a column for each of a table.
 type Explained = SMatrix<f64, 6, 12>;
 
 /// What explains the columns of the further unknowns in a table of all windows.
@@ -22,7 +23,8 @@ pub(super) struct Elimination {
     /// Projection of a wrench in the tool frame onto what is measured; `None` where all is.
     projection: Option<Matrix6<f64>>,
     explained: Explained,
-    /// Inverse of the information of the further unknowns, zero in directions that are not determined.
+    /// Inverse of the information of the further unknowns, zero in directions that are not
+    /// determined.
     inverse: Matrix6<f64>,
     /// Whether the motion determines each unknown at known parameters.
     is_determined: [bool; 6],
@@ -111,7 +113,8 @@ impl Elimination {
         columns
     }
 
-    /// Returns equations without what the further unknowns explain of them. They show no other gravity any more.
+    /// Returns equations without what the further unknowns explain of them. They show no other
+    /// gravity any more.
     pub(super) fn reduced(&self, mut equations: Vec<Equation>, fit: &Fit) -> Vec<Equation> {
         for equation in &mut equations {
             let (columns, noise) = (self.columns(equation, fit), self.noise_columns(equation));
@@ -131,7 +134,8 @@ impl Elimination {
         self.explained.column(TARGET) - self.explained.fixed_columns::<10>(0) * parameters
     }
 
-    /// Returns the covariance of the further unknowns, infinite on the diagonal of what is not determined.
+    /// Returns the covariance of the further unknowns, infinite on the diagonal of what is not
+    /// determined.
     pub(super) fn covariance(&self, fit: &Fit) -> Matrix6<f64> {
         let slopes = self.explained.fixed_columns::<10>(0);
         let mut covariance =
@@ -150,8 +154,8 @@ impl Elimination {
     }
 }
 
-/// Returns two vectors at right angles to gravity and to each other, of its size: the derivatives of gravity with respect to
-/// two small angles.
+/// Returns two vectors at right angles to gravity and to each other, of its size: the derivatives
+/// of gravity with respect to two small angles.
 pub(crate) fn tangents(gravity: &Vector3<f64>) -> SMatrix<f64, 3, 2> {
     let other = Vector3::ith(gravity.iamin(), 1.0);
     let first = gravity.cross(&other).normalize() * gravity.norm();
@@ -159,7 +163,8 @@ pub(crate) fn tangents(gravity: &Vector3<f64>) -> SMatrix<f64, 3, 2> {
     SMatrix::from_columns(&[first, second])
 }
 
-/// Returns what is measured of the wrench that an acceleration, in the tool frame, needs for each kg and each kg m.
+/// Returns what is measured of the wrench that an acceleration, in the tool frame, needs for each
+/// kg and each kg m.
 pub(super) fn weight_columns(
     acceleration: &Vector3<f64>,
     projection: Option<&Matrix6<f64>>,
@@ -193,8 +198,8 @@ fn set_rows(rows: &mut [Row], table: &TableOfRows) {
     }
 }
 
-/// Returns the inverse of an information matrix, zero in directions that are not determined, and whether each unknown is
-/// determined.
+/// Returns the inverse of an information matrix, zero in directions that are not determined, and
+/// whether each unknown is determined.
 pub(super) fn inverse_of_determined(information: &Matrix6<f64>) -> (Matrix6<f64>, [bool; 6]) {
     let scales = information.diagonal().map(|entry| {
         if entry.is_normal() && entry > 0.0 {

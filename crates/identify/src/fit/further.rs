@@ -1,12 +1,13 @@
-//! Unknowns of a wrench beside the parameters and its offset: the weight of a body that was subtracted, and the direction
-//! of gravity.
+//! Unknowns of a wrench beside the parameters and its offset: the weight of a body that was
+//! subtracted, and the direction of gravity.
 //!
-//! Each window has a few more columns for them. Weighted least squares in all unknowns gives the same parameters as least
-//! squares in the equations from which these columns are eliminated (Frisch and Waugh 1933; Lovell 1963): regressor and
-//! target less the columns times what these explain of both, in the metric of the noise. Everything that follows a fit (the
-//! covariance, the history, the validation) then works with ten unknowns, and contains the uncertainty of the further ones.
-//! The metric follows from the residuals, and the columns of gravity from the parameters, so that fit and elimination
-//! alternate until neither moves.
+//! Each window has a few more columns for them. Weighted least squares in all unknowns gives the
+//! same parameters as least squares in the equations from which these columns are eliminated
+//! (Frisch and Waugh 1933; Lovell 1963): regressor and target less the columns times what these
+//! explain of both, in the metric of the noise. Everything that follows a fit (the covariance, the
+//! history, the validation) then works with ten unknowns, and contains the uncertainty of the
+//! further ones. The metric follows from the residuals, and the columns of gravity from the
+//! parameters, so that fit and elimination alternate until neither moves.
 
 use std::borrow::Cow;
 
@@ -22,7 +23,8 @@ use crate::result::{GravityEstimate, WeightEstimate};
 pub(crate) struct FurtherFit<'a> {
     /// The fit of the parameters.
     pub(crate) fit: Fit,
-    /// The equations of the fit, from which the further unknowns are eliminated; those of the recording where there are none.
+    /// The equations of the fit, from which the further unknowns are eliminated; those of the
+    /// recording where there are none.
     pub(crate) equations: Cow<'a, [Equation]>,
     /// Values of the further unknowns.
     pub(crate) values: FurtherValues,
@@ -54,18 +56,20 @@ impl FurtherFit<'_> {
 #[derive(Clone, Debug)]
 pub(crate) struct FurtherValues {
     pub(crate) unknowns: Unknowns,
-    /// Mass, kg, and first moments, kg m, in the tool frame, of the body whose weight was subtracted.
+    /// Mass, kg, and first moments, kg m, in the tool frame, of the body whose weight was
+    /// subtracted.
     pub(crate) weight: Vector4<f64>,
     /// Gravity in the inertial frame, m/s².
     pub(crate) gravity: Vector3<f64>,
     /// Covariance of mass and first moments, infinite on the diagonal of what is not determined.
     pub(crate) weight_covariance: SMatrix<f64, 4, 4>,
-    /// Standard deviations of the entries of gravity, m/s²; infinite where the motion does not determine its direction.
+    /// Standard deviations of the entries of gravity, m/s²; infinite where the motion does not
+    /// determine its direction.
     pub(crate) gravity_std_devs: Vector3<f64>,
 }
 
-/// Fits the parameters with further unknowns of the wrench, which must be the only source of the equations. `gravity` is the
-/// given one. `None` where the equations are too few.
+/// Fits the parameters with further unknowns of the wrench, which must be the only source of the
+/// equations. `gravity` is the given one. `None` where the equations are too few.
 pub(crate) fn fit<'a>(
     equations: &'a [Equation],
     options: FitOptions<'_>,
@@ -88,7 +92,8 @@ pub(crate) fn fit<'a>(
     let turned = |now: &Vector3<f64>| turned(equations, &(now - gravity), projection);
     let mut found = least_squares::fit(&turned(&values.gravity), options)?;
     let (mut reduced, mut last) = (Vec::new(), None);
-    // Residuals of a wrong model can be correlated so closely that whitening by them leaves only rounding errors.
+    // Residuals of a wrong model can be correlated so closely that whitening by them leaves only
+    // rounding errors.
     found.noise = found.noise.without_correlation();
     for pass in 0..MAX_PASSES {
         let turned = turned(&values.gravity);
@@ -168,7 +173,8 @@ impl FurtherValues {
         })
     }
 
-    /// Sets the values to those that belong to a fit, and returns the step of gravity in standard deviations.
+    /// Sets the values to those that belong to a fit, and returns the step of gravity in standard
+    /// deviations.
     fn follow(&mut self, elimination: &Elimination, fit: &Fit) -> f64 {
         let values = elimination.values(&fit.parameters);
         let covariance = elimination.covariance(fit);
@@ -198,8 +204,8 @@ impl FurtherValues {
     }
 }
 
-/// Returns the direction in which the weight of the payload acts where accelerations are neglected, with the size of the given
-/// gravity: forces are linear in the weight and an offset.
+/// Returns the direction in which the weight of the payload acts where accelerations are neglected,
+/// with the size of the given gravity: forces are linear in the weight and an offset.
 pub(crate) fn static_gravity(
     equations: &[Equation],
     gravity: &Vector3<f64>,

@@ -26,7 +26,7 @@ pub(crate) const MAX_PASSES: usize = 20;
 const MEDIAN_PASSES: usize = 5;
 
 /// Fewest rows of a fit.
-pub(crate) const MIN_ROWS: usize = 20;
+const MIN_ROWS: usize = 20;
 
 /// Columns shorter than this, relative to what is usual for their kind, are rounding and stay short.
 const MIN_LENGTH: f64 = 1e-8;

@@ -24,7 +24,7 @@ use nalgebra::{Matrix6, Vector3};
 use self::axes::AxesSearch;
 use self::fitted::Fitted;
 use self::model::Model;
-use self::report::Cause;
+use self::report::{Cause, Change};
 use self::windows::{SLIGHT, Windows};
 use crate::equations::{Equation, EquationStream, Unknowns};
 use crate::finding::{
@@ -215,17 +215,29 @@ impl Search<'_> {
     fn is_notable(&self, of: &Fitted, over: &Fitted, fraction: f64) -> bool {
         let decrease = self.decrease(of, over);
         let least = fraction * MATERIAL;
-        let changes_values = || {
-            let (mass_change, shift_m) = report::certain_changes(over, of, self.measurements);
-            mass_change > least * LARGEST_MASS_CHANGE || shift_m > least * LARGEST_SHIFT_M
-        };
-        decrease > least || (decrease > least * SLIGHT && changes_values())
+        decrease > least
+            || (decrease > least * SLIGHT && self.changes_values(of, over, least, Change::least))
+    }
+
+    /// Returns whether the certain or the possible changes of the mass or the centre of mass exceed a
+    /// fraction of what shows a result to be wrong.
+    fn changes_values(
+        &self,
+        of: &Fitted,
+        over: &Fitted,
+        fraction: f64,
+        bound: fn(Change) -> f64,
+    ) -> bool {
+        let [mass_change, shift_m] = report::changes(over, of, self.measurements).map(bound);
+        mass_change > fraction * LARGEST_MASS_CHANGE || shift_m > fraction * LARGEST_SHIFT_M
     }
 
     /// Returns whether a hypothesis that explains little changes the values even beside what is
-    /// likeliest: gains can imitate cross-talk, which changes nothing.
-    fn is_certain(&self, hypothesis: Hypothesis, likeliest: &Fitted) -> bool {
+    /// likeliest, where that leaves the values of a present fit as they are: gains can imitate
+    /// cross-talk, which changes nothing.
+    fn is_certain(&self, hypothesis: Hypothesis, likeliest: &Fitted, present: &Fitted) -> bool {
         likeliest.active.contains(&hypothesis)
+            || self.changes_values(likeliest, present, MATERIAL, Change::most)
             || self
                 .with(likeliest, hypothesis)
                 .is_some_and(|both| self.is_better(&both, likeliest, &both))
@@ -242,8 +254,9 @@ impl Search<'_> {
         self.without_replaced(present, causes)
     }
 
-    /// Returns whether further hypotheses may contain a cause: where a fit explains nearly all, one
-    /// of them must nearly be notable and certain to first order.
+    /// Returns whether further hypotheses may contain a cause. Where a fit leaves much unexplained,
+    /// they may. Else each is fitted to first order, and one of them must explain nearly as much as
+    /// a cause does, or change the values, also beside the likeliest one.
     ///
     /// Cost: one iteration of a fit of all of them.
     fn may_contain_cause(&self, present: &Fitted, further: &[Hypothesis]) -> bool {
@@ -268,6 +281,7 @@ impl Search<'_> {
             self.is_notable(fitted, present, nearly)
                 && (self.decrease(fitted, present) > nearly * MATERIAL
                     || each == likeliest
+                    || self.changes_values(best, present, MATERIAL, Change::most)
                     || fit(&[*likeliest, *each])
                         .is_none_or(|both| self.is_notable(&both, best, nearly)))
         })
@@ -296,10 +310,15 @@ impl Search<'_> {
         let likelihood = |fitted: &Fitted| self.gain(fitted, present, &least, 0.0);
         let by_likelihood =
             |a: &(_, Fitted), b: &(_, Fitted)| likelihood(&a.1).total_cmp(&likelihood(&b.1));
-        let likeliest = fits.iter().max_by(|a, b| by_likelihood(a, b))?.1.clone();
+        // Of those that are as likely but for rounding, the first one stands for all.
+        let most = fits.iter().map(|(_, fitted)| likelihood(fitted));
+        let most = most.fold(f64::NEG_INFINITY, f64::max);
+        let is_likeliest = |(_, fitted): &&(_, Fitted)| likelihood(fitted) > most - 1.0;
+        let likeliest = fits.iter().find(is_likeliest)?.1.clone();
         fits.retain(|(each, fitted)| {
             self.is_better(fitted, present, &least)
-                && (self.decrease(fitted, present) > MATERIAL || self.is_certain(*each, &likeliest))
+                && (self.decrease(fitted, present) > MATERIAL
+                    || self.is_certain(*each, &likeliest, present))
         });
         fits.sort_by(|a, b| gain(&b.1, present).total_cmp(&gain(&a.1, present)));
         let mut ranked = fits.into_iter();

@@ -38,7 +38,7 @@ pub(super) fn causes(
     causes: &[Cause],
 ) -> Vec<WrongAssumption> {
     let covariance = found.parameter_covariance(measurements);
-    let (mass_change, shift_m) = certain_changes(given, found, measurements);
+    let [mass_change, shift_m] = changes(given, found, measurements).map(Change::least);
     let report = |cause: &Cause| {
         let Shown {
             names,
@@ -65,25 +65,51 @@ pub(super) fn causes(
     causes.iter().map(report).collect()
 }
 
-/// Returns by how much the mass, relative to that of `found`, and the centre of mass, m, certainly
-/// change, given the number of measurements.
-pub(super) fn certain_changes(given: &Fitted, found: &Fitted, measurements: f64) -> (f64, f64) {
+/// A change of a value by another fit, with half of its 95 % interval.
+#[derive(Clone, Copy)]
+pub(super) struct Change {
+    size: f64,
+    half_width: f64,
+}
+
+impl Change {
+    /// Returns the change that is certain.
+    pub(super) fn least(self) -> f64 {
+        (self.size - self.half_width).max(0.0)
+    }
+
+    /// Returns the change that is possible.
+    pub(super) fn most(self) -> f64 {
+        self.size + self.half_width
+    }
+}
+
+/// Returns by how much the mass, relative to that of `found`, and the centre of mass, m, change,
+/// given the number of measurements.
+pub(super) fn changes(given: &Fitted, found: &Fitted, measurements: f64) -> [Change; 2] {
     let covariance = found.parameter_covariance(measurements);
     let parameters = &found.model.parameters;
-    let mass_std_dev = covariance[(0, 0)].sqrt();
-    let of_mass = (parameters[0] - given.model.parameters[0]).abs() - HALF_WIDTH_95 * mass_std_dev;
-    let mass_change = (of_mass / parameters[0].abs()).max(0.0);
+    let mass_kg = parameters[0].abs();
+    let of_mass = Change {
+        size: (parameters[0] - given.model.parameters[0]).abs() / mass_kg,
+        half_width: HALF_WIDTH_95 * covariance[(0, 0)].sqrt() / mass_kg,
+    };
     let both = (values_of(parameters), values_of(&given.model.parameters));
     let ((Some(new), Some(old)), Some(slopes)) = (both, value_jacobian(parameters)) else {
-        return (mass_change, 0.0);
+        let unknown = Change {
+            size: 0.0,
+            half_width: f64::INFINITY,
+        };
+        return [of_mass, unknown];
     };
     let of_values = slopes * covariance * slopes.transpose();
-    let std_dev = (1..4).map(|k| of_values[(k, k)]).sum::<f64>().sqrt();
-    let moved = (1..4)
-        .map(|k| (new[k] - old[k]).powi(2))
-        .sum::<f64>()
-        .sqrt();
-    (mass_change, (moved - HALF_WIDTH_95 * std_dev).max(0.0))
+    let variance: f64 = (1..4).map(|k| of_values[(k, k)]).sum();
+    let moved: f64 = (1..4).map(|k| (new[k] - old[k]).powi(2)).sum();
+    let of_center = Change {
+        size: moved.sqrt(),
+        half_width: HALF_WIDTH_95 * variance.sqrt(),
+    };
+    [of_mass, of_center]
 }
 
 /// What the data show of a cause, an entry for each of its values.

@@ -13,17 +13,19 @@ use crate::solve::uncertainty::{std_dev, value_jacobian};
 
 /// A further attitude, and what it would give.
 pub(super) struct NextAttitude {
-    /// Direction of gravity in the frame of the offset, whose entries are -1, 0 or 1: along an axis, or in the middle between two
-    /// or three.
+    /// Direction of gravity in the frame of the offset, whose entries are -1, 0 or 1: along an
+    /// axis, or in the middle between two or three.
     pub(super) gravity: [f64; 3],
     /// The value that it improves most, of [`VALUE_NAMES`].
     pub(super) value: &'static str,
-    /// Standard deviation of this value afterwards, relative to the present one; 0 where only then it becomes observable.
+    /// Standard deviation of this value afterwards, relative to the present one; 0 where only then
+    /// it becomes observable.
     pub(super) fraction: f64,
 }
 
-/// Returns which of 26 directions of gravity adds most information on mass and centre of mass: the largest determinant of
-/// the information of both (D-optimality). `map` maps wrenches in the tool frame to the frame of the offset.
+/// Returns which of 26 directions of gravity adds most information on mass and centre of mass: the
+/// largest determinant of the information of both (D-optimality). `map` maps wrenches in the tool
+/// frame to the frame of the offset.
 pub(super) fn next_attitude(fit: &RestFit, gravity_m_s2: f64, map: &Matrix6<f64>) -> NextAttitude {
     let directions = (0..27).map(|k| [k % 3, k / 3 % 3, k / 9].map(|axis| f64::from(axis) - 1.0));
     let directions = directions.filter(|direction| direction.iter().any(|axis| *axis != 0.0));
@@ -59,7 +61,8 @@ pub(super) fn next_attitude(fit: &RestFit, gravity_m_s2: f64, map: &Matrix6<f64>
     }
 }
 
-/// Returns the value that another information improves most, with its standard deviation relative to the present one.
+/// Returns the value that another information improves most, with its standard deviation relative
+/// to the present one.
 fn improvement(fit: &RestFit, after: &Matrix) -> (usize, f64) {
     let Some(jacobian) = value_jacobian(&fit.parameters) else {
         return (0, 1.0);
@@ -77,9 +80,10 @@ fn improvement(fit: &RestFit, after: &Matrix) -> (usize, f64) {
         .unwrap_or((0, 1.0))
 }
 
-/// Returns the regressor of each channel of a wrench in the frame of the offset, for a payload that is held against gravity with
-/// the specific force `up` in this frame, m/s²: the force is the mass times it, and the moment the first moments times it. The
-/// angles of gravity have columns where the fit has them.
+/// Returns the regressor of each channel of a wrench in the frame of the offset, for a payload that
+/// is held against gravity with the specific force `up` in this frame, m/s²: the force is the mass
+/// times it, and the moment the first moments times it. The angles of gravity have columns where
+/// the fit has them.
 fn rows_at_rest(up: &Vector3<f64>, map: &Matrix6<f64>, fit: &RestFit) -> [Vector; WRENCH] {
     let frame_from_tool = map.fixed_view::<3, 3>(0, 0);
     let up: Vector3<f64> = frame_from_tool.tr_mul(up);
@@ -88,7 +92,7 @@ fn rows_at_rest(up: &Vector3<f64>, map: &Matrix6<f64>, fit: &RestFit) -> [Vector
         .fixed_columns_mut::<4>(0)
         .copy_from(&acceleration_columns(&up));
     if fit.has_angles() {
-        set_angles(&mut in_tool, &tangents(&up), &fit.parameters);
+        set_angles(&mut in_tool, &-tangents(&-up), &fit.parameters);
     }
     let rows = map * in_tool;
     std::array::from_fn(|channel| rows.row(channel).transpose())

@@ -16,8 +16,8 @@ use crate::hypotheses::MATERIAL;
 use crate::result::KINDS;
 use crate::solve::uncertainty::{HALF_WIDTH_95, value_jacobian, values_of};
 
-/// Returns the equation of a pose in the tool frame: that of a window whose samples are all the last instant
-/// of the model.
+/// Returns the equation of a pose in the tool frame: that of a window whose samples are all the
+/// last instant of the model.
 pub(super) fn equation_at_rest(model: &Model) -> Equation {
     let mut window = WindowMean::new(model.entry_count(), model.row_count());
     window.means.copy_from_slice(model.last_entries());
@@ -34,11 +34,11 @@ pub(super) fn mean(sum: &Equation, samples: usize) -> Equation {
     mean
 }
 
-/// Returns the causes of what a fit of poses leaves unexplained; none where it leaves next to nothing, or the poses are too few to
-/// tell.
+/// Returns the causes of what a fit of poses leaves unexplained; none where it leaves next to
+/// nothing, or the poses are too few to tell.
 ///
-/// At rest, the size of gravity and the mass are one thing, so that only another direction of gravity is a cause, in the place of
-/// another gravity of any size, or of what explains less.
+/// At rest, the size of gravity and the mass are one thing, so that only another direction of
+/// gravity is a cause, in the place of another gravity of any size, or of what explains less.
 pub(super) fn causes(
     poses: &Poses<'_>,
     kept: &[bool],

@@ -15,8 +15,8 @@ use crate::solve::spectrum::{Excitation, Spectrum};
 use crate::solve::subspace::{EIGENVALUE_RATIO, LEVER_ARM_M, Matrix, NullSpace, Vector};
 use crate::solve::uncertainty::{HALF_WIDTH_95, std_dev, value_jacobian};
 
-/// The places of the two small angles of gravity, where its direction is unknown, among the columns of a row. They are those of
-/// two entries of the inertia, which has no column at rest.
+/// The places of the two small angles of gravity, where its direction is unknown, among the columns
+/// of a row. They are those of two entries of the inertia, which has no column at rest.
 pub(super) const ANGLES: [usize; 2] = [KINDS[2].start, KINDS[2].start + 1];
 
 /// The parameters that explain poses at rest best, with what the poses say about their noise.
@@ -55,10 +55,12 @@ pub(super) struct RestFit {
 }
 
 impl RestFit {
-    /// Fits the parameters, the angles of gravity where the rows have columns for them, and an offset of each channel if there
-    /// is one. `measured` is one for each channel that is measured, and zero for others, whose rows are zero.
+    /// Fits the parameters, the angles of gravity where the rows have columns for them, and an
+    /// offset of each channel if there is one. `measured` is one for each channel that is measured,
+    /// and zero for others, whose rows are zero.
     ///
-    /// Visits of one attitude enter with their mean: what differs between them is noise, and no information about the payload.
+    /// Visits of one attitude enter with their mean: what differs between them is noise, and no
+    /// information about the payload.
     pub(super) fn new(visits: &[Visit], has_offset: bool, measured: &Vector6<f64>) -> Self {
         let rows: Vec<Rows> = visits.iter().map(|visit| visit.rows).collect();
         let means = if has_offset {
@@ -135,7 +137,8 @@ impl RestFit {
         self.parameters.fixed_rows_mut::<2>(ANGLES[0]).fill(0.0);
     }
 
-    /// Angles by which gravity turns from that of the rows, rad; zero where the rows have no columns for them.
+    /// Angles by which gravity turns from that of the rows, rad; zero where the rows have no
+    /// columns for them.
     pub(super) fn angles(&self) -> Vector2<f64> {
         self.unknowns.fixed_rows::<2>(ANGLES[0]).into()
     }
@@ -159,9 +162,9 @@ impl RestFit {
         self.of_kinds.iter().any(|kind| kind[first] > 0.0)
     }
 
-    /// Adds what the centre of mass in an unobservable direction may change in values that count as determined across it: two
-    /// attitudes determine an axis of the centre of mass but for a small share of another one, which may be as far away as
-    /// [`LEVER_ARM_M`].
+    /// Adds what the centre of mass in an unobservable direction may change in values that count as
+    /// determined across it: two attitudes determine an axis of the centre of mass but for a small
+    /// share of another one, which may be as far away as [`LEVER_ARM_M`].
     fn add_unobservable_shares(&mut self) {
         let scales = *self.null_space.scales();
         for direction in self.null_space.directions() {
@@ -174,8 +177,8 @@ impl RestFit {
         }
     }
 
-    /// Estimates the noise of each kind from its residuals, whose degrees of freedom are their number less the unknowns that
-    /// they determine.
+    /// Estimates the noise of each kind from its residuals, whose degrees of freedom are their
+    /// number less the unknowns that they determine.
     fn update_noise(&mut self, centred: &[Rows]) {
         for (k, kind) in CHANNEL_KINDS.into_iter().enumerate() {
             let rows = centred.iter().flat_map(|rows| &rows[kind.clone()]);
@@ -208,7 +211,8 @@ impl RestFit {
         row.target - row.regressor.dot(&self.unknowns) - self.offsets[channel]
     }
 
-    /// Returns the standard deviation of the [residual](Self::residual) of a pose that is among those of the fit, or is not.
+    /// Returns the standard deviation of the [residual](Self::residual) of a pose that is among
+    /// those of the fit, or is not.
     pub(super) fn residual_std_dev(&self, row: &Row, channel: usize, is_fitted: bool) -> f64 {
         let column = row.regressor - self.means[channel].regressor;
         let kind = channel / 3;
@@ -243,8 +247,14 @@ impl RestFit {
         self.noise[kind].max(INVERSE_ROUNDING.sqrt() * self.largest[kind])
     }
 
-    /// Returns the probability that so many `further` unknowns of another fit explain as much, or more, by chance: that of an F
-    /// test with the degrees of freedom of the kind of channels that has fewer, because the weights of both follow from them.
+    /// Whether the poses are enough to contradict an assumption.
+    pub(super) fn can_contradict(&self) -> bool {
+        self.freedom.iter().all(|freedom| is_enough(*freedom))
+    }
+
+    /// Returns the probability that so many `further` unknowns of another fit explain as much, or
+    /// more, by chance: that of an F test with the degrees of freedom of the kind of channels that
+    /// has fewer, because the weights of both follow from them.
     pub(super) fn p_value_beside(&self, other: &Self, further: usize) -> f64 {
         let freedom = other.freedom[0].min(other.freedom[1]);
         let gain = (self.squares(other) - other.squares(other)) / further as f64;
@@ -252,9 +262,10 @@ impl RestFit {
         test.map_or(1.0, |test| test.sf(gain.max(0.0)))
     }
 
-    /// Returns the probability that the forces or the moments of a pose of the fit differ from those of the others by as much, or
-    /// more, by chance: the smaller one of the two. It is that of an F test of the residuals with and without the pose, and so
-    /// holds for few poses; one where the others cannot contradict the pose.
+    /// Returns the probability that the forces or the moments of a pose of the fit differ from
+    /// those of the others by as much, or more, by chance: the smaller one of the two. It is that
+    /// of an F test of the residuals with and without the pose, and so holds for few poses; one
+    /// where the others cannot contradict the pose.
     pub(super) fn p_value(&self, rows: &Rows) -> f64 {
         let of_kinds = [0, 1].map(|kind| self.p_value_of_kind(rows, kind));
         of_kinds[0].min(of_kinds[1])
@@ -284,14 +295,17 @@ impl RestFit {
             }
         }
         let freedom = self.freedom[kind] - count;
+        if !is_enough(freedom) {
+            return 1.0;
+        }
         let least = INVERSE_ROUNDING * self.largest[kind].powi(2);
         let of_others = ((self.freedom[kind] * variance - squares) / freedom).max(least);
         let test = FisherSnedecor::new(count, freedom);
         test.map_or(1.0, |test| test.sf(squares / count / of_others))
     }
 
-    /// Returns the factor on the standard deviation of each of the [ten values](crate::VALUE_NAMES) that makes 1.96 of them an
-    /// interval of Student's t, given the parameters of the payload.
+    /// Returns the factor on the standard deviation of each of the [ten values](crate::VALUE_NAMES)
+    /// that makes 1.96 of them an interval of Student's t, given the parameters of the payload.
     pub(super) fn t_factors(&self, parameters: &Vector) -> [f64; 10] {
         let Some(jacobian) = value_jacobian(parameters) else {
             return [1.0; 10];
@@ -299,14 +313,16 @@ impl RestFit {
         std::array::from_fn(|k| self.t_factor(self.shares(&jacobian.row(k).into())))
     }
 
-    /// Returns the parts of the variance of a quantity that each kind of channels has, given its derivatives.
+    /// Returns the parts of the variance of a quantity that each kind of channels has, given its
+    /// derivatives.
     fn shares(&self, gradient: &RowSVector<f64, 10>) -> [f64; 2] {
         let along = self.inverse.covariance * gradient.transpose();
         self.of_kinds.map(|kind| (kind * along).dot(&along))
     }
 
-    /// Returns the standard deviation of a quantity with these derivatives with respect to parameters and angles, widened as those of
-    /// the values; infinite where the poses do not determine it.
+    /// Returns the standard deviation of a quantity with these derivatives with respect to
+    /// parameters and angles, widened as those of the values; infinite where the poses do not
+    /// determine it.
     pub(super) fn std_dev(&self, gradient: &RowSVector<f64, 10>) -> f64 {
         let PseudoInverse {
             covariance,
@@ -315,8 +331,8 @@ impl RestFit {
         std_dev(gradient, covariance, null_space) * self.t_factor(self.shares(gradient))
     }
 
-    /// Returns the standard deviation of each offset, widened as those of the values; infinite where the poses do not
-    /// distinguish the offset from the payload.
+    /// Returns the standard deviation of each offset, widened as those of the values; infinite
+    /// where the poses do not distinguish the offset from the payload.
     pub(super) fn offset_std_devs(&self) -> [f64; WRENCH] {
         std::array::from_fn(|channel| {
             let gradient: RowSVector<f64, 10> = self.means[channel].regressor.transpose();
@@ -325,6 +341,9 @@ impl RestFit {
                 null_space,
             } = &self.inverse;
             let of_unknowns = std_dev(&gradient, covariance, null_space);
+            if self.measured[channel] == 0.0 {
+                return f64::INFINITY;
+            }
             let kind = channel / 3;
             let of_mean = self.noise[kind].powi(2) / self.poses as f64;
             let mut shares = self.shares(&gradient);
@@ -333,8 +352,9 @@ impl RestFit {
         })
     }
 
-    /// Returns the factor for a quantity whose variance is the sum of `shares`, one of each kind of channels: the degrees of freedom of the sum
-    /// are those of Satterthwaite (1946, doi 10.2307/3002019).
+    /// Returns the factor for a quantity whose variance is the sum of `shares`, one of each kind of
+    /// channels: the degrees of freedom of the sum are those of Satterthwaite (1946, doi
+    /// 10.2307/3002019).
     fn t_factor(&self, shares: [f64; 2]) -> f64 {
         let whole: f64 = shares.iter().sum();
         let squares = shares.iter().zip(self.freedom);
@@ -377,7 +397,8 @@ impl RestFit {
     }
 }
 
-/// Returns the information of the parameters alone: that of parameters and angles, the angles eliminated.
+/// Returns the information of the parameters alone: that of parameters and angles, the angles
+/// eliminated.
 fn without_angles(information: &Matrix) -> Matrix {
     let (first, count) = (ANGLES[0], ANGLES.len());
     let of_angles: Matrix2<f64> = information.fixed_view::<2, 2>(first, first).into();
@@ -388,4 +409,10 @@ fn without_angles(information: &Matrix) -> Matrix {
     alone.rows_mut(first, count).fill(0.0);
     alone.columns_mut(first, count).fill(0.0);
     alone
+}
+
+/// Returns whether these degrees of freedom tell an error from noise: those of a pose, but for the
+/// shares of the parameters that both kinds of channels determine.
+fn is_enough(freedom: f64) -> bool {
+    freedom > WRENCH as f64 - 0.5
 }

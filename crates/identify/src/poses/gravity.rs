@@ -38,8 +38,8 @@ pub(super) struct PoseFit {
 }
 
 impl Poses<'_> {
-    /// Fits the poses that are `kept`. An unknown gravity is found by Gauss-Newton iterations from that of forces alone, which are
-    /// linear in it.
+    /// Fits the poses that are `kept`. An unknown gravity is found by Gauss-Newton iterations from
+    /// that of forces alone, which are linear in it.
     pub(super) fn fit(&self, kept: &[bool]) -> PoseFit {
         if !self.unknowns.gravity {
             return self.fit_at(self.gravity, None, kept);
@@ -59,7 +59,8 @@ impl Poses<'_> {
         found
     }
 
-    /// Returns the poses with gravity in a direction that is unknown; `None` where it is unknown already.
+    /// Returns the poses with gravity in a direction that is unknown; `None` where it is unknown
+    /// already.
     pub(super) fn with_unknown_gravity(&self) -> Option<Self> {
         let mut unknown = self.clone();
         unknown.unknowns.gravity = true;
@@ -74,7 +75,8 @@ impl Poses<'_> {
             .collect()
     }
 
-    /// Fits with a gravity; it may turn by small angles where there is a load, whose parameters are about known.
+    /// Fits with a gravity; it may turn by small angles where there is a load, whose parameters are
+    /// about known.
     fn fit_at(&self, gravity: Vector3<f64>, load: Option<&Vector>, kept: &[bool]) -> PoseFit {
         let equations = turned(
             &self.equations,
@@ -135,7 +137,8 @@ impl PoseFit {
     }
 }
 
-/// Sets the columns of the [`ANGLES`], by which an acceleration changes along `across`, for a payload with these parameters.
+/// Sets the columns of the [`ANGLES`], by which an acceleration changes along `across`, for a
+/// payload with these parameters.
 pub(super) fn set_angles(
     columns: &mut SMatrix<f64, WRENCH, 10>,
     across: &SMatrix<f64, 3, 2>,

@@ -1,14 +1,14 @@
 //! Poses at rest: the payload from wrenches in a few attitudes, without times.
 //!
-//! At rest the wrench of a payload depends on its mass, on its centre of mass and on the direction of
-//! gravity in the sensor, and never on its inertia. Samples of one attitude are averaged into one
-//! equation for each channel, because what repeats in them (hysteresis, a posture that is not the
-//! commanded one, a drift) is no smaller in a hundred samples than in one. The noise is what is left
-//! between attitudes, and the intervals are those of Student's t.
+//! At rest the wrench of a payload depends on its mass, on its centre of mass and on the direction
+//! of gravity in the sensor, and never on its inertia. Samples of one attitude are averaged into
+//! one equation for each channel, because what repeats in them (hysteresis, a posture that is not
+//! the commanded one, a drift) is no smaller in a hundred samples than in one. The noise is what is
+//! left between poses, and the intervals are those of Student's t.
 //!
 //! With an unknown offset of the sensor, two attitudes determine the mass and three the centre of
-//! mass; with a sensor whose zero was set, one and two do. Without a given
-//! direction of gravity, one attitude more is needed. A pose that the others contradict is left out and reported.
+//! mass; with a sensor whose zero was set, one and two do. Without a given direction of gravity,
+//! one attitude more is needed. A pose that the others contradict is left out and reported.
 
 mod advice;
 mod assumptions;
@@ -16,6 +16,8 @@ mod fit;
 mod gravity;
 mod outliers;
 mod visits;
+
+use std::collections::BTreeSet;
 
 use nalgebra::Vector3;
 use tactid_dynamics::{FrameMotion, Manipulator};
@@ -80,9 +82,9 @@ struct Pose {
 }
 
 impl RestIdentifier {
-    /// Creates an identifier for a robot whose end-effector frame is the link `tool` and whose wrenches
-    /// are measured in the links `sensors`. `known_tool` is a body in the tool frame that the load
-    /// contains besides the payload: it is subtracted.
+    /// Creates an identifier for a robot whose end-effector frame is the link `tool` and whose
+    /// wrenches are measured in the links `sensors`. `known_tool` is a body in the tool frame that
+    /// the load contains besides the payload: it is subtracted.
     ///
     /// # Errors
     /// Returns the errors of [`EquationStream::new`](crate::EquationStream::new),
@@ -122,13 +124,14 @@ impl RestIdentifier {
         })
     }
 
-    /// Counts a sample that cannot be used, so that findings name the others by their place among all.
+    /// Counts a sample that cannot be used, so that findings name the others by their place among
+    /// all.
     pub fn skip(&mut self) {
         self.rows += 1;
     }
 
-    /// Adds one sample at rest. A sample with a number that is not finite, or has a magnitude of 1e30 or
-    /// more, is counted and left out.
+    /// Adds one sample at rest. A sample with a number that is not finite, or has a magnitude of
+    /// 1e30 or more, is counted and left out.
     ///
     /// # Errors
     /// Returns [`IdentifyError::State`] if a slice does not fit the robot, and
@@ -179,7 +182,8 @@ impl RestIdentifier {
         let solution = without_outliers(&poses);
         let fit = &solution.found.fit;
         let (found, covariance) = self.known.payload(&fit.parameters, &fit.covariance, None);
-        let consistent = nearest_consistent(found, &covariance, fit.null_space.scales(), None);
+        let metric = fit.null_space.across(&covariance);
+        let consistent = nearest_consistent(found, &metric, fit.null_space.scales(), None);
         let parameters = consistent.parameters;
         let posterior = Posterior {
             parameters,
@@ -250,6 +254,12 @@ impl RestIdentifier {
             None => Err(IdentifyError::Wrenches(
                 "no pose has a wrench and an attitude that can be used".to_owned(),
             )),
+            Some(1) if self.has_offset && self.unknowns.gravity => Err(IdentifyError::Option {
+                option: "gravity",
+                what: "two attitudes do not determine an unknown direction of gravity beside an offset of the sensor: \
+                       measure in three or more"
+                    .to_owned(),
+            }),
             Some(0) if self.has_offset => Err(IdentifyError::Option {
                 option: "wrench_offset",
                 what: "all poses have one attitude to gravity, in which a weight and an offset of the \
@@ -262,10 +272,15 @@ impl RestIdentifier {
         }
     }
 
-    /// Returns what was noticed: wrong assumptions, or a mass that is none where there are none, then poses that do not fit.
+    /// Returns what was noticed: wrong assumptions, or a mass that is none where there are none,
+    /// then poses that do not fit.
     fn findings(&self, poses: &Poses<'_>, solution: &WithoutOutliers) -> Vec<Finding> {
         let fit = &solution.found.fit;
-        let causes = causes(poses, &solution.kept, &self.stream);
+        let causes = if fit.can_contradict() {
+            causes(poses, &solution.kept, &self.stream)
+        } else {
+            Vec::new()
+        };
         let mass = (
             fit.parameters[0],
             fit.std_dev(&Matrix::identity().row(0).into()),
@@ -283,19 +298,25 @@ impl RestIdentifier {
             .chain(causes)
             .chain(of_mass)
             .chain(outliers.map(Finding::OutlyingPose))
-            .chain([Finding::PosesAtRest(self.resting(fit, &poses.attitudes))])
+            .chain([Finding::PosesAtRest(self.resting(poses, solution))])
             .chain(self.model.findings().map(Finding::Model))
             .collect()
     }
 
-    fn resting(&self, fit: &RestFit, attitudes: &[usize]) -> RestingPoses {
+    /// Returns what is known of the poses that are kept.
+    fn resting(&self, poses: &Poses<'_>, solution: &WithoutOutliers) -> RestingPoses {
+        let fit = &solution.found.fit;
+        let kept: Vec<usize> = (0..self.poses.len())
+            .filter(|pose| solution.kept[*pose])
+            .collect();
+        let attitudes: BTreeSet<usize> = kept.iter().map(|pose| poses.attitudes[*pose]).collect();
         let gravity_m_s2 = self.model.gravity().norm();
         let next = next_attitude(fit, gravity_m_s2, self.offset_frame.map());
         let [force_noise, moment_noise] = fit.measured_noise();
         RestingPoses {
-            attitudes: attitudes.iter().max().map_or(0, |last| last + 1),
-            poses: self.poses.len(),
-            samples: self.poses.iter().map(|pose| pose.samples).sum(),
+            attitudes: attitudes.len(),
+            poses: kept.len(),
+            samples: kept.iter().map(|pose| self.poses[*pose].samples).sum(),
             frame: self.offset_frame.name().to_string(),
             force_noise,
             moment_noise,
@@ -347,8 +368,8 @@ impl RestIdentifier {
     }
 }
 
-/// Returns the centre of mass, where it is certainly farther from the tool frame than that of anything that an arm holds, by
-/// two lever arms: 2 m.
+/// Returns the centre of mass, where it is certainly farther from the tool frame than that of
+/// anything that an arm holds, by two lever arms: 2 m.
 fn far_center(fit: &RestFit) -> Option<FarCenter> {
     let slopes = value_jacobian(&fit.parameters)?;
     let center = fit.parameters.fixed_rows::<3>(1) / fit.parameters[0];

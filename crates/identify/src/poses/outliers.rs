@@ -11,7 +11,8 @@ pub(super) struct WithoutOutliers {
     pub(super) found: PoseFit,
     /// Whether each pose is among those of the fit.
     pub(super) kept: Vec<bool>,
-    /// A pose that is contradicted, but kept because the others do not determine as much without it.
+    /// A pose that is contradicted, but kept because the others do not determine as much without
+    /// it.
     suspect: Option<usize>,
 }
 
@@ -42,8 +43,8 @@ pub(super) fn without_outliers(poses: &Poses<'_>) -> WithoutOutliers {
     }
 }
 
-/// Returns the pose of a fit that is the least probable beside the others, if it is improbable for the worst of all poses and
-/// both kinds of channels (Bonferroni).
+/// Returns the pose of a fit that is the least probable beside the others, if it is improbable for
+/// the worst of all poses and both kinds of channels (Bonferroni).
 fn worst(found: &PoseFit, kept: &[bool]) -> Option<usize> {
     let poses = found.rows.iter().zip(kept).enumerate();
     let of_poses = poses
@@ -54,13 +55,15 @@ fn worst(found: &PoseFit, kept: &[bool]) -> Option<usize> {
     (least * (tests as f64) < chance_beyond(SIGNIFICANT)).then_some(worst)
 }
 
-/// Returns the probability of a distance from zero of at least so many standard deviations, by chance.
+/// Returns the probability of a distance from zero of at least so many standard deviations, by
+/// chance.
 pub(super) fn chance_beyond(std_devs: f64) -> f64 {
     2.0 * Normal::standard().sf(std_devs)
 }
 
 impl WithoutOutliers {
-    /// Returns the poses that the others contradict, given the numbers of the first and the last row of each pose.
+    /// Returns the poses that the others contradict, given the numbers of the first and the last
+    /// row of each pose.
     pub(super) fn outliers(&self, rows: &[(usize, usize)]) -> Vec<OutlyingPose> {
         let contradicted = |pose: &usize| !self.kept[*pose] || self.suspect == Some(*pose);
         let poses = (0..rows.len()).filter(contradicted);

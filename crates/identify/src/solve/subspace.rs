@@ -143,6 +143,18 @@ impl NullSpace {
         &self.directions[..self.dimension]
     }
 
+    /// Returns a covariance without its share in the unobservable directions, as that of known bodies
+    /// has one: a projection onto consistent parameters moves freely in them.
+    pub fn across(&self, covariance: &Matrix) -> Matrix {
+        let units = self.scales * self.scales.transpose();
+        let mut scaled = covariance.component_div(&units);
+        for direction in self.directions() {
+            scaled -= direction * (direction.transpose() * scaled);
+            scaled -= (scaled * direction) * direction.transpose();
+        }
+        scaled.component_mul(&units)
+    }
+
     /// Returns whether the observable directions determine a quantity with this gradient in the parameters.
     pub fn determines(&self, gradient: &RowSVector<f64, 10>) -> bool {
         let scaled = gradient.component_mul(&self.scales.transpose());

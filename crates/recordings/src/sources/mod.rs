@@ -14,7 +14,6 @@ use tactid_logs::messages::{Imu, JointState, Odometry};
 
 use crate::defaults::{Contents, Options, check_tip};
 use crate::{Finding, RecordingError, Request, SensorFrame};
-pub use drivers::driver_table;
 pub(crate) use frames::place_sensor;
 use frames::{FrameOf, is_fixed_to_ground, place_frame};
 pub(crate) use topics::{MeasuredTopics, MotionTopics, joint_topics, several_topics, times_ns};

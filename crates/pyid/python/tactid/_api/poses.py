@@ -36,14 +36,14 @@ def identify_poses(
     It gives the mass, the centre of mass and the offset of the sensor; the inertia needs motion.
     With an unknown offset, two attitudes determine the mass and three the centre of mass; with
     ``wrench_offset="no"``, one and two do. From four on, the intervals are narrow: they follow from
-    the noise between attitudes, with Student's t. Samples that follow each other in one attitude
+    the noise between poses, with Student's t. Samples that follow each other in one attitude
     (gravity turns by less than half a degree) are averaged, and count once.
 
         tactid.identify_poses(pose=pose, wrench=wrench, wrench_acts_on="sensor")
         tactid.identify_poses(urdf="arm.urdf", tip="tool0", q=q, wrench=wrench)
 
     The result is an :class:`Identification` with ``clock == "none"``: it has no history, forecast,
-    cutoff or delay, and each of its windows is an attitude. Its finding ``poses_at_rest`` says
+    cutoff or delay, and each of its windows is a pose. Its finding ``poses_at_rest`` says
     which further attitude would help most.
 
     Args:

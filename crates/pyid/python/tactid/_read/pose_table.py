@@ -88,9 +88,9 @@ def _poses(table: Table, quantity: Quantity) -> Array:
     if rotation.shape[1] == 4:
         quaternion = rotation
     elif rotation.shape[1] == 3 and "yaw" in last:
-        quaternion = _of_angles(_in_rad(table, quantity, rotation))
+        quaternion = _of_angles(_checked_angles(table, quantity, rotation))
     elif rotation.shape[1] == 3:
-        quaternion = _of_vector(_in_rad(table, quantity, rotation))
+        quaternion = _of_vector(_checked_angles(table, quantity, rotation))
     else:
         raise ArgumentError(
             f"{table.path}: {quantity.words} are {width} numbers a row for `pose`: expected x, y, z"
@@ -100,8 +100,12 @@ def _poses(table: Table, quantity: Quantity) -> Array:
     return np.hstack([np.zeros((len(values), 3)), quaternion])
 
 
-def _in_rad(table: Table, quantity: Quantity, angles: Array) -> Array:
-    """Returns angles in rad; more than 2 pi in one of them are degrees."""
+def _checked_angles(table: Table, quantity: Quantity, angles: Array) -> Array:
+    """Returns the angles, rad.
+
+    Raises:
+        ArgumentError: An angle exceeds 2 pi, so that the unit is probably degrees.
+    """
     largest = np.abs(angles[np.isfinite(angles)]).max(initial=0.0)
     if largest > 2 * np.pi:
         names = ",".join(f"{name}[deg]" for name in quantity.columns[-3:])

@@ -61,6 +61,7 @@ def hashes(inputs: Mapping[str, Path]) -> dict[str, dict[str, str]]:
 
 def _of_recording(folder: Path) -> Iterator[Path]:
     """Yields the files of a rosbag2 folder, or of a data set of LeRobot."""
+    yield folder / "meta" / "info.json"
     yield from (folder / "data").rglob("*.parquet")
     yield from filter(_is_of_bag, folder.iterdir())
 
