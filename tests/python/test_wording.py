@@ -260,9 +260,9 @@ SENTENCES = {
         " of the world."
     ),
     "too_few_windows": (
-        "The residuals exceed the noise, and the recording is too short to show whether the model or"
-        " the noise is wrong: it fills 5 windows, and 10 can show it. Do not use the values; record"
-        " a longer motion."
+        "The residuals exceed the noise, and the recording is too short to show whether the model"
+        " or the noise is wrong: it fills 5 windows, and 10 can show it. Do not use the values;"
+        " record a longer motion."
     ),
     "nothing_held": (
         "Nothing is held, or too little for this recording: the mass is -0.0012 ± 0.0020 kg."

@@ -256,7 +256,7 @@ impl RestIdentifier {
             )),
             Some(1) if self.has_offset && self.unknowns.gravity => Err(IdentifyError::Option {
                 option: "gravity",
-                what: "two attitudes do not determine an unknown direction of gravity beside an offset of the sensor: \
+                what: "two attitudes do not determine the direction of gravity beside an offset of the sensor: \
                        measure in three or more"
                     .to_owned(),
             }),
