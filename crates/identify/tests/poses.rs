@@ -9,8 +9,8 @@ use at_rest::*;
 use nalgebra::{Isometry3, UnitQuaternion, Vector3};
 use rand::{RngExt, SeedableRng, rngs::SmallRng};
 use rand_distr::StandardNormal;
-use tactid_dynamics::{Manipulator, MassProperties};
-use tactid_identify::{EquationSettings, Finding, RestIdentifier, Wrench};
+use tactid_dynamics::{InertialParameters, Manipulator, MassProperties};
+use tactid_identify::{EquationSettings, Finding, KnownTool, RestIdentifier, Wrench};
 
 /// Exact wrenches give exact values, in a tip frame that is not that of the sensor and with a known tool. The inertia is
 /// unobservable.
@@ -212,4 +212,29 @@ fn the_next_attitude_is_across_the_others() {
     let found = resting(&result);
     assert!(found.next_gravity[0] != 0.0, "{found:?}");
     assert_eq!(found.next_gravity[1..], [0.0, 0.0], "{found:?}");
+}
+
+/// The covariance of a known tool has a share in the inertia, which poses do not show: that makes no inertia of the payload
+/// inconsistent.
+#[test]
+fn an_uncertain_tool_is_subtracted() {
+    let tool = MassProperties {
+        mass_kg: 0.5,
+        center_of_mass: Vector3::new(0.0, 0.0, 0.06),
+        inertia: nalgebra::Matrix3::identity() * 1e-3,
+    };
+    let parameters = InertialParameters::from(tool);
+    let variances = parameters.as_vector().map(|value| (0.01 * value).powi(2));
+    let tool = KnownTool {
+        body: tool,
+        covariance: nalgebra::SMatrix::from_diagonal(&variances),
+    };
+    let robot = Manipulator::lone_body("sensor");
+    let sensors = ["sensor"];
+    let identifier = RestIdentifier::new(&robot, "sensor", &sensors, &settings(true), Some(tool));
+    let samples = poses(8, &mut SmallRng::seed_from_u64(3));
+    let estimate = solve(identifier.unwrap(), &samples).unwrap().estimate;
+    let error_kg = estimate.body.mass_kg - (MASS_KG - 0.5);
+    assert!(error_kg.abs() < 3.0 * estimate.std_devs[0], "{estimate:?}");
+    assert!(estimate.std_devs[0] < 0.02);
 }

@@ -294,3 +294,19 @@ fn positions_in_degrees_are_named() {
     let is_named = matches!(&found[0], Finding::PositionsBeyondLimits(found) if found.are_degrees);
     assert!(is_named, "{found:?}");
 }
+
+/// Too few poses contradict nothing: two sound ones, and four with an unknown gravity.
+#[test]
+fn few_sound_poses_contradict_nothing() {
+    for seed in 0..100 {
+        let random = &mut SmallRng::seed_from_u64(seed);
+        let unknown = unknown_gravity(GRAVITY);
+        for (count, settings) in [(2, settings(true)), (4, unknown)] {
+            let result = identify_with(&poses(count, random), &settings).unwrap();
+            let [Finding::PosesAtRest(found)] = &result.findings[..] else {
+                panic!("{seed}, {count}: {:?}", result.findings);
+            };
+            assert_eq!(found.poses, count);
+        }
+    }
+}
