@@ -380,7 +380,10 @@ def test_the_command_chooses_an_episode(
         done = command(name, *options)
         assert done.returncode == 0, done.stderr
     record = json.loads(command("identify", *options, "--json").stdout)
-    assert list(record["sha256"]["log"]) == ["data/chunk-000/file-000.parquet"]
+    assert list(record["sha256"]["log"]) == [
+        "data/chunk-000/file-000.parquet",
+        "meta/info.json",
+    ]
 
 
 def test_arrays_with_other_numbers_of_rows_are_an_error(rows: np.ndarray, tmp_path: Path) -> None:
