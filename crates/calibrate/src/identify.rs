@@ -2,7 +2,6 @@
 
 use super::compare::{EffortComparison, compare};
 use super::estimate::{ArmChange, CalibratedEstimate};
-use super::fingerprint::hash;
 use super::layout::Group;
 use super::model::Calibration;
 use super::posterior::{Posterior, posterior};
@@ -17,6 +16,7 @@ use tactid_identify::diagnosis::{
     CONTRADICTION, mass_finding, nearest_consistent, nothing_held, without_repetition,
 };
 use tactid_identify::equations::{Channel, window};
+use tactid_identify::fingerprint;
 use tactid_identify::serial::Table;
 use tactid_identify::solve::information;
 use tactid_identify::solve::value_jacobian;
@@ -119,13 +119,13 @@ impl Calibration {
     /// Returns a number that identifies this calibration.
     fn source(&self) -> u64 {
         let numbers = self.parameters.iter().chain(&self.precision);
-        hash(numbers.map(|number| number.to_bits()))
+        fingerprint(numbers.map(|number| number.to_bits()))
     }
 
     /// Returns a number that identifies this calibration, updated by unloaded recordings.
     fn day(&self, unloaded: &[EffortRecording]) -> u64 {
         let each = unloaded.iter().map(EffortRecording::fingerprint);
-        hash(each.chain([self.source()]))
+        fingerprint(each.chain([self.source()]))
     }
 }
 
@@ -387,7 +387,7 @@ impl Solution<'_> {
 /// Returns the widened errors of groups of unknowns, each with its source's number, and those of a known tool.
 fn shared_errors(groups: [(u64, &GainErrors); 3], of_tool: &[(u64, Vector)]) -> SharedErrors {
     let columns = |(source, changes): (u64, &GainErrors)| {
-        let unknowns = (0..changes.ncols() as u64).map(move |k| hash([source, k].into_iter()));
+        let unknowns = (0..changes.ncols() as u64).map(move |k| fingerprint([source, k]));
         let changes = changes.column_iter().map(|change| change * WIDENING);
         unknowns.zip(changes.collect::<Vec<_>>())
     };

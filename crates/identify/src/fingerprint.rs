@@ -1,35 +1,38 @@
-//! Number that identifies data which are stored and compared later.
+//! Numbers that identify recordings, calibrations and tools by their content.
 
-/// Offset basis and prime of FNV-1a with 64 bits (Fowler, Noll, Vo).
+/// Offset basis and prime of the hash of Fowler, Noll and Vo with 64 bits,
+/// <http://www.isthe.com/chongo/tech/comp/fnv/>.
 const FNV: [u64; 2] = [0xcbf2_9ce4_8422_2325, 0x0100_0000_01b3];
 
-/// Returns a number that is the same for the same `words` on every machine and in every version, and almost surely another one
-/// for others. It protects against chance, not against intent.
+/// Returns a hash of some numbers, the same on every machine and in every version. It takes words
+/// instead of the bytes of Fowler, Noll and Vo, and so folds the upper half into the lower one:
+/// products alone never carry the sign of a number to other bits.
 #[must_use]
-pub fn fingerprint(words: impl IntoIterator<Item = u64>) -> u64 {
+pub fn fingerprint(numbers: impl IntoIterator<Item = u64>) -> u64 {
     let [basis, prime] = FNV;
-    let words = words.into_iter();
-    words.fold(basis, |hash, word| {
-        let bytes = word.to_le_bytes().into_iter();
-        bytes.fold(hash, |hash, byte| {
-            (hash ^ u64::from(byte)).wrapping_mul(prime)
-        })
+    numbers.into_iter().fold(basis, |hash, number| {
+        let product = (hash ^ number).wrapping_mul(prime);
+        product ^ (product >> 32)
     })
 }
 
 #[cfg(test)]
 mod tests {
-    use super::fingerprint;
+    use super::*;
 
-    /// The published value for the bytes of "foobar", padded with zeros to a word, is computed by the definition.
+    /// Negated numbers differ in their first bits only, and make another hash.
     #[test]
-    fn a_fingerprint_is_fnv_1a() {
-        assert_eq!(fingerprint([]), 0xcbf2_9ce4_8422_2325);
-        let mut hash: u64 = 0xcbf2_9ce4_8422_2325;
-        for byte in *b"foobar\0\0" {
-            hash = (hash ^ u64::from(byte)).wrapping_mul(0x0100_0000_01b3);
+    fn signs_matter() {
+        let of = |numbers: [f64; 2]| fingerprint(numbers.into_iter().map(f64::to_bits));
+        let all = [
+            [1.0, 2.0],
+            [-1.0, -2.0],
+            [-1.0, 2.0],
+            [1.0, -2.0],
+            [2.0, 1.0],
+        ];
+        for (k, numbers) in all.iter().enumerate() {
+            assert!(all[..k].iter().all(|other| of(*other) != of(*numbers)));
         }
-        assert_eq!(fingerprint([u64::from_le_bytes(*b"foobar\0\0")]), hash);
-        assert_ne!(fingerprint([0]), fingerprint([0, 0]));
     }
 }

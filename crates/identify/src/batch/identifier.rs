@@ -236,7 +236,7 @@ impl BatchIdentifier {
         };
         let options = FitOptions {
             known_mass: Some(known.mass_of_load(mass)),
-            ..solution.found.options(&solution.channels)
+            ..solution.found.values.options(&solution.channels)
         };
         let equations = &solution.found.equations;
         let fit = least_squares::fit(equations, options);
@@ -380,7 +380,7 @@ impl BatchIdentifier {
         let options = FitOptions {
             delay: true,
             weights_of: Some(&solution.found.fit),
-            ..solution.found.options(&solution.channels)
+            ..solution.found.values.options(&solution.channels)
         };
         let delay = least_squares::fit(&solution.found.equations, options)?.delay;
         delay.filter(|delay| delay.delay_s.is_finite())

@@ -92,10 +92,7 @@ impl FitReport {
             .zip(&residuals)
             .map(|(all, rest)| all - rest);
         let predicted = explained.collect();
-        let options = FitOptions {
-            eliminated: values.unknowns.count(),
-            ..FitOptions::new(channels)
-        };
+        let options = values.options(channels);
         let [held_out_rms, held_out_plain_rms] = validate(equations, fit, options, &held_out);
         let table = |values| Table {
             columns: channels.count(),

@@ -2,7 +2,7 @@
 
 use nalgebra::{Matrix3, Vector3};
 
-use crate::equations::{Equation, Geometry, SAME_ATTITUDE_RAD};
+use crate::equations::{Attitudes, Equation, Geometry, SAME_ATTITUDE_RAD};
 use crate::finding::Rests;
 
 /// Shortest rest, s: longer than a slow swing stays in its turning points.
@@ -20,23 +20,17 @@ pub(super) fn rests(equations: &[Equation], gravity: &Vector3<f64>) -> Option<Re
     });
     let windows: Option<Vec<(f64, Geometry<'_>)>> = windows.collect();
     let windows = windows.filter(|windows| windows.len() > 1 && gravity.norm() > 0.0)?;
-    let mut attitudes: Vec<Vector3<f64>> = Vec::new();
+    let mut attitudes = Attitudes::default();
     let (mut rests, mut at_rest_s) = (0, 0.0);
     for (duration_s, rotation) in rests_of(&windows) {
-        let down = rotation * gravity;
-        if attitudes
-            .iter()
-            .all(|other| other.angle(&down) > SAME_ATTITUDE_RAD)
-        {
-            attitudes.push(down);
-        }
+        attitudes.number(&(rotation * gravity));
         rests += 1;
         at_rest_s += duration_s;
     }
     let duration_s = windows[windows.len() - 1].0 - windows[0].0;
     let fraction = at_rest_s / duration_s;
-    (fraction > LEAST_REST_FRACTION && attitudes.len() > 1).then_some(Rests {
-        attitudes: attitudes.len(),
+    (fraction > LEAST_REST_FRACTION && attitudes.count() > 1).then_some(Rests {
+        attitudes: attitudes.count(),
         rests,
         fraction,
     })

@@ -6,11 +6,6 @@ use tactid_dynamics::{FrameId, JointMotion, Workspace};
 
 use super::instant::Instant;
 
-/// An attitude is the same as long as it, or gravity in it, turns by less than this angle, rad:
-/// half a degree, more than the noise of encoders and of orientations, and less than two attitudes
-/// of a calibration differ by.
-pub(crate) const SAME_ATTITUDE_RAD: f64 = 0.009;
-
 /// Number of the entries of an instant of so many joints, of which a [`Geometry`] is the mean.
 pub(crate) fn entry_count(joints: usize) -> usize {
     9 + 3 * joints

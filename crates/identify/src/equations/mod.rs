@@ -6,6 +6,7 @@
 //! into equations ([`window`]). What leaves this module is a linear regression that knows no robot:
 //! [`Equation`]s, and the [`Channels`] that say what each of their rows measures.
 
+mod attitudes;
 mod channels;
 mod continuation;
 mod differentiation;
@@ -24,12 +25,13 @@ mod sources;
 mod stream;
 pub mod window;
 
+pub(crate) use attitudes::{Attitudes, SAME_ATTITUDE_RAD, are_same_attitude};
 pub(crate) use channels::WRENCH;
 pub use channels::{Channel, Channels, KnownNoise};
 pub use continuation::Continuation;
 pub(crate) use continuation::{Step, are_angles};
 pub use equation::{Equation, Row};
-pub(crate) use geometry::{Geometry, SAME_ATTITUDE_RAD};
+pub(crate) use geometry::Geometry;
 pub use instant::Instant;
 pub(crate) use model::Model;
 pub use motion_rows::MotionRows;

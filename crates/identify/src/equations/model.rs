@@ -2,7 +2,7 @@
 
 use std::iter;
 
-use nalgebra::{Matrix6, Vector3};
+use nalgebra::Vector3;
 use tactid_dynamics::{
     FrameId, InertialParameters, JointMotion, Manipulator, ModelError, ModelFinding, StateError,
     Workspace, inverse_dynamics, motion_under_gravity,
@@ -30,8 +30,7 @@ pub(crate) struct Model {
     sources: Vec<Source>,
     /// Number of rows of each source.
     row_counts: Vec<usize>,
-    /// Projection of a wrench in the tool frame onto what is measured; `None` where all is.
-    projection: Option<Matrix6<f64>>,
+    offset_frame: OffsetFrame,
     /// Whether the rows hold for the links below the tool and the payload as one body.
     includes_gripper: bool,
     robot: Manipulator,
@@ -59,9 +58,9 @@ impl Model {
         settings: &EquationSettings,
     ) -> Result<Self, IdentifyError> {
         settings.check(robot, sensors)?;
-        let projection = OffsetFrame::new(robot, tool, sensors, &settings.unmeasured)?.projection();
+        let offset_frame = OffsetFrame::new(robot, tool, sensors, &settings.unmeasured)?;
         let tool = robot.frame(tool)?;
-        let sources = sources_of(robot, tool, sensors, settings, projection)?;
+        let sources = sources_of(robot, tool, sensors, settings, offset_frame.projection())?;
         check_masses(robot, tool, &sources).map_err(|error| {
             IdentifyError::Method(format!(
                 "the {} method needs the masses of the robot: {error}; or use the tactile method, which needs none",
@@ -97,7 +96,7 @@ impl Model {
             row_count,
             sources,
             row_counts,
-            projection,
+            offset_frame,
             includes_gripper,
             robot: robot.clone(),
             tool,
@@ -118,6 +117,11 @@ impl Model {
             let count = self.entries.len() + self.geometry_entries;
             self.entries.resize(count, 0.0);
         }
+    }
+
+    /// The frame in which a constant offset of the wrenches is stated.
+    pub(crate) fn offset_frame(&self) -> &OffsetFrame {
+        &self.offset_frame
     }
 
     /// Gravitational acceleration in the inertial frame, m/s².
@@ -177,7 +181,7 @@ impl Model {
             sources: self.row_counts.clone(),
             offsets: 0,
             known_noise,
-            projection: self.projection,
+            projection: self.offset_frame.projection(),
         };
         let first = self.sources.first();
         channels.with_offsets(first.is_some_and(|source| source.has_offsets()))

@@ -38,7 +38,6 @@ pub enum PushOutcome {
 #[derive(Clone, Debug)]
 pub struct EquationStream {
     model: Model,
-    offset_frame: OffsetFrame,
     motion: MotionStream,
     windows: Windows<WindowMean>,
     equation: Equation,
@@ -59,7 +58,7 @@ impl EquationStream {
         settings: &EquationSettings,
     ) -> Result<Self, IdentifyError> {
         let model = Model::new(robot, tool, sensors, settings)?;
-        Self::with_model(robot, tool, sensors, settings, model)
+        Ok(Self::with_model(robot, sensors, settings, model))
     }
 
     /// Creates a stream as [`new`](Self::new) does, which keeps the [`Geometry`](super::Geometry) of the windows where wrenches
@@ -72,18 +71,16 @@ impl EquationStream {
     ) -> Result<Self, IdentifyError> {
         let mut model = Model::new(robot, tool, sensors, settings)?;
         model.keep_geometry();
-        Self::with_model(robot, tool, sensors, settings, model)
+        Ok(Self::with_model(robot, sensors, settings, model))
     }
 
     fn with_model(
         robot: &Manipulator,
-        tool: &str,
         sensors: &[&str],
         settings: &EquationSettings,
         model: Model,
-    ) -> Result<Self, IdentifyError> {
-        Ok(Self {
-            offset_frame: OffsetFrame::new(robot, tool, sensors, &settings.unmeasured)?,
+    ) -> Self {
+        Self {
             motion: MotionStream::new(robot, sensors.len(), settings.cutoff_hz, settings.max_gap_s),
             windows: Windows::of_means(
                 settings.cutoff_hz,
@@ -93,7 +90,7 @@ impl EquationStream {
             ),
             equation: Equation::new(model.row_count()),
             model,
-        })
+        }
     }
 
     /// Adds a sample and returns the equation that it completes, if any.
@@ -192,7 +189,7 @@ impl EquationStream {
 
     /// The frame in which a constant offset of the wrenches is stated.
     pub(crate) fn offset_frame(&self) -> &OffsetFrame {
-        &self.offset_frame
+        self.model.offset_frame()
     }
 
     /// Returns how the samples were taken.

@@ -318,7 +318,8 @@ impl Notice for Finding {
             Self::WrongAssumption(found) => {
                 found.mass_change > LARGEST_MASS_CHANGE
                     || found.shift_m > LARGEST_SHIFT_M
-                    // Six degrees: no base is mounted as badly, and a tenth of the weight acts sideways.
+                    // A change of six degrees is larger than the error of a mount, and lets a tenth of the
+                    // weight act sideways.
                     || found.gravity_change() > 2.0 * LARGEST_MASS_CHANGE
             }
             Self::PositionsJump(jumps) => jumps.are_of_two_sources(),

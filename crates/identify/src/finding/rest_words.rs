@@ -7,13 +7,15 @@ use super::{FarCenter, OutlyingPose, RestingPoses, Rests};
 
 pub(super) fn poses_at_rest(found: &RestingPoses) -> String {
     let attitudes = counted(found.attitudes, "attitude");
-    let visited = match found.poses {
-        poses if poses > found.attitudes => format!(" in {}", counted(poses, "pose")),
-        _ => String::new(),
+    let visited = if found.poses > found.attitudes {
+        format!(" in {}", counted(found.poses, "pose"))
+    } else {
+        String::new()
     };
-    let averaged = match found.samples {
-        samples if samples > found.poses => format!(" (the means of {samples} samples)"),
-        _ => String::new(),
+    let averaged = if found.samples > found.poses {
+        format!(" (the means of {} samples)", found.samples)
+    } else {
+        String::new()
     };
     let noise = [(found.force_noise, "N"), (found.moment_noise, "N m")];
     let measured = noise.iter().filter(|(noise, _)| *noise > 0.0);
@@ -52,9 +54,10 @@ pub(super) fn consists_of_rests(found: &Rests) -> String {
 
 pub(super) fn outlying(found: &OutlyingPose) -> String {
     let (first, last) = (found.first_row, found.last_row);
-    let pose = match found.pose {
-        _ if first == last => format!("Row {first}"),
-        pose => format!("Pose {pose} (rows {first} to {last})"),
+    let pose = if first == last {
+        format!("Row {first}")
+    } else {
+        format!("Pose {} (rows {first} to {last})", found.pose)
     };
     let unit = if found.channel.starts_with("force") {
         "N"

@@ -77,8 +77,8 @@ pub(crate) const CHANNELS: [&str; 6] = [
 ];
 
 impl WrongAssumption {
-    /// Returns by how much gravity certainly differs from what is assumed, relative to its size, without a unit; zero for another
-    /// cause.
+    /// Returns the least difference of gravity from the assumed one that its interval allows, relative to
+    /// the size of that, without a unit; zero for another cause.
     pub(super) fn gravity_change(&self) -> f64 {
         if self.cause != Hypothesis::Gravity {
             return 0.0;

@@ -33,14 +33,6 @@ pub(crate) struct FurtherFit<'a> {
 }
 
 impl FurtherFit<'_> {
-    /// Returns the options of another fit to the same equations.
-    pub(crate) fn options<'a>(&self, channels: &'a Channels) -> FitOptions<'a> {
-        FitOptions {
-            eliminated: self.values.unknowns.count(),
-            ..FitOptions::new(channels)
-        }
-    }
-
     /// Returns the further unknowns that belong to another fit to the same equations.
     pub(crate) fn values_of(&self, fit: &Fit) -> FurtherValues {
         let mut values = self.values.clone();
@@ -132,6 +124,14 @@ pub(crate) fn fit<'a>(
 }
 
 impl FurtherValues {
+    /// Returns the options of another fit to the equations without these unknowns.
+    pub(crate) fn options<'a>(&self, channels: &'a Channels) -> FitOptions<'a> {
+        FitOptions {
+            eliminated: self.unknowns.count(),
+            ..FitOptions::new(channels)
+        }
+    }
+
     /// Returns the values before anything is known of them, at a given gravity.
     fn new(unknowns: Unknowns, gravity: &Vector3<f64>) -> Self {
         Self {

@@ -6,6 +6,7 @@ use nalgebra::{
 use tactid_dynamics::cross;
 
 use super::windows::{SLIGHT, Window, Windows};
+use crate::equations::acceleration_columns;
 use crate::finding::Hypothesis;
 
 /// Parameters of the payload with the differences from what is assumed.
@@ -180,10 +181,8 @@ impl Model {
             }
         }
         let acceleration = -(window.tool_from_world * self.gravity);
-        let mut of_mass = regressor.fixed_view_mut::<3, 1>(0, 0);
-        of_mass += acceleration;
-        let mut of_moments = regressor.fixed_view_mut::<3, 3>(3, 1);
-        of_moments -= cross(&acceleration);
+        let mut of_weight = regressor.fixed_columns_mut::<4>(0);
+        of_weight += acceleration_columns(&acceleration);
         regressor
     }
 
@@ -283,10 +282,7 @@ impl Model {
 
     /// Returns the wrench that moves the load with an acceleration, in the tool frame.
     fn of_acceleration(&self, acceleration: &Vector3<f64>) -> Vector6<f64> {
-        let first_moment: Vector3<f64> = self.parameters.fixed_rows::<3>(1).into();
-        let [fx, fy, fz] = (acceleration * self.parameters[0]).into();
-        let [nx, ny, nz] = first_moment.cross(acceleration).into();
-        Vector6::new(fx, fy, fz, nx, ny, nz)
+        acceleration_columns(acceleration) * self.parameters.fixed_rows::<4>(0)
     }
 
     /// Returns the derivative of a wrench with respect to a rotation of the sensor, given the

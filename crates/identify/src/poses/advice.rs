@@ -3,7 +3,7 @@
 use nalgebra::{Matrix4, Matrix6, SMatrix, Vector3};
 
 use super::fit::RestFit;
-use super::gravity::set_angles;
+use super::pose_fit::set_angles;
 use crate::equations::{WRENCH, acceleration_columns};
 use crate::fit::elimination::tangents;
 use crate::result::{KINDS, VALUE_NAMES};

@@ -5,8 +5,8 @@ use std::ops::Range;
 use nalgebra::Vector2;
 
 use super::fit::{ANGLES, RestFit};
-use super::gravity::Poses;
-use super::outliers::chance_beyond;
+use super::outliers::{WithoutOutliers, chance_beyond};
+use super::pose_fit::Poses;
 use crate::diagnosis::{CONTRADICTION, wrong_assumptions};
 use crate::equations::window::WindowMean;
 use crate::equations::{Equation, EquationStream, Model, Unknowns};
@@ -41,11 +41,15 @@ pub(super) fn mean(sum: &Equation, samples: usize) -> Equation {
 /// gravity is a cause, in the place of another gravity of any size, or of what explains less.
 pub(super) fn causes(
     poses: &Poses<'_>,
-    kept: &[bool],
+    solution: &WithoutOutliers,
     stream: &EquationStream,
 ) -> Vec<WrongAssumption> {
-    let mut causes = causes_of(&poses.kept(kept), stream, poses.unknowns);
-    let Some(direction) = other_direction(poses, kept) else {
+    let given = &solution.found.fit;
+    if !given.can_contradict() {
+        return Vec::new();
+    }
+    let mut causes = causes_of(&poses.kept(&solution.kept), stream, poses.unknowns);
+    let Some(direction) = other_direction(poses, &solution.kept, given) else {
         return causes;
     };
     match causes
@@ -75,11 +79,12 @@ fn causes_of(
     found.map_or_else(Vec::new, |found| found.causes)
 }
 
-/// Returns gravity of another direction where it explains poses far better than the given one.
-fn other_direction(poses: &Poses<'_>, kept: &[bool]) -> Option<WrongAssumption> {
+/// Returns gravity of another direction where it explains the poses that are `kept` far better than
+/// the fit with the `given` one.
+fn other_direction(poses: &Poses<'_>, kept: &[bool], given: &RestFit) -> Option<WrongAssumption> {
     let found = poses.with_unknown_gravity()?.fit(kept);
     let gravity = found.gravity_estimate()?;
-    let (given, other) = (poses.fit(kept).fit, found.fit);
+    let other = found.fit;
     if given.p_value_beside(&other, ANGLES.len()) > chance_beyond(CONTRADICTION)
         || given.squares(&other) < (1.0 + MATERIAL) * other.squares(&other)
     {
@@ -90,7 +95,7 @@ fn other_direction(poses: &Poses<'_>, kept: &[bool]) -> Option<WrongAssumption> 
     let half_width = |k: usize| HALF_WIDTH_95 * other.std_dev(&slopes.row(k).into());
     let distance = |values: Range<usize>| {
         let squares = values.map(|k| {
-            let distance = value(&other, k) - value(&given, k);
+            let distance = value(&other, k) - value(given, k);
             Vector2::new(distance.powi(2), half_width(k).powi(2))
         });
         let squares: Vector2<f64> = squares.sum();

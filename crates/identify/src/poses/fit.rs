@@ -216,9 +216,7 @@ impl RestFit {
     pub(super) fn residual_std_dev(&self, row: &Row, channel: usize, is_fitted: bool) -> f64 {
         let column = row.regressor - self.means[channel].regressor;
         let kind = channel / 3;
-        let of_noise = self.noise[kind]
-            .max(INVERSE_ROUNDING.sqrt() * self.largest[kind])
-            .powi(2);
+        let of_noise = self.resolved_noise(kind).powi(2);
         let of_fit =
             (self.inverse.covariance * column).dot(&column) + of_noise * self.fraction_of_mean();
         let variance = if is_fitted {
@@ -242,7 +240,7 @@ impl RestFit {
         (0..2).filter(is_measured).map(of_kind).sum()
     }
 
-    /// Noise of a kind, at least the rounding of residuals.
+    /// Returns the noise of a kind of channels, or the rounding of its residuals where that is larger, N or N m.
     fn resolved_noise(&self, kind: usize) -> f64 {
         self.noise[kind].max(INVERSE_ROUNDING.sqrt() * self.largest[kind])
     }

@@ -13,8 +13,8 @@
 mod advice;
 mod assumptions;
 mod fit;
-mod gravity;
 mod outliers;
+mod pose_fit;
 mod visits;
 
 use std::collections::BTreeSet;
@@ -25,14 +25,14 @@ use tactid_dynamics::{FrameMotion, Manipulator};
 use self::advice::next_attitude;
 use self::assumptions::{causes, equation_at_rest, mean};
 use self::fit::RestFit;
-use self::gravity::Poses;
 use self::outliers::{WithoutOutliers, without_outliers};
+use self::pose_fit::Poses;
 use crate::batch::{BatchResult, FitReport};
 use crate::checks::PositionMonitor;
 use crate::diagnosis::{mass_findings, nearest_consistent};
 use crate::equations::{
-    Equation, EquationSettings, EquationStream, Geometry, Instant, Model, OffsetFrame, Row,
-    SAME_ATTITUDE_RAD, Sample, Unknowns, WRENCH,
+    Attitudes, Equation, EquationSettings, EquationStream, Geometry, Instant, Model, Row, Sample,
+    Unknowns, WRENCH, are_same_attitude,
 };
 use crate::finding::{FarCenter, Finding, RestingPoses};
 use crate::fit::GainErrors;
@@ -59,7 +59,6 @@ pub struct RestIdentifier {
     model: Model,
     /// Equations of samples with times, whose assumptions are those of the poses.
     stream: EquationStream,
-    offset_frame: OffsetFrame,
     has_offset: bool,
     unknowns: Unknowns,
     known: KnownBodies,
@@ -111,7 +110,6 @@ impl RestIdentifier {
         Ok(Self {
             frame: tool.into(),
             stream: EquationStream::with_geometry(robot, tool, sensors, equations)?,
-            offset_frame: OffsetFrame::new(robot, tool, sensors, &equations.unmeasured)?,
             has_offset: equations.wrench_offset,
             unknowns: equations.unknowns,
             known: KnownBodies::new(None, known_tool),
@@ -155,7 +153,7 @@ impl RestIdentifier {
         let equation = equation_at_rest(&self.model);
         let down = self.down(&equation);
         let last = self.poses.last().map(|pose| self.down(&pose.sum));
-        let is_same = last.is_some_and(|last| last.angle(&down) < SAME_ATTITUDE_RAD);
+        let is_same = last.is_some_and(|last| are_same_attitude(&last, &down));
         match self.poses.last_mut().filter(|_| is_same) {
             Some(pose) => {
                 pose.sum.add_mean(&equation, 1.0);
@@ -228,21 +226,14 @@ impl RestIdentifier {
 
     /// Returns the mean equations of the poses, with the attitude of each.
     fn means(&self) -> Poses<'_> {
-        let mut directions: Vec<Vector3<f64>> = Vec::new();
-        let mut attitude = |pose: &Pose| {
-            let down = self.down(&pose.sum);
-            let is_same = |other: &Vector3<f64>| other.angle(&down) < SAME_ATTITUDE_RAD;
-            directions.iter().position(is_same).unwrap_or_else(|| {
-                directions.push(down);
-                directions.len() - 1
-            })
-        };
-        let attitudes = self.poses.iter().map(&mut attitude).collect();
+        let mut attitudes = Attitudes::default();
+        let number = |pose: &Pose| attitudes.number(&self.down(&pose.sum));
+        let attitudes = self.poses.iter().map(number).collect();
         let mean = |pose: &Pose| mean(&pose.sum, pose.samples);
         Poses {
             equations: self.poses.iter().map(mean).collect(),
             attitudes,
-            frame: &self.offset_frame,
+            frame: self.model.offset_frame(),
             has_offset: self.has_offset,
             gravity: self.model.gravity(),
             unknowns: self.unknowns,
@@ -276,11 +267,7 @@ impl RestIdentifier {
     /// then poses that do not fit.
     fn findings(&self, poses: &Poses<'_>, solution: &WithoutOutliers) -> Vec<Finding> {
         let fit = &solution.found.fit;
-        let causes = if fit.can_contradict() {
-            causes(poses, &solution.kept, &self.stream)
-        } else {
-            Vec::new()
-        };
+        let causes = causes(poses, solution, &self.stream);
         let mass = (
             fit.parameters[0],
             fit.std_dev(&Matrix::identity().row(0).into()),
@@ -311,13 +298,13 @@ impl RestIdentifier {
             .collect();
         let attitudes: BTreeSet<usize> = kept.iter().map(|pose| poses.attitudes[*pose]).collect();
         let gravity_m_s2 = self.model.gravity().norm();
-        let next = next_attitude(fit, gravity_m_s2, self.offset_frame.map());
+        let next = next_attitude(fit, gravity_m_s2, self.model.offset_frame().map());
         let [force_noise, moment_noise] = fit.measured_noise();
         RestingPoses {
             attitudes: attitudes.len(),
             poses: kept.len(),
             samples: kept.iter().map(|pose| self.poses[*pose].samples).sum(),
-            frame: self.offset_frame.name().to_string(),
+            frame: self.model.offset_frame().name().to_string(),
             force_noise,
             moment_noise,
             next_gravity: next.gravity,
@@ -357,8 +344,8 @@ impl RestIdentifier {
             excitation: excitation.strengths,
             excitation_directions: excitation.directions.iter().map(|v| (*v).into()).collect(),
             wrench_offset: self.has_offset.then(|| {
-                self.offset_frame
-                    .offset(&fit.offsets, Some(fit.offset_std_devs()))
+                let frame = self.model.offset_frame();
+                frame.offset(&fit.offsets, Some(fit.offset_std_devs()))
             }),
             gravity: found.gravity_estimate(),
             subtracted_weight: None,

@@ -2,7 +2,7 @@
 
 use statrs::distribution::{ContinuousCDF, Normal};
 
-use super::gravity::{PoseFit, Poses};
+use super::pose_fit::{PoseFit, Poses};
 use crate::diagnosis::SIGNIFICANT;
 use crate::finding::{CHANNELS, OutlyingPose};
 

@@ -100,16 +100,20 @@ fn correlations_have_their_sums() {
     assert!((squares - PRODUCT_CORRELATION).abs() < 1e-4, "{squares}");
 }
 
-/// The means of white noise have the bandwidth and the correlations of the constants.
-#[test]
-fn correlation_of_noise() {
-    let mut state = 1u64;
-    let mut noise = || {
+/// Returns a generator of uniform numbers from -0.5 to 0.5.
+fn uniform_noise(mut state: u64) -> impl FnMut() -> f64 {
+    move || {
         state = state
             .wrapping_mul(6_364_136_223_846_793_005)
             .wrapping_add(1);
         (state >> 33) as f64 / f64::from(1u32 << 31) - 0.5
-    };
+    }
+}
+
+/// The means of white noise have the bandwidth and the correlations of the constants.
+#[test]
+fn correlation_of_noise() {
+    let mut noise = uniform_noise(1);
     let values: Vec<f64> = (0..2_000_000).map(|_| noise()).collect();
     let found = filter(&even(values.len(), 1e-3), |t| {
         values[(t * 1e3).round() as usize]
@@ -137,13 +141,7 @@ fn correlation_of_noise() {
 #[test]
 fn runs_show_the_noise_of_interpolated_samples() {
     const INSTANTS_PER_SAMPLE: usize = 4;
-    let mut state = 7u64;
-    let mut noise = || {
-        state = state
-            .wrapping_mul(6_364_136_223_846_793_005)
-            .wrapping_add(1);
-        (state >> 33) as f64 / f64::from(1u32 << 31) - 0.5
-    };
+    let mut noise = uniform_noise(7);
     let samples: Vec<f64> = (0..20_000).map(|_| noise()).collect();
     let interpolated = samples.windows(2).flat_map(|pair| {
         let at = |k: usize| k as f64 / INSTANTS_PER_SAMPLE as f64;

@@ -50,8 +50,7 @@ impl Poses<'_> {
         for pass in 0..MAX_PASSES {
             let step = tangents(&found.gravity) * found.fit.angles();
             let gravity = (found.gravity + step).normalize() * self.gravity.norm();
-            let next = self.fit_at(gravity, Some(&found.fit.parameters), kept);
-            found = next;
+            found = self.fit_at(gravity, Some(&found.fit.parameters), kept);
             if pass > 0 && found.fit.angles_in_std_devs() < CONVERGED_ENOUGH {
                 break;
             }
