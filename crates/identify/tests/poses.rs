@@ -98,29 +98,14 @@ fn intervals_hold_for_few_and_many_poses() {
         let mut random = SmallRng::seed_from_u64(seed as u64);
         let count = random.random_range(6..25);
         let result = identify(&poses(count, &mut random)).unwrap();
-        let truth = [MASS_KG, CENTER.x, CENTER.y, CENTER.z];
-        for (k, truth) in truth.into_iter().enumerate() {
-            let [low, high] = result.estimate.intervals[k];
-            inside[k] += usize::from((low..high).contains(&truth));
-        }
-        let offset = result.fit.wrench_offset.unwrap();
-        let std_devs = offset.std_devs.unwrap();
-        for k in 0..6 {
-            let error = offset.values()[k] - OFFSET[k];
-            inside[4 + k] += usize::from(error.abs() < 1.96 * std_devs[k]);
-        }
+        count_inside(&result, &mut inside);
     }
     let all: usize = inside.iter().sum();
     assert!(
         (0.94..0.96).contains(&(all as f64 / (10.0 * DRAWS as f64))),
         "{inside:?}"
     );
-    for count in inside {
-        assert!(
-            (0.93..=0.97).contains(&(count as f64 / DRAWS as f64)),
-            "{inside:?}"
-        );
-    }
+    check_coverage(&inside, DRAWS);
 }
 
 /// Two attitudes leave a direction of the centre of mass open. An axis that is almost across it has an interval that contains

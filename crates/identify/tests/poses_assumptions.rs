@@ -92,29 +92,14 @@ fn intervals_hold_with_an_unknown_gravity() {
         let count = random.random_range(6..25);
         let settings = unknown_gravity(Vector3::new(1.0, 0.0, -9.759));
         let result = identify_with(&poses(count, &mut random), &settings).unwrap();
-        let truth = [MASS_KG, CENTER.x, CENTER.y, CENTER.z];
-        for (k, truth) in truth.into_iter().enumerate() {
-            let [low, high] = result.estimate.intervals[k];
-            inside[k] += usize::from((low..high).contains(&truth));
-        }
-        let offset = result.fit.wrench_offset.unwrap();
+        count_inside(&result, &mut inside);
         let gravity = result.fit.gravity.unwrap();
-        let std_devs = offset.std_devs.unwrap();
-        for k in 0..6 {
-            let error = offset.values()[k] - OFFSET[k];
-            inside[4 + k] += usize::from(error.abs() < 1.96 * std_devs[k]);
-        }
         // The entry along gravity has no first-order error.
         for k in 0..2 {
             inside[10 + k] += usize::from(gravity.values[k].abs() < 1.96 * gravity.std_devs[k]);
         }
     }
-    for count in inside {
-        assert!(
-            (0.93..=0.97).contains(&(count as f64 / DRAWS as f64)),
-            "{inside:?}"
-        );
-    }
+    check_coverage(&inside, DRAWS);
 }
 
 /// A given direction of gravity that is wrong, as on a wall or a slope, is named first, and

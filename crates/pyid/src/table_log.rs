@@ -43,8 +43,8 @@ pub(crate) fn write_samples(
     joints: Option<GivenJoints<'_>>,
     wrench: Option<GivenWrenches<'_>>,
 ) -> PyResult<()> {
-    let joints = joints.map(JointRows::read).transpose()?;
-    let wrench = wrench.map(WrenchRows::read).transpose()?;
+    let joints = joints.map(Rows::<Joints>::read).transpose()?;
+    let wrench = wrench.map(Rows::<Wrenches>::read).transpose()?;
     let mut interruption = InterruptionCheck::new(None);
     let written = detached(py, || {
         let mut log = LogWriter::create(&path)?;
@@ -56,75 +56,68 @@ pub(crate) fn write_samples(
 }
 
 /// Rows of a table that are messages of one topic.
-trait Rows {
-    type Message: Message;
-
-    fn topic(&self) -> &str;
-
+struct Rows<V> {
+    topic: String,
     /// Times of the rows, s.
-    fn time(&self) -> &Series;
-
-    fn message(&self, row: usize) -> Self::Message;
+    time: Series,
+    values: V,
 }
 
-/// Joint states, a row each.
-struct JointRows {
-    topic: String,
+/// Values of rows.
+trait Values {
+    type Message: Message;
+
+    /// Returns the message of a row.
+    fn message(&self, header: Header, row: usize) -> Self::Message;
+}
+
+/// Values of the joints, a row each.
+struct Joints {
     names: Vec<String>,
-    time: Series,
     q: Series,
     qd: Series,
     effort: Series,
 }
 
-impl JointRows {
+impl Rows<Joints> {
     fn read((topic, names, time, q, qd, effort): GivenJoints<'_>) -> PyResult<Self> {
         let time = Series::read(&time, "time", &[])?;
         let q = Series::read(&q, "q", &[names.len()])?;
         let qd = Series::read_or_empty(qd.as_ref(), "qd", names.len())?;
         let effort = Series::read_or_empty(effort.as_ref(), "effort", names.len())?;
         common_length(&[&time, &q, &qd, &effort])?;
-        Ok(Self {
-            topic,
+        let values = Joints {
             names,
-            time,
             q,
             qd,
             effort,
+        };
+        Ok(Self {
+            topic,
+            time,
+            values,
         })
     }
 }
 
-impl Rows for JointRows {
+impl Values for Joints {
     type Message = JointState;
 
-    fn topic(&self) -> &str {
-        &self.topic
-    }
-
-    fn time(&self) -> &Series {
-        &self.time
-    }
-
-    fn message(&self, k: usize) -> JointState {
+    fn message(&self, header: Header, row: usize) -> JointState {
         JointState {
-            header: header(self.time.at(k)[0]),
+            header,
             name: self.names.clone(),
-            position: self.q.at(k).to_vec(),
-            velocity: self.qd.at(k).to_vec(),
-            effort: self.effort.at(k).to_vec(),
+            position: self.q.at(row).to_vec(),
+            velocity: self.qd.at(row).to_vec(),
+            effort: self.effort.at(row).to_vec(),
         }
     }
 }
 
 /// Wrenches, a row each.
-struct WrenchRows {
-    topic: String,
-    time: Series,
-    wrench: Series,
-}
+struct Wrenches(Series);
 
-impl WrenchRows {
+impl Rows<Wrenches> {
     fn read((topic, time, wrench): GivenWrenches<'_>) -> PyResult<Self> {
         let time = Series::read(&time, "time", &[])?;
         let wrench = Series::read(&wrench, "wrench", &[6])?;
@@ -132,26 +125,18 @@ impl WrenchRows {
         Ok(Self {
             topic,
             time,
-            wrench,
+            values: Wrenches(wrench),
         })
     }
 }
 
-impl Rows for WrenchRows {
+impl Values for Wrenches {
     type Message = WrenchStamped;
 
-    fn topic(&self) -> &str {
-        &self.topic
-    }
-
-    fn time(&self) -> &Series {
-        &self.time
-    }
-
-    fn message(&self, k: usize) -> WrenchStamped {
-        let vector = |first| <[f64; 3]>::from(self.wrench.vector(k, first)).into();
+    fn message(&self, header: Header, row: usize) -> WrenchStamped {
+        let vector = |first| <[f64; 3]>::from(self.0.vector(row, first)).into();
         WrenchStamped {
-            header: header(self.time.at(k)[0]),
+            header,
             wrench: Wrench {
                 force: vector(0),
                 torque: vector(3),
@@ -161,22 +146,22 @@ impl Rows for WrenchRows {
 }
 
 /// Writes the rows of one topic, unless the user interrupts.
-fn write<R: Rows>(
+fn write<V: Values>(
     log: &mut Log,
-    rows: Option<&R>,
+    rows: Option<&Rows<V>>,
     interruption: &mut InterruptionCheck,
 ) -> Result<(), LogError> {
     let Some(rows) = rows else {
         return Ok(());
     };
-    let channel = log.channel::<R::Message>(rows.topic(), Durability::Volatile)?;
+    let channel = log.channel::<V::Message>(&rows.topic, Durability::Volatile)?;
     let mut logged_ns = 0;
-    for (k, &time_s) in rows.time().as_slice().iter().enumerate() {
+    for (k, &time_s) in rows.time.as_slice().iter().enumerate() {
         if k.is_multiple_of(CHECK_EVERY) && interruption.check(0.0).is_break() {
             break; // the check has the exception
         }
         logged_ns = nanoseconds(time_s).max(logged_ns);
-        log.write(&channel, logged_ns, &rows.message(k))?;
+        log.write(&channel, logged_ns, &rows.values.message(header(time_s), k))?;
     }
     Ok(())
 }

@@ -56,6 +56,7 @@
 #![cfg_attr(test, allow(clippy::unwrap_used, clippy::expect_used, clippy::panic))]
 
 mod alignment;
+mod angles;
 mod arm_calibration;
 mod arrays;
 mod beginning;

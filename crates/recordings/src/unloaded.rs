@@ -1,7 +1,6 @@
 //! The unloaded recording: search of the shift in time at which it has the same motion, and subtraction of its
 //! efforts.
 
-use std::f64::consts::TAU;
 use std::hash::{DefaultHasher, Hash, Hasher};
 use std::path::Path;
 use std::sync::Arc;
@@ -10,6 +9,7 @@ use tactid_dynamics::{JointKind, Manipulator};
 use tactid_logs::LogReader;
 
 use crate::alignment::{Aligned, Event, Measured};
+use crate::angles::Angles;
 use crate::decode::Decoding;
 use crate::feed::{Feed, Unloaded};
 use crate::progress::{check_interruption, open_log};
@@ -96,29 +96,6 @@ pub(crate) fn find_unloaded(
         decoding,
         shift_s: ours.shift_s(&theirs)?,
     })
-}
-
-/// For each joint whether its positions are angles, which are the same after whole turns.
-struct Angles(Vec<bool>);
-
-impl Angles {
-    fn new(robot: &Manipulator) -> Self {
-        let is_angle = |joint| robot.joint_kind(joint) == Some(JointKind::Revolute);
-        Self((0..robot.dof()).map(is_angle).collect())
-    }
-
-    /// Returns the change of each joint from some positions to others, within half a turn for angles.
-    fn changes<'a>(&'a self, from: &'a [f64], to: &'a [f64]) -> impl Iterator<Item = f64> + 'a {
-        let pairs = from.iter().zip(to).zip(&self.0);
-        pairs.map(|((from, to), is_angle)| {
-            let turns = if *is_angle {
-                ((to - from) / TAU).round()
-            } else {
-                0.0
-            };
-            to - from - TAU * turns
-        })
-    }
 }
 
 /// The motion of the joints over a recording.

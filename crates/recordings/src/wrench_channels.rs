@@ -10,16 +10,7 @@ use crate::recording::Sources;
 
 /// Returns which channels, but not all, have no finite number in any of some wrenches.
 pub(crate) fn without_numbers(wrenches: impl Iterator<Item = [f64; 6]>) -> [bool; 6] {
-    let mut without = [true; 6];
-    for wrench in wrenches {
-        for (channel, value) in without.iter_mut().zip(wrench) {
-            *channel &= !value.is_finite();
-        }
-    }
-    if without == [true; 6] {
-        return [false; 6];
-    }
-    without
+    in_all(wrenches, |value| !value.is_finite())
 }
 
 /// Returns the channels of the only sensor, but not all, that are zero or no number in every one of
@@ -30,16 +21,29 @@ pub(crate) fn unmeasured_in_all(
     tip: &str,
     wrenches: impl Iterator<Item = [f64; 6]>,
 ) -> [bool; 6] {
-    let mut unmeasured = [true; 6];
+    if has_fixed_sensor(sources, tip) {
+        in_all(wrenches, |value| value == 0.0 || !value.is_finite())
+    } else {
+        [false; 6]
+    }
+}
+
+/// Returns which channels, but not all, measure nothing in every one of some wrenches.
+fn in_all(
+    wrenches: impl Iterator<Item = [f64; 6]>,
+    measures_nothing: impl Fn(f64) -> bool,
+) -> [bool; 6] {
+    let mut in_all = [true; 6];
     for wrench in wrenches {
-        for (channel, value) in unmeasured.iter_mut().zip(wrench) {
-            *channel &= value == 0.0 || !value.is_finite();
+        for (channel, value) in in_all.iter_mut().zip(wrench) {
+            *channel &= measures_nothing(value);
         }
     }
-    if unmeasured == [true; 6] || !has_fixed_sensor(sources, tip) {
-        return [false; 6];
+    if in_all == [true; 6] {
+        [false; 6]
+    } else {
+        in_all
     }
-    unmeasured
 }
 
 /// Returns the channels of the only sensor that are zero in the beginning of a recording, but not

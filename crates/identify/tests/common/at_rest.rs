@@ -131,3 +131,28 @@ pub(crate) fn causes(result: &BatchResult) -> Vec<Hypothesis> {
     };
     result.findings.iter().filter_map(of_finding).collect()
 }
+
+/// Counts the intervals that contain the truth: four values of the payload, then six of the offset.
+pub(crate) fn count_inside(result: &BatchResult, inside: &mut [usize]) {
+    let truth = [MASS_KG, CENTER.x, CENTER.y, CENTER.z];
+    for (k, truth) in truth.into_iter().enumerate() {
+        let [low, high] = result.estimate.intervals[k];
+        inside[k] += usize::from((low..high).contains(&truth));
+    }
+    let offset = result.fit.wrench_offset.as_ref().unwrap();
+    let std_devs = offset.std_devs.unwrap();
+    for k in 0..6 {
+        let error = offset.values()[k] - OFFSET[k];
+        inside[4 + k] += usize::from(error.abs() < 1.96 * std_devs[k]);
+    }
+}
+
+/// Checks that 93 to 97 % of the intervals of each quantity contain the truth.
+pub(crate) fn check_coverage(inside: &[usize], draws: usize) {
+    for count in inside {
+        assert!(
+            (0.93..=0.97).contains(&(*count as f64 / draws as f64)),
+            "{inside:?}"
+        );
+    }
+}

@@ -22,9 +22,6 @@ pub(crate) struct Stream<T> {
     max_gap_s: f64,
     /// Period over which samples are averaged, s; `None` where they are interpolated.
     averaged_s: Option<f64>,
-    /// Longest time between samples that an average or a cubic reaches over, s: beyond a period
-    /// both amplify the noise of the samples beside the dropout.
-    longest_step_s: f64,
 }
 
 impl<T: Interpolate> Stream<T> {
@@ -35,7 +32,6 @@ impl<T: Interpolate> Stream<T> {
             samples: VecDeque::new(),
             max_gap_s,
             averaged_s,
-            longest_step_s: averaged_s.map_or(max_gap_s, |period_s| max_gap_s.min(period_s)),
         }
     }
 
@@ -86,10 +82,11 @@ impl<T: Interpolate> Stream<T> {
         Some(ValueAt::Known(T::weighted_sum(&weighted)))
     }
 
-    /// Returns whether two successive samples are so far apart that neither an average nor a
-    /// cubic reaches over both.
+    /// Returns whether two successive samples are so far apart that neither an average nor a cubic
+    /// reaches over both: beyond a period both amplify the noise of the samples beside the dropout.
     fn is_wide(&self, before_s: f64, after_s: f64) -> bool {
-        after_s - before_s > self.longest_step_s
+        let longest_s = self.averaged_s.unwrap_or(f64::INFINITY).min(self.max_gap_s);
+        after_s - before_s > longest_s
     }
 
     /// Returns the value at a time: that of a sample; of the cubic through two samples before and two after;

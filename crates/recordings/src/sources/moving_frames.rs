@@ -1,7 +1,6 @@
 //! Frames that only `/tf` has, such as the one in which a controller states its tool: which link carries them.
 
 use std::collections::BTreeMap;
-use std::f64::consts::{PI, TAU};
 
 use nalgebra::{Isometry3, UnitQuaternion, Vector3};
 use tactid_dynamics::{FrameId, FrameMotion, JointMotion, Manipulator, Workspace, motion};
@@ -10,6 +9,7 @@ use tactid_logs::messages::{JointState, TFMessage, Time, TransformStamped};
 
 use super::transforms::{Transforms, pose};
 use crate::RecordingError;
+use crate::angles::Angles;
 
 /// Number of poses of a frame that are compared with the links.
 const COMPARED: usize = 400;
@@ -65,6 +65,7 @@ struct Search<'a> {
     fixed: BTreeMap<String, Isometry3<f64>>,
     /// One frame of each body of the robot.
     links: Vec<FrameId>,
+    angles: Angles,
     /// Time, ns, and positions of the joints when all were last known.
     joints: Option<(i64, Vec<f64>)>,
     /// Newest position of each joint, from any publisher; NaN where there is none yet.
@@ -100,6 +101,7 @@ impl<'a> Search<'a> {
             workspace: Workspace::new(robot),
             fixed,
             links,
+            angles: Angles::new(robot),
             joints: (robot.dof() == 0).then(|| (i64::MIN, Vec::new())),
             newest: vec![f64::NAN; robot.dof()],
             waiting: Vec::new(),
@@ -135,11 +137,11 @@ impl<'a> Search<'a> {
             return;
         };
         self.met += 1;
-        if self.waiting.len() >= MOST_WAITING {
-            self.waiting.clear();
-        }
         if !self.met.is_multiple_of(self.every) {
             return;
+        }
+        if self.waiting.len() >= MOST_WAITING {
+            self.waiting.clear();
         }
         let time_ns = time_ns(message, stamped.header.stamp);
         let base = self.robot.base_frame();
@@ -188,9 +190,12 @@ impl<'a> Search<'a> {
         for pose in due.iter().filter(|pose| pose.time_ns >= before_ns) {
             let length_ns = (time_ns.saturating_sub(before_ns) as f64).max(1.0);
             let fraction = pose.time_ns.saturating_sub(before_ns) as f64 / length_ns;
-            let pairs = before.iter().zip(positions);
-            let turned = |step: f64| (step + PI).rem_euclid(TAU) - PI;
-            let at: Vec<f64> = pairs.map(|(a, b)| a + turned(b - a) * fraction).collect();
+            let steps = self.angles.changes(&before, positions);
+            let at = before
+                .iter()
+                .zip(steps)
+                .map(|(a, step)| a + step * fraction);
+            let at: Vec<f64> = at.collect();
             self.add(pose, &at);
         }
     }

@@ -51,11 +51,11 @@ def hashes(inputs: Mapping[str, Path]) -> dict[str, dict[str, str]]:
     """Returns the SHA-256 of each file that was read; of a folder, of the recording in it."""
     found = {}
     for words, path in inputs.items():
+        folder = path if path.is_dir() else path.parent
         files = sorted(_of_recording(path)) if path.is_dir() else [path]
-        names = {
-            str(file.relative_to(path)) if path.is_dir() else file.name: file for file in files
+        found[words] = {
+            str(file.relative_to(folder)): sha256(file) for file in files if file.is_file()
         }
-        found[words] = {name: sha256(file) for name, file in names.items() if file.is_file()}
     return found
 
 
