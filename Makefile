@@ -8,7 +8,7 @@ SOURCES := Cargo.toml Cargo.lock pyproject.toml README.md $(shell find crates -t
     \( -name '*.rs' -o -name '*.py' -o -name '*.pyi' -o -name '*.json' -o -name '*.toml' -o -name '*.urdf' -o -name '*.msg' \))
 
 .PHONY: help demo test miri instructions test-rust test-python lint lint-rust lint-python docs pictures bench bench-peers bench-seeds bench-study \
-    bench-study-logs bench-active bench-coverage bench-excite bench-hour bench-many bench-swap bench-update clean tools fuzz soak lint-supply wheel
+    bench-study-logs bench-active bench-coverage bench-excite bench-faults bench-hour bench-many bench-swap bench-update clean tools fuzz soak lint-supply wheel
 
 help: ## list the targets
 	@grep -E '^[a-z-]+:.*## ' $(MAKEFILE_LIST) | grep -v '^bench-' | sed -E 's/:.*## /\t/' | expand -t 14
@@ -110,6 +110,9 @@ bench-excite: $(VENV)/tested ## designed motions beside random, optimised and si
 	    $(CURDIR)/crates/sim/robots/tactid.urdf $(CURDIR)/crates/sim/robots/tactid.urdf tool0 \
 	    ur_description/urdf/ur10_robot.urdf tool0 panda_description/urdf/panda.urdf panda_hand \
 	    kinova_description/robots/kinova.urdf j2s6s200_end_effector xarm_description/urdf/xarm7.urdf link7
+
+bench-faults: $(VENV)/tested ## random recordings with one fault, with two, and without: is the cause named first, is the answer right
+	$(BIN)/python bench/random_faults.py
 
 bench-swap: $(VENV)/installed ## how soon the online identifier detects a payload change, and how well it knows the new payload
 	$(BIN)/python bench/swap.py

@@ -61,7 +61,7 @@ class Arm:
 
     def __init__(self, name: str) -> None:
         file, self.tip, self.most_kg = ARMS[name]
-        self.urdf = without_hand((ROBOTS / file).read_text(), self.tip)
+        self.urdf = chain_to_tip((ROBOTS / file).read_text(), self.tip)
         self.model = pin.buildModelFromXML(self.urdf)
         self.data = self.model.createData()
         self.frame = self.model.getFrameId(self.tip)
@@ -83,7 +83,7 @@ class Arm:
         return np.concatenate(parts)
 
 
-def without_hand(text: str, tip: str) -> str:
+def chain_to_tip(text: str, tip: str) -> str:
     """Returns the description with the chain to the tip alone, without shapes."""
     root = ET.fromstring(text)
     joints = {joint.find("child").attrib["link"]: joint for joint in root.findall("joint")}
@@ -236,6 +236,8 @@ class Problem:
     """Options with which the answer is right; the message names the first one."""
     tolerance: float = 0.0
     """Relative error of a sensor that is still sound."""
+    label: str = ""
+    """The faults of a recording that has two."""
 
 
 def header(time: float, frame: str, store: Any = STORE) -> Any:
@@ -855,7 +857,7 @@ def pair(folder: Path, random: np.random.Generator) -> Problem:
         ]
         if not any(set(names) <= each for each in confused):
             problem = by_hypotheses(folder, random, names)
-            problem.remedy = {"names": names}
+            problem.label = " and ".join(names)
             return problem
 
 
@@ -867,13 +869,11 @@ class Outcome:
     """What a command gives."""
 
     found: Any
-    error: str
     named: list[str]
     """For each finding that doubts the result or is a cause: its kind, cause and words."""
     refused: bool
     worst: float
     """Largest error of a determined value in its standard deviations."""
-    determined: int = 0
 
     @property
     def is_right(self) -> bool:
@@ -890,7 +890,7 @@ def run(problem: Problem, more: dict[str, Any] | None = None) -> Outcome:
         else:
             found = tactid.identify(problem.source, **options)
     except (tactid.TactidError, ValueError, TypeError) as error:
-        return Outcome(None, str(error), [str(error)], True, np.inf)
+        return Outcome(None, [str(error)], True, np.inf)
     estimate = found.estimate
     known = np.array(estimate.identifiable)
     errors = np.abs(np.asarray(estimate.values) - values_of(problem.truth))
@@ -904,7 +904,7 @@ def run(problem: Problem, more: dict[str, Any] | None = None) -> Outcome:
     measured = any(each.subject == "measurements" for each in ranked)
     named = [words(each) for each in ranked if not (measured and each.subject == "consequence")]
     refused = bool(found.is_contradicted) or not known.any()
-    return Outcome(found, "", named, refused, worst, int(known.sum()))
+    return Outcome(found, named, refused, worst)
 
 
 def words(finding: Any) -> str:
@@ -1031,7 +1031,8 @@ def main() -> None:
 def report(title: str, problem: Problem, outcome: Outcome, again: Outcome | None) -> None:
     """Prints what was not handled."""
     print(
-        f"--- {title}; causes {problem.causes}; mass {problem.truth.mass:.3f} kg; {problem.remedy}"
+        f"--- {title}; causes {problem.causes}; mass {problem.truth.mass:.3f} kg;"
+        f" {problem.remedy or problem.label}"
     )
     for label, each in (("first", outcome), ("with the option", again)):
         if each is not None:
