@@ -47,6 +47,10 @@ fn a_payload_change_allocates_nothing() {
             for instant in &noisy {
                 identifier.push(&instant.sample()).unwrap();
                 let _ = (identifier.estimate(), identifier.wrench_offset());
+                let _ = (
+                    identifier.estimate_before_change(),
+                    identifier.joint_covariance(),
+                );
             }
         });
         assert_eq!(identifier.estimate().payload_changes, 1);

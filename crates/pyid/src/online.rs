@@ -282,7 +282,9 @@ impl Samples {
             };
             let outcome = solver.push(&sample).map_err(IntoPyErr::into_py_err)?;
             used += usize::from(match outcome {
-                PushOutcome::Used | PushOutcome::PayloadChanged => true,
+                PushOutcome::Used | PushOutcome::PayloadChanged | PushOutcome::PayloadReturned => {
+                    true
+                }
                 PushOutcome::Started | PushOutcome::Rejected => false,
             });
         }

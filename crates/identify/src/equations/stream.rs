@@ -23,6 +23,10 @@ pub enum PushOutcome {
     /// The sample was used, and the window that it ended shows a payload change, or noise far larger than
     /// before: the estimate starts again. Only [`Identifier::push`](crate::Identifier::push) returns it.
     PayloadChanged,
+    /// The sample was used, and the windows up to the one that it ended show that the payload before the last change is
+    /// held again, or that the change was a contact which has ended: the estimate before the change continues. Only
+    /// [`Identifier::push`](crate::Identifier::push) returns it.
+    PayloadReturned,
     /// The sample starts a new stretch without gaps: it is the first, or comes after a gap.
     Started,
     /// The sample has a number that is not finite, or has a magnitude of 1e30 or more, or it is not later than the one before, and was

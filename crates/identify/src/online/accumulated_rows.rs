@@ -7,6 +7,7 @@ use super::noise_tracker::NoiseTracker;
 use crate::checks::MODEL_ERROR;
 use crate::equations::window::NOISE_CORRELATION;
 use crate::solve::information::{Information, inverse_of_upper};
+use crate::solve::offsets::OffsetRows;
 use crate::solve::subspace::{Matrix, Vector, bounded_lengths};
 
 /// Least length of a column relative to what is usual for its kind. A parameter without any row then has so large a unit that
@@ -14,7 +15,7 @@ use crate::solve::subspace::{Matrix, Vector, bounded_lengths};
 const LEAST_LENGTH: f64 = 1e-6;
 
 /// Terms of the score covariance from the last window of one channel.
-#[derive(Clone, Debug)]
+#[derive(Clone, Copy, Debug)]
 struct ChannelTerms {
     /// Weighted regressors of the last window and of the one before it.
     last: [Vector; 2],
@@ -40,6 +41,10 @@ impl ChannelTerms {
 #[derive(Clone, Debug)]
 pub(crate) struct AccumulatedRows {
     rls: Rls<10>,
+    /// The same rows with those that known offsets add, as they were when the parameters were last solved for.
+    solved: Rls<10>,
+    /// Covariance of the scores of the rows that known offsets add.
+    offset_scores: Matrix,
     /// Number of windows.
     windows: usize,
     /// Parameters before the first row. Unobservable directions keep them.
@@ -63,6 +68,8 @@ impl AccumulatedRows {
         Self {
             start: Vector::zeros(),
             rls: Rls::starting_at(Vector::zeros()),
+            solved: Rls::starting_at(Vector::zeros()),
+            offset_scores: Matrix::zeros(),
             windows: 0,
             noise: Matrix::zeros(),
             noise_targets: Vector::zeros(),
@@ -83,11 +90,24 @@ impl AccumulatedRows {
     /// Discards all rows and starts from the same parameters as before.
     pub(crate) fn restart(&mut self) {
         self.rls = Rls::starting_at(self.start);
+        self.solved = Rls::starting_at(self.start);
+        self.offset_scores = Matrix::zeros();
         self.windows = 0;
         self.noise = Matrix::zeros();
         self.noise_targets = Vector::zeros();
         self.correlated = Matrix::zeros();
         self.channels.fill(ChannelTerms::zero());
+    }
+
+    /// Copies other rows of as many channels, without allocation.
+    pub(crate) fn copy_from(&mut self, other: &Self) {
+        (self.rls, self.solved) = (other.rls.clone(), other.solved.clone());
+        (self.offset_scores, self.inverse_root) = (other.offset_scores, other.inverse_root);
+        (self.windows, self.start) = (other.windows, other.start);
+        (self.noise, self.noise_targets) = (other.noise, other.noise_targets);
+        self.correlated = other.correlated;
+        self.channels.copy_from_slice(&other.channels);
+        self.pending.copy_from_slice(&other.pending);
     }
 
     /// Adds a whitened window with its robust weight to the sums. [`update_square_root`](Self::update_square_root)
@@ -136,34 +156,40 @@ impl AccumulatedRows {
     ///
     /// Least squares moves along a nearly singular direction by as much as noise over its singular value:
     /// by up to 1e6 units after few windows. Such a direction counts as unobservable, and keeps its
-    /// [start](Self::restart_at).
-    pub(crate) fn solve(&mut self) -> (Vector, Information) {
-        let root = self.rls.information_root();
-        self.inverse_root = inverse_of_upper(&self.rls.regularised_root()).transpose();
+    /// [start](Self::restart_at). `offsets` are the rows that known offsets add.
+    pub(crate) fn solve(&mut self, offsets: Option<OffsetRows>) -> (Vector, Information) {
+        self.solved = self.rls.clone();
+        self.offset_scores = Matrix::zeros();
+        if let Some(OffsetRows { mut rows, scores }) = offsets {
+            self.solved.update_all(&mut rows);
+            self.offset_scores = scores;
+        }
+        let root = self.solved.information_root();
+        self.inverse_root = inverse_of_upper(&self.solved.regularised_root()).transpose();
         let plausible = self.plausible_size(&self.scales());
         let information = Information::new(&root, &self.noise, self.windows, plausible);
         let parameters = if information.is_complete() {
-            let biased = self.rls.parameters();
+            let biased = self.solved.parameters();
             biased + information.solve(&(self.noise * biased - self.noise_targets))
         } else {
             // Both sides are reduced by what the start contributes.
-            let target = root.tr_mul(&(self.rls.transformed_target() - root * self.start));
+            let target = root.tr_mul(&(self.solved.transformed_target() - root * self.start));
             self.start + information.solve(&(target + self.noise * self.start - self.noise_targets))
         };
         (parameters, information)
     }
 
     /// Returns the covariance of the sum of the scores `A r - D d`, where a score is a regressor times its
-    /// residual: the middle of the sandwich covariance. Residual `r` and half-difference `d` both have
-    /// variance one.
-    pub(crate) fn score_covariance(&self) -> Matrix {
-        self.noise + self.correlated + self.correlated.transpose()
+    /// residual: the middle of the sandwich covariance. Residual `r` and half-difference `d` both have the variance
+    /// `factor`. The rows that known offsets add have scores of their own.
+    pub(crate) fn score_covariance(&self, factor: f64) -> Matrix {
+        (self.noise + self.correlated + self.correlated.transpose()) * factor + self.offset_scores
     }
 
     /// Returns units of the parameters in which each column of all rows has length one. Before any row, they are as large as
     /// the parameters that the estimate starts from.
     pub(crate) fn scales(&self) -> Vector {
-        let root = self.rls.information_root();
+        let root = self.solved.information_root();
         let lengths = Vector::from_fn(|k, _| root.column(k).norm());
         if lengths == Vector::zeros() {
             return bounded_lengths(&self.start.abs(), 1.0);
@@ -176,7 +202,7 @@ impl AccumulatedRows {
     /// One parameter of a payload alone hardly causes a larger load than all that is measured; and none is
     /// larger than it was before the first row, as far as that is known.
     fn plausible_size(&self, scales: &Vector) -> f64 {
-        let load = self.rls.transformed_target().norm();
+        let load = self.solved.transformed_target().norm();
         let scaled = self.start.component_div(scales).norm();
         load.hypot(scaled)
     }

@@ -2,9 +2,11 @@
 
 use std::sync::Arc;
 
-use nalgebra::Vector3;
+use nalgebra::{SMatrix, Vector3};
 use tactid_dynamics::Manipulator;
 
+use super::least_squares::Assessment;
+use super::readout::Readout;
 use super::recent_equations::RecentEquations;
 use super::sample_checks::OnlineChecks;
 use super::stage::Stage;
@@ -146,7 +148,11 @@ pub struct Identifier {
     windows: u64,
     payload_changes: u64,
     /// Time of the last payload change, s.
+    changed_s: f64,
+    /// Time from which on windows contribute to the estimate, s.
     since_s: f64,
+    /// Time from which on windows contributed to the estimate before the last payload change, s.
+    since_before_s: f64,
 }
 
 impl Identifier {
@@ -183,7 +189,9 @@ impl Identifier {
             samples: 0,
             windows: 0,
             payload_changes: 0,
+            changed_s: f64::NEG_INFINITY,
             since_s: f64::NEG_INFINITY,
+            since_before_s: f64::NEG_INFINITY,
         })
     }
 
@@ -213,25 +221,32 @@ impl Identifier {
             return Ok(outcome);
         };
         let time_s = equation.time_s;
-        let changed = self.update.begin(equation);
+        let assessment = self.update.begin(equation);
         self.recent.push(equation);
         self.update.set_gripper(self.stream.gripper_to_subtract());
         self.windows += 1;
-        if changed {
-            self.recent.clear();
-            self.payload_changes += 1;
-            self.since_s = time_s;
-        }
         let is_dense = std::mem::take(&mut self.samples) >= MIN_SAMPLES_TO_DEFER;
+        let outcome = match assessment {
+            Assessment::Accepted(_) => outcome,
+            Assessment::PayloadChanged => {
+                self.payload_changes += 1;
+                self.changed_s = time_s;
+                self.since_before_s = std::mem::replace(&mut self.since_s, time_s);
+                PushOutcome::PayloadChanged
+            }
+            Assessment::PayloadReturned => {
+                self.since_s = self.since_before_s;
+                PushOutcome::PayloadReturned
+            }
+        };
         // A payload change is reported together with the estimate that starts again.
-        if changed || !is_dense {
+        if outcome != PushOutcome::Used {
+            self.recent.clear();
+        }
+        if outcome != PushOutcome::Used || !is_dense {
             self.finish();
         }
-        Ok(if changed {
-            PushOutcome::PayloadChanged
-        } else {
-            outcome
-        })
+        Ok(outcome)
     }
 
     /// Completes the update by the most recent window at once, so that [`estimate`](Self::estimate) includes it: after
@@ -250,13 +265,38 @@ impl Identifier {
     /// counts those before a payload change, too.
     #[must_use]
     pub fn estimate(&self) -> PayloadEstimate {
-        let readout = self.update.readout();
+        self.estimate_of(self.update.readout(), self.since_s)
+    }
+
+    /// Returns the estimate of the payload before the last [payload change](Self#payload-changes), as of the last window
+    /// before the evidence of the change began, without allocation; `None` before a change, and where the payload had not
+    /// been known long enough.
+    #[must_use]
+    pub fn estimate_before_change(&self) -> Option<PayloadEstimate> {
+        let readout = self.update.before_change()?;
+        Some(self.estimate_of(readout, self.since_before_s))
+    }
+
+    /// Returns whether the estimate is one of the payload that is held now: at least 32 windows contribute to it, so that
+    /// payload changes are detected, and the most recent ones show no evidence of a change.
+    #[must_use]
+    pub fn is_settled(&self) -> bool {
+        self.update.estimator().is_trusted()
+    }
+
+    /// Returns the time from the last payload change to the last sample, s; infinite before a change.
+    #[must_use]
+    pub fn time_since_change_s(&self) -> f64 {
+        self.stream.time_s() - self.changed_s
+    }
+
+    fn estimate_of(&self, readout: &Readout, since_s: f64) -> PayloadEstimate {
         let (frame, of_values) = (self.frame.clone(), &readout.uncertainty.of_values);
         PayloadEstimate {
             composite: readout.composite,
             windows: self.windows,
             payload_changes: self.payload_changes,
-            since_s: self.since_s,
+            since_s,
             rejected: self.stream.rejected(),
             gaps: self.stream.gaps(),
             ..estimate(frame, readout.body, readout.is_physical, of_values, None)
@@ -298,12 +338,37 @@ impl Identifier {
         findings
     }
 
-    /// Returns the constant offset of the wrenches, without allocation; `None` unless
-    /// [`EquationSettings::wrench_offset`] makes it an unknown, and before the first window.
+    /// Returns the constant offset of the wrenches with its standard deviations, without allocation; `None` unless
+    /// [`EquationSettings::wrench_offset`] makes it an unknown, and before the first window. It is the sensor's, so that
+    /// what is known of it outlives a payload change.
     #[must_use]
     pub fn wrench_offset(&self) -> Option<WrenchOffset> {
+        let estimator = self.update.estimator();
+        let estimate = estimator.joint_estimate();
         let frame = self.stream.offset_frame();
-        let offsets = frame.map() * self.update.offsets()?;
-        Some(frame.offset(&offsets, None))
+        let offsets = estimate.offsets?.mapped(frame.map());
+        let std_devs = offsets.std_devs(&estimate.covariance, &estimator.null_space());
+        Some(frame.offset(&offsets.values, Some(std_devs)))
+    }
+
+    /// Returns the joint covariance of the payload's linear parameters and of the wrench's offset in the end-effector
+    /// frame, 16x16: the parameters as in [`covariance`](Self::covariance), then force, N, and moment, N m; without
+    /// allocation. `None` where there is no [offset](Self::wrench_offset), or the noise is not known yet.
+    #[must_use]
+    pub fn joint_covariance(&self) -> Option<SMatrix<f64, 16, 16>> {
+        let of_parameters = self.update.estimator().covariance()?;
+        let offsets = self.update.estimator().joint_estimate().offsets?;
+        let mut joint = SMatrix::<f64, 16, 16>::zeros();
+        let crossed = offsets.covariance_with(&of_parameters);
+        joint
+            .fixed_view_mut::<10, 10>(0, 0)
+            .copy_from(&of_parameters);
+        joint.fixed_view_mut::<6, 10>(10, 0).copy_from(&crossed);
+        joint
+            .fixed_view_mut::<10, 6>(0, 10)
+            .copy_from(&crossed.transpose());
+        let of_offsets = offsets.covariance(&of_parameters);
+        joint.fixed_view_mut::<6, 6>(10, 10).copy_from(&of_offsets);
+        Some(joint)
     }
 }

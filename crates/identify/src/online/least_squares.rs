@@ -1,23 +1,22 @@
 //! Online least squares: windows in, parameters and their covariance out.
 
-use nalgebra::Vector6;
-use tactid_nlms::{ChangeDetector, ChangeSettings, SettingError};
+use tactid_nlms::SettingError;
 
-use super::accumulated_rows::AccumulatedRows;
-use super::innovation::{Innovation, Prediction, WhitenedWindow};
-use super::noise_tracker::{INITIAL_WINDOWS, NoiseTracker};
+use super::changes::{Changes, is_evident, score};
+use super::innovation::{Prediction, WhitenedWindow};
+use super::noise_tracker::INITIAL_WINDOWS;
 use super::stage::Stage;
+use super::trusted::{JointEstimate, State, Trusted};
 use crate::equations::Channels;
 use crate::equations::Equation;
-use crate::equations::window::{NOISE_CORRELATION, PRODUCT_CORRELATION};
+use crate::equations::window::NOISE_CORRELATION;
 use crate::solve::information::Information;
-use crate::solve::offsets::Centering;
 use crate::solve::subspace::{Matrix, NullSpace, Vector};
 use crate::solve::uncertainty::students_widening;
-use crate::solve::weights::{rare_distance, robust_weight, wilson_hilferty};
+use crate::solve::weights::{rare_distance, robust_weight};
 
 /// Number of windows from which the noise is estimated for the first time: 48 rows of a wrench, for ten
-/// parameters and the noise of six channels.
+/// parameters and the noise of six channels. So many in a row also show that the payload before a change is held again.
 const MIN_WINDOWS: usize = 8;
 
 /// Leverage of a window relative to the mean since the estimate began below which the robot counts as at rest.
@@ -27,27 +26,6 @@ const REST_LEVERAGE: f64 = 0.02;
 /// the noise is larger than estimated.
 const TRIAL_WINDOWS: usize = 100;
 
-/// Settings of the detector of sudden changes, whose input is the score of each window.
-///
-/// A false alarm is expected once in 1e8 windows, 36 days at a cutoff of 10 Hz. An alarm needs at least four
-/// windows, more than one bump disturbs: each adds at most `(4 · 3.5 - 8) / 1.15` to a sum that must reach
-/// `ln(3e8 / 1.15)`. Scores below two standard deviations add nothing, because noise may grow with the motion.
-const SUDDEN_CHANGE: ChangeSettings = ChangeSettings {
-    rows_between_false_alarms: 1e8,
-    correlation_rows: PRODUCT_CORRELATION,
-    shift: 4.0,
-    growth: 6.0,
-    clip: 3.5,
-};
-
-/// Settings of the detector of changes below the noise of a window, whose input is the score of the slow means of
-/// the residuals: exponential means with a gain of 0.1, which are correlated over `(1 + 0.9) / (1 - 0.9)` windows.
-const SLOW_CHANGE: ChangeSettings = ChangeSettings {
-    correlation_rows: 19.0,
-    shift: 3.0,
-    ..SUDDEN_CHANGE
-};
-
 /// What a new window means for the estimate.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Assessment {
@@ -56,6 +34,9 @@ pub(crate) enum Assessment {
     /// The window shows a payload change. It is not used, all earlier ones are discarded, and the update begins
     /// with [`Stage::Solve`].
     PayloadChanged,
+    /// Windows up to this one show the payload before the last change again, whose estimate continues. The update
+    /// begins with [`Stage::Solve`].
+    PayloadReturned,
 }
 
 /// Weights of the most recent window in its update.
@@ -87,25 +68,26 @@ impl WindowWeights {
 /// estimation, each a method here, which [`StagedUpdate`](super::staged_update::StagedUpdate) calls in order.
 #[derive(Clone, Debug)]
 pub(crate) struct OnlineLeastSquares {
-    rows: AccumulatedRows,
-    noise: NoiseTracker,
+    state: State,
+    /// The estimate as of the last window that nothing contradicted.
+    trusted: Trusted,
+    /// Whether a payload change was detected, and the estimate since then is not trusted yet.
+    is_changing: bool,
+    /// Whether the last window contradicts the present estimate.
+    is_contradicted: bool,
+    /// Buffer for the last window as the trusted estimate predicts it.
+    comparison: (WhitenedWindow, Prediction),
     /// The first windows, from which the noise is estimated at first.
     initial: Vec<Equation>,
-    /// Elimination of the constant offsets of channels.
-    centering: Centering,
     /// Buffer for a window without the offsets.
     centred: Equation,
     /// Number of windows.
     windows: usize,
-    sudden_change: ChangeDetector,
-    slow_change: ChangeDetector,
-    /// Number of windows since the first one or the last payload change.
-    windows_since_start: usize,
+    changes: Changes,
     /// The most recent window. Its differences are whitened when they are needed.
     window: WhitenedWindow,
     prediction: Prediction,
     weights: WindowWeights,
-    parameters: Vector,
     information: Information,
     /// Sandwich covariance in observable directions.
     sandwich: Matrix,
@@ -121,19 +103,18 @@ impl OnlineLeastSquares {
     pub(crate) fn new(channels: &Channels) -> Result<Self, SettingError> {
         let count = channels.count();
         Ok(Self {
-            rows: AccumulatedRows::new(count),
-            noise: NoiseTracker::new(channels),
+            state: State::new(channels),
+            trusted: Trusted::new(channels),
+            is_changing: false,
+            is_contradicted: false,
+            comparison: (WhitenedWindow::new(count), Prediction::new(count)),
             initial: vec![Equation::new(count); INITIAL_WINDOWS],
-            centering: Centering::new(channels.offsets),
             centred: Equation::new(count),
             windows: 0,
-            sudden_change: ChangeDetector::new(SUDDEN_CHANGE)?,
-            slow_change: ChangeDetector::new(SLOW_CHANGE)?,
-            windows_since_start: 0,
+            changes: Changes::new()?,
             window: WhitenedWindow::new(count),
             prediction: Prediction::new(count),
             weights: WindowWeights::ROWS_ONLY,
-            parameters: Vector::zeros(),
             information: Information::none(),
             sandwich: Matrix::zeros(),
             covariance: Matrix::zeros(),
@@ -147,24 +128,80 @@ impl OnlineLeastSquares {
         if self.windows == 0 && equation.rows.iter().all(|row| row.target == 0.0) {
             return Assessment::Accepted(Stage::ComputeCovariance);
         }
-        if !self.centering.is_needed() {
+        let mut centred = std::mem::replace(&mut self.centred, Equation::new(0));
+        let assessment = self.assess_with(equation, &mut centred);
+        self.centred = centred;
+        match assessment {
+            Assessment::Accepted(_) if self.is_changing && self.explains_again(equation) => {
+                self.state.copy_from(self.trusted.state());
+                self.changes.restart();
+                self.trusted.restart();
+                self.is_changing = false;
+                Assessment::PayloadReturned
+            }
+            Assessment::Accepted(_) => {
+                self.trust_unless_contradicted();
+                assessment
+            }
+            other => other,
+        }
+    }
+
+    /// Assesses a window with a buffer for the window without offsets.
+    fn assess_with(&mut self, equation: &Equation, centred: &mut Equation) -> Assessment {
+        if !self.state.centering.is_needed() {
             return self.assess_centred(equation);
         }
-        if self.centering.is_empty() {
-            self.centering.add(&equation.rows, 1.0);
+        if self.state.centering.needs_first_window() {
+            self.state.centering.add(&equation.rows, 1.0);
             // The first window determines the offsets alone: the parameters stay as they are.
             return Assessment::Accepted(Stage::ComputeCovariance);
         }
-        let mut centred = std::mem::replace(&mut self.centred, Equation::new(0));
         centred.copy_from(equation);
-        self.centering.centre(&mut centred.rows, 1.0);
-        let assessment = self.assess_centred(&centred);
-        self.centred = centred;
-        match assessment {
-            Assessment::PayloadChanged => self.centering.reset(),
-            Assessment::Accepted(_) => self.centering.add(&equation.rows, self.weights.rows),
+        self.state.centering.centre(&mut centred.rows, 1.0);
+        let assessment = self.assess_centred(centred);
+        if assessment != Assessment::PayloadChanged {
+            let weight = self.weights.rows;
+            self.state.centering.add(&equation.rows, weight);
         }
         assessment
+    }
+
+    /// Takes the present estimate as the one that nothing contradicts, if so: payload changes are detected, and no
+    /// window since the last one shows any evidence of one.
+    fn trust_unless_contradicted(&mut self) {
+        if self.is_trusted() {
+            let estimate = self.joint_estimate();
+            self.trusted.set(&self.state, estimate);
+            self.is_changing = false;
+        }
+    }
+
+    /// Whether the noise is known, and enough windows since the last payload change, so that changes are detected.
+    fn is_settled(&self) -> bool {
+        self.state.windows_since_start > INITIAL_WINDOWS
+    }
+
+    /// Returns whether windows up to this one show the payload before the last change, and contradict the estimate since
+    /// then.
+    fn explains_again(&mut self, equation: &Equation) -> bool {
+        let Some(trusted) = self.trusted.estimate().copied() else {
+            return false;
+        };
+        let offsets = trusted.offsets.map(|offsets| offsets.values);
+        let State { rows, noise, .. } = self.trusted.state();
+        let (window, prediction) = &mut self.comparison;
+        window.copy_from(equation);
+        for ((_, target), offset) in window.rows.iter_mut().zip(offsets.iter().flatten()) {
+            *target -= offset;
+        }
+        noise.whiten(&mut window.rows);
+        prediction.predict(&window.rows, &trusted.parameters);
+        let innovation = rows.innovation(&window.rows, prediction, &trusted.covariance);
+        let distance = innovation.distance_beyond_model;
+        let explains = !is_evident(score(distance, window.rows.len(), noise));
+        let returning = self.trusted.returning(explains, !self.is_contradicted);
+        returning >= MIN_WINDOWS
     }
 
     /// Assesses a window whose channels have no offset.
@@ -173,12 +210,13 @@ impl OnlineLeastSquares {
             place.copy_from(equation);
         }
         self.windows += 1;
-        self.windows_since_start += 1;
+        self.state.windows_since_start += 1;
         if self.windows < MIN_WINDOWS {
-            self.noise
+            self.state
+                .noise
                 .set_to_measurements(&self.initial[..self.windows]);
             self.window.copy_from(equation);
-            self.noise.whiten(&mut self.window.rows);
+            self.state.noise.whiten(&mut self.window.rows);
             self.weights = WindowWeights::ROWS_ONLY;
             Assessment::Accepted(Stage::AddRows)
         } else if self.windows <= INITIAL_WINDOWS && self.windows.is_power_of_two() {
@@ -195,37 +233,51 @@ impl OnlineLeastSquares {
     fn estimate_noise(&mut self) {
         let initial = &self.initial[..self.windows];
         let (window, prediction) = (&mut self.window, &mut self.prediction);
-        let parameters = self.rows.best_fit();
-        self.noise
+        let parameters = self.state.rows.best_fit();
+        self.state
+            .noise
             .estimate(initial, &parameters, window, prediction);
-        self.rows.restart();
+        self.state.rows.restart();
         for equation in initial {
             self.window.copy_from(equation);
-            self.noise.whiten(&mut self.window.rows);
-            self.noise.whiten(&mut self.window.differences);
-            self.rows.add(&self.window, 1.0, &self.noise);
-            self.rows.update_square_root();
+            self.state.noise.whiten(&mut self.window.rows);
+            self.state.noise.whiten(&mut self.window.differences);
+            self.state.rows.add(&self.window, 1.0, &self.state.noise);
+            self.state.rows.update_square_root();
         }
     }
 
     /// Sets the weights of a window by its innovation, or detects a payload change.
     fn compare_with_prediction(&mut self, equation: &Equation) -> Assessment {
         self.window.copy_from(equation);
-        self.noise.whiten(&mut self.window.rows);
-        self.prediction.predict(&self.window.rows, &self.parameters);
-        let innovation = self
-            .rows
-            .innovation(&self.window.rows, &self.prediction, &self.sandwich);
+        self.state.noise.whiten(&mut self.window.rows);
+        self.prediction
+            .predict(&self.window.rows, &self.state.parameters);
+        let innovation =
+            self.state
+                .rows
+                .innovation(&self.window.rows, &self.prediction, &self.sandwich);
         // Otherwise the parameters are less certain than the noise, and innovations show little of a change.
         let is_predictable = innovation.leverage < 1.0;
         // At rest, errors of the model do not show: the residuals are no sign of the noise in motion.
         let is_moving = innovation.leverage > REST_LEVERAGE * self.mean_leverage();
-        let is_settled = self.windows_since_start > INITIAL_WINDOWS;
-        if is_predictable && is_settled && self.detects_change(&innovation) {
+        let is_settled = self.is_settled();
+        let channels = self.window.rows.len();
+        let sudden = score(
+            innovation.distance_beyond_model,
+            channels,
+            &self.state.noise,
+        );
+        let slow = self.state.noise.slow_distance();
+        let slow = score(slow, channels, &self.state.noise);
+        self.is_contradicted = is_predictable && is_evident(sudden);
+        if is_predictable && is_settled && self.changes.detects(sudden, slow) {
             self.restart();
             return Assessment::PayloadChanged;
         }
-        self.noise.set_residuals(equation, &self.parameters);
+        self.state
+            .noise
+            .set_residuals(equation, &self.state.parameters);
         let robust = robust_weight(innovation.distance, rare_distance(self.window.rows.len()));
         let noise = robust / (1.0 + innovation.leverage);
         self.weights = WindowWeights {
@@ -238,36 +290,28 @@ impl OnlineLeastSquares {
     /// Mean leverage of the rows since the estimate began, if all ten parameters are observable: leverages sum to
     /// the number of parameters.
     fn mean_leverage(&self) -> f64 {
-        10.0 * NOISE_CORRELATION / (self.windows_since_start * self.window.rows.len()) as f64
+        10.0 * NOISE_CORRELATION / (self.state.windows_since_start * self.window.rows.len()) as f64
     }
 
-    /// Returns whether the innovations up to this one show a payload change, sudden or below the noise of a window.
-    fn detects_change(&mut self, innovation: &Innovation) -> bool {
-        let channels = self.window.rows.len();
-        let (mean, std_dev) = wilson_hilferty(channels);
-        // The transformation of Wilson and Hilferty to a standard normal variable. Innovations that are smaller
-        // than expected are no sign of a payload change.
-        let score = |distance: f64| {
-            let ratio = distance / (channels as f64 * self.noise.inflation());
-            ((ratio.cbrt() - mean) / std_dev).max(0.0)
-        };
-        let sudden = self
-            .sudden_change
-            .update(score(innovation.distance_beyond_model));
-        let slow = self.slow_change.update(score(self.noise.slow_distance()));
-        sudden || slow
-    }
-
-    /// Discards all windows after a payload change, and keeps the noise. Soon after a start, the noise may have
+    /// Discards all windows after a payload change, and keeps the noise and what is known of the offsets. Soon after a start, the noise may have
     /// been underestimated instead, and is increased.
     fn restart(&mut self) {
-        if self.windows_since_start < TRIAL_WINDOWS {
-            self.noise.increase();
+        if self.state.windows_since_start < TRIAL_WINDOWS {
+            self.state.noise.increase();
         }
-        self.rows.restart_at(&self.parameters);
-        self.sudden_change.restart();
-        self.slow_change.restart();
-        self.windows_since_start = 0;
+        let State {
+            rows,
+            centering,
+            parameters,
+            ..
+        } = &mut self.state;
+        rows.restart_at(parameters);
+        let trusted = self.trusted.estimate();
+        centering.restart(trusted.and_then(JointEstimate::known_offsets));
+        self.changes.restart();
+        self.trusted.restart();
+        self.is_changing = true;
+        self.state.windows_since_start = 0;
     }
 
     /// Whether the most recent window updates the noise.
@@ -277,36 +321,40 @@ impl OnlineLeastSquares {
 
     /// Runs [`Stage::AddRows`].
     pub(crate) fn add_rows(&mut self) {
-        self.noise.whiten(&mut self.window.differences);
-        self.rows.add(&self.window, self.weights.rows, &self.noise);
+        self.state.noise.whiten(&mut self.window.differences);
+        self.state
+            .rows
+            .add(&self.window, self.weights.rows, &self.state.noise);
     }
 
     /// Runs [`Stage::UpdateSquareRoot`].
     pub(crate) fn update_square_root(&mut self) {
-        self.rows.update_square_root();
+        self.state.rows.update_square_root();
     }
 
     /// Runs [`Stage::UpdateNoise`].
     pub(crate) fn update_noise(&mut self) {
         if let Some(weight) = self.weights.noise {
-            self.noise.update(&self.prediction, weight);
+            self.state.noise.update(&self.prediction, weight);
         }
     }
 
     /// Runs [`Stage::Solve`].
     pub(crate) fn solve(&mut self) {
-        (self.parameters, self.information) = self.rows.solve();
+        let noise = self.state.noise.of_wrench();
+        let offsets = noise.and_then(|noise| self.state.centering.offset_rows(&noise));
+        (self.state.parameters, self.information) = self.state.rows.solve(offsets);
     }
 
     /// Runs [`Stage::ComputeCovariance`].
     pub(crate) fn compute_covariance(&mut self) {
-        let factor = self.noise.inflation() * self.noise.lasting_error_factor();
-        let scores = self.rows.score_covariance() * factor;
+        let factor = self.state.noise.inflation() * self.state.noise.lasting_error_factor();
+        let scores = self.state.rows.score_covariance(factor);
         self.sandwich = self.information.sandwich(&scores);
-        let widening = students_widening(self.noise.degrees_of_freedom());
+        let widening = students_widening(self.state.noise.degrees_of_freedom());
         self.covariance = self.sandwich * widening.powi(2);
         if !self.information.is_complete() {
-            let prior = self.rows.plausible_std_devs();
+            let prior = self.state.rows.plausible_std_devs();
             for (k, direction) in self.information.unobservable() {
                 let variance = prior[k].powi(2);
                 self.covariance.ger(variance, &direction, &direction, 1.0);
@@ -316,7 +364,7 @@ impl OnlineLeastSquares {
 
     /// Returns the parameters in the order of [`InertialParameters`](tactid_dynamics::InertialParameters).
     pub(crate) fn parameters(&self) -> &Vector {
-        &self.parameters
+        &self.state.parameters
     }
 
     /// Returns the covariance of the parameters; `None` before the noise has been estimated.
@@ -327,22 +375,38 @@ impl OnlineLeastSquares {
         (self.windows >= MIN_WINDOWS).then_some(self.covariance)
     }
 
-    /// Returns the constant offsets of the first six channels, in their units; `None` where they are not among the
-    /// unknowns, or before any window.
-    pub(crate) fn offsets(&self) -> Option<Vector6<f64>> {
-        self.centering.offsets(&self.parameters)
+    /// Returns the parameters with their covariance, and with the constant offsets of the first six channels, in their
+    /// units, where these are among the unknowns.
+    pub(crate) fn joint_estimate(&self) -> JointEstimate {
+        let State {
+            centering,
+            parameters,
+            noise,
+            ..
+        } = &self.state;
+        let noise = noise.of_wrench();
+        JointEstimate {
+            parameters: *parameters,
+            covariance: self.covariance,
+            offsets: noise.and_then(|noise| centering.offsets(parameters, &noise)),
+        }
+    }
+
+    /// Whether nothing contradicts the present estimate, and changes of the payload are detected.
+    pub(crate) fn is_trusted(&self) -> bool {
+        self.is_settled() && !self.changes.has_evidence()
     }
 
     /// Returns the inverse of the covariance for white noise. In unobservable directions it is that of the plausible
     /// size of the parameters.
     pub(crate) fn information(&self) -> Matrix {
-        let std_devs = self.rows.plausible_std_devs();
+        let std_devs = self.state.rows.plausible_std_devs();
         let prior = std_devs.map(|std_dev| NOISE_CORRELATION / std_dev.powi(2));
         self.information.matrix(&prior) / NOISE_CORRELATION
     }
 
     /// Returns the unobservable directions of the parameters.
     pub(crate) fn null_space(&self) -> NullSpace {
-        self.information.null_space(self.rows.scales())
+        self.information.null_space(self.state.rows.scales())
     }
 }

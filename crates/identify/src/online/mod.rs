@@ -1,6 +1,7 @@
 //! Least squares in the control loop: an estimate with its uncertainty at every sample.
 
 mod accumulated_rows;
+mod changes;
 mod identifier;
 mod innovation;
 mod least_squares;
@@ -11,5 +12,6 @@ mod residual_correlation;
 mod sample_checks;
 mod stage;
 mod staged_update;
+mod trusted;
 
 pub use identifier::Identifier;

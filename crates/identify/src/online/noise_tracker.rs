@@ -11,6 +11,7 @@ use crate::equations::Channels;
 use crate::equations::Equation;
 use crate::equations::window::{NOISE_CORRELATION, PRODUCT_CORRELATION};
 use crate::solve::noise::Noise;
+use crate::solve::offsets::WrenchNoise;
 use crate::solve::subspace::Vector;
 
 /// Number of windows that the estimate of the noise averages over at most, 15 s at a cutoff of 10 Hz. The relative
@@ -158,6 +159,25 @@ impl NoiseTracker {
     /// estimated from, less the channel's fraction of ten parameters.
     pub(crate) fn degrees_of_freedom(&self) -> f64 {
         self.windows / PRODUCT_CORRELATION - 10.0 / self.residuals.len() as f64
+    }
+
+    /// Returns the noise of a wrench, the first six channels, in one window; `None` where they are not a wrench.
+    pub(crate) fn of_wrench(&self) -> Option<WrenchNoise> {
+        Some(WrenchNoise {
+            covariance: self.noise.wrench_covariance()?,
+            factor: self.inflation() * self.lasting_error_factor(),
+        })
+    }
+
+    /// Copies the noise of as many channels, without allocation.
+    pub(crate) fn copy_from(&mut self, other: &Self) {
+        self.noise.copy_from(&other.noise);
+        self.covariance.copy_from(&other.covariance);
+        self.windows = other.windows;
+        self.correlations.copy_from_slice(&other.correlations);
+        self.shared.copy_from_slice(&other.shared);
+        (self.slow_square, self.square) = (other.slow_square, other.square);
+        self.slow_load = other.slow_load;
     }
 
     /// Brings rows, one for each channel, to units of their noise and removes its correlation across channels.

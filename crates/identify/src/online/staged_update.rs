@@ -1,6 +1,5 @@
 //! The estimate and its deferred update, stage by stage.
 
-use nalgebra::Vector6;
 use tactid_dynamics::InertialParameters;
 use tactid_nlms::SettingError;
 
@@ -24,6 +23,10 @@ pub(crate) struct StagedUpdate {
     /// Links below the tool that are part of the estimated body, as of the end of the most recent window.
     gripper: Option<InertialParameters>,
     readout: Readout,
+    /// The report of the last estimate that nothing contradicted.
+    trusted: Option<Readout>,
+    /// The report of the payload before the last change; `None` before a change.
+    before_change: Option<Readout>,
 }
 
 impl StagedUpdate {
@@ -41,23 +44,32 @@ impl StagedUpdate {
             stage: Some(Stage::StartProjection),
             gripper,
             readout: Readout::unknown(),
+            trusted: None,
+            before_change: None,
         };
         update.finish();
         Ok(update)
     }
 
-    /// Begins the update by a new window, and returns whether the window shows a payload change.
-    pub(crate) fn begin(&mut self, equation: &Equation) -> bool {
+    /// Begins the update by a new window, and returns what the window means.
+    pub(crate) fn begin(&mut self, equation: &Equation) -> Assessment {
         // The assessment needs the estimate of the previous window, but not its projection.
         while self.stage.is_some_and(Stage::is_estimation) {
             self.proceed();
         }
+        if self.estimator.is_trusted() {
+            self.trusted = Some(self.readout);
+        }
         let assessment = self.estimator.assess(equation);
         self.stage = Some(match assessment {
             Assessment::Accepted(first) => first,
-            Assessment::PayloadChanged => Stage::Solve,
+            Assessment::PayloadChanged => {
+                self.before_change = self.trusted;
+                Stage::Solve
+            }
+            Assessment::PayloadReturned => Stage::Solve,
         });
-        assessment == Assessment::PayloadChanged
+        assessment
     }
 
     /// Sets the links below the tool that are part of the estimated body: their inertial parameters in the tool frame
@@ -97,9 +109,15 @@ impl StagedUpdate {
         &self.readout
     }
 
-    /// Constant offsets of the first six channels, in their units; `None` where they are not among the unknowns.
-    pub(crate) fn offsets(&self) -> Option<Vector6<f64>> {
-        self.estimator.offsets()
+    /// The report of the payload before the last change; `None` before a change, and where the payload before it was not
+    /// known.
+    pub(crate) fn before_change(&self) -> Option<&Readout> {
+        self.before_change.as_ref()
+    }
+
+    /// The estimator.
+    pub(crate) fn estimator(&self) -> &OnlineLeastSquares {
+        &self.estimator
     }
 
     /// Sets the estimated payload as the target of the projection.
@@ -158,7 +176,8 @@ mod tests {
         let mut random = SmallRng::seed_from_u64(4);
         let mut update = StagedUpdate::new(&Channels::of_wrench(), None).unwrap();
         for count in 0..100 {
-            assert!(!update.begin(&window(&mut random)), "{count}");
+            let assessment = update.begin(&window(&mut random));
+            assert!(matches!(assessment, Assessment::Accepted(_)), "{count}");
             let mut finished = update.clone();
             finished.finish();
             let before = *update.readout();

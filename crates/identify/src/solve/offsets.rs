@@ -70,8 +70,14 @@ impl Offsets {
         })
     }
 
-    fn covariance(&self, of_parameters: &Matrix) -> Matrix6<f64> {
+    /// Returns the covariance of the offsets, given that of the parameters.
+    pub(crate) fn covariance(&self, of_parameters: &Matrix) -> Matrix6<f64> {
         self.gradients * of_parameters * self.gradients.transpose() + self.of_means
+    }
+
+    /// Returns the covariance of the offsets with the parameters, given that of the parameters.
+    pub(crate) fn covariance_with(&self, of_parameters: &Matrix) -> SMatrix<f64, 6, 10> {
+        -self.gradients * of_parameters
     }
 }
 
@@ -121,11 +127,37 @@ impl<const N: usize> MeanRow<N> {
     }
 }
 
-/// Running means of the rows of the leading channels, whose offsets are unknown.
+/// Offsets of the six channels of a wrench as windows before a payload change have shown them.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct KnownOffsets {
+    pub(crate) values: Vector6<f64>,
+    pub(crate) covariance: Matrix6<f64>,
+}
+
+/// Noise of the six channels of a wrench in one window.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct WrenchNoise {
+    /// Covariance across the channels, in their units.
+    pub(crate) covariance: Matrix6<f64>,
+    /// Factor on the covariance for errors that last longer than a window.
+    pub(crate) factor: f64,
+}
+
+/// Rows that [known offsets](KnownOffsets) add to the information on the parameters: what they leave of the mean rows.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct OffsetRows {
+    /// Regressors and targets in units in which the noise of a window has variance one.
+    pub(crate) rows: [(Vector, f64); 6],
+    /// Covariance of the scores of the rows: regressors times noise.
+    pub(crate) scores: Matrix,
+}
+
+/// Running means of the rows of the leading channels, whose offsets are unknown, or known from windows before a payload change.
 #[derive(Clone, Debug)]
 pub(crate) struct Centering {
     means: Vec<Row>,
     weight: f64,
+    known: Option<KnownOffsets>,
 }
 
 impl Centering {
@@ -134,13 +166,21 @@ impl Centering {
         Self {
             means: vec![Row::zero(); channels],
             weight: 0.0,
+            known: None,
         }
     }
 
-    /// Discards all windows.
-    pub(crate) fn reset(&mut self) {
+    /// Discards all windows, and begins again with what is known of the offsets.
+    pub(crate) fn restart(&mut self, known: Option<KnownOffsets>) {
         self.means.fill(Row::zero());
         self.weight = 0.0;
+        self.known = known;
+    }
+
+    /// Copies other means of as many channels, without allocation.
+    pub(crate) fn copy_from(&mut self, other: &Self) {
+        self.means.copy_from_slice(&other.means);
+        (self.weight, self.known) = (other.weight, other.known);
     }
 
     /// Whether any channel has an offset.
@@ -148,9 +188,14 @@ impl Centering {
         !self.means.is_empty()
     }
 
-    /// Whether no window has been added. The first window determines the offsets alone.
+    /// Whether no window has been added.
     pub(crate) fn is_empty(&self) -> bool {
         self.weight == 0.0
+    }
+
+    /// Whether the first window determines the offsets alone, because nothing is known of them.
+    pub(crate) fn needs_first_window(&self) -> bool {
+        self.is_empty() && self.known.is_none()
     }
 
     /// Replaces a window's rows by those that it adds to the information on the parameters. Their noise has the
@@ -174,12 +219,54 @@ impl Centering {
         }
     }
 
-    /// Returns the offsets of the six channels of a wrench, in their units, given the parameters; `None`
-    /// without offsets or before any window.
-    pub(crate) fn offsets(&self, parameters: &Vector) -> Option<Vector6<f64>> {
+    /// Returns the rows that the known offsets add to those that are [centred](Self::centre): the covariance of their
+    /// noise is that of the offsets and of the mean rows. `None` where nothing is known of the offsets.
+    pub(crate) fn offset_rows(&self, noise: &WrenchNoise) -> Option<OffsetRows> {
+        let known = self.known.as_ref()?;
+        let (regressors, targets) = self.mean()?;
+        let of_means = noise.covariance * (NOISE_CORRELATION / self.weight);
+        let weights = ((known.covariance + of_means) / NOISE_CORRELATION).cholesky()?;
+        let whitened = weights.l().solve_lower_triangular(&regressors)?;
+        let differences = weights
+            .l()
+            .solve_lower_triangular(&(targets - known.values))?;
+        let scores = weights.inverse() * regressors;
+        Some(OffsetRows {
+            rows: std::array::from_fn(|k| (whitened.row(k).transpose(), differences[k])),
+            scores: scores.tr_mul(&((known.covariance + of_means * noise.factor) * scores)),
+        })
+    }
+
+    /// Returns the offsets of the six channels of a wrench, given the parameters; `None` without offsets or before any
+    /// window.
+    pub(crate) fn offsets(&self, parameters: &Vector, noise: &WrenchNoise) -> Option<Offsets> {
+        let (regressors, targets) = self.mean()?;
+        let of_means = noise.covariance * (NOISE_CORRELATION / self.weight);
+        let remainder = targets - regressors * parameters;
+        let Some(known) = &self.known else {
+            return Some(Offsets {
+                values: remainder,
+                gradients: regressors,
+                of_means: of_means * noise.factor,
+            });
+        };
+        let gain = known.covariance * (known.covariance + of_means).try_inverse()?;
+        let rest = Matrix6::identity() - gain;
+        Some(Offsets {
+            values: known.values + gain * (remainder - known.values),
+            gradients: gain * regressors,
+            of_means: rest * known.covariance * rest.transpose()
+                + gain * of_means * gain.transpose() * noise.factor,
+        })
+    }
+
+    /// Returns the mean regressors and targets of the six channels of a wrench; `None` without offsets or before any
+    /// window.
+    fn mean(&self) -> Option<(SMatrix<f64, 6, 10>, Vector6<f64>)> {
         let means: &[Row; 6] = self.means.as_slice().try_into().ok()?;
-        let offset = |mean: &Row| mean.target - mean.regressor.dot(parameters);
-        (!self.is_empty()).then(|| means.each_ref().map(offset).into())
+        let regressors = SMatrix::from_fn(|channel, k| means[channel].regressor[k]);
+        let targets = Vector6::from_fn(|channel, _| means[channel].target);
+        (!self.is_empty()).then_some((regressors, targets))
     }
 }
 

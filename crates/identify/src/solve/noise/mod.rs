@@ -4,7 +4,7 @@ mod correlation;
 mod known_sensor;
 mod whitening;
 
-use nalgebra::{DMatrix, SVector};
+use nalgebra::{DMatrix, Matrix6, SVector};
 
 use self::correlation::{cholesky_in_place, shrinkage_factor, to_correlation};
 use self::known_sensor::KnownSensor;
@@ -149,6 +149,27 @@ impl Noise {
                 0.0
             }
         })
+    }
+
+    /// Returns the covariance of the first six channels' means over a window, in their units, without allocation;
+    /// `None` where there are fewer.
+    pub(crate) fn wrench_covariance(&self) -> Option<Matrix6<f64>> {
+        (self.channels() >= 6).then(|| {
+            let root = Matrix6::from_fn(|i, j| match j <= i {
+                true => self.std_devs[i] * self.root[(i, j)],
+                false => 0.0,
+            });
+            root * root.transpose()
+        })
+    }
+
+    /// Copies the noise of as many channels, without allocation.
+    pub(crate) fn copy_from(&mut self, other: &Self) {
+        self.std_devs.copy_from_slice(&other.std_devs);
+        self.floors.copy_from_slice(&other.floors);
+        self.root.copy_from(&other.root);
+        self.estimated_correlations = other.estimated_correlations;
+        self.window_variance = other.window_variance;
     }
 
     /// Returns the factor by which the covariance of the parameters is larger than an estimate of the noise shows, given

@@ -1,0 +1,113 @@
+//! The estimate as of the last window that nothing contradicted, and what returns to it.
+
+use super::accumulated_rows::AccumulatedRows;
+use super::noise_tracker::NoiseTracker;
+use crate::equations::Channels;
+use crate::solve::offsets::{Centering, KnownOffsets, Offsets};
+use crate::solve::subspace::{Matrix, Vector};
+
+/// What an estimator has concluded from all windows up to one.
+#[derive(Clone, Debug)]
+pub(crate) struct State {
+    pub(crate) rows: AccumulatedRows,
+    pub(crate) noise: NoiseTracker,
+    pub(crate) centering: Centering,
+    pub(crate) parameters: Vector,
+    /// Number of windows since the first one or the last payload change.
+    pub(crate) windows_since_start: usize,
+}
+
+impl State {
+    /// Creates the state before any window.
+    pub(crate) fn new(channels: &Channels) -> Self {
+        Self {
+            rows: AccumulatedRows::new(channels.count()),
+            noise: NoiseTracker::new(channels),
+            centering: Centering::new(channels.offsets),
+            parameters: Vector::zeros(),
+            windows_since_start: 0,
+        }
+    }
+
+    /// Copies the state of as many channels, without allocation.
+    pub(crate) fn copy_from(&mut self, other: &Self) {
+        self.rows.copy_from(&other.rows);
+        self.noise.copy_from(&other.noise);
+        self.centering.copy_from(&other.centering);
+        self.parameters = other.parameters;
+        self.windows_since_start = other.windows_since_start;
+    }
+}
+
+/// Parameters of the load and offsets of a wrench sensor with their joint covariance.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct JointEstimate {
+    pub(crate) parameters: Vector,
+    pub(crate) covariance: Matrix,
+    /// `None` where the offsets are known to be zero.
+    pub(crate) offsets: Option<Offsets>,
+}
+
+impl JointEstimate {
+    /// Returns what is known of the offsets, whatever the payload.
+    pub(crate) fn known_offsets(&self) -> Option<KnownOffsets> {
+        self.offsets.map(|offsets| KnownOffsets {
+            values: offsets.values,
+            covariance: offsets.covariance(&self.covariance),
+        })
+    }
+}
+
+/// The estimate as of the last window that nothing contradicted. It is that of the payload before a change until the
+/// payload after it is known well enough to detect further changes.
+#[derive(Clone, Debug)]
+pub(crate) struct Trusted {
+    state: State,
+    /// `None` before the first window from which changes are detected.
+    estimate: Option<JointEstimate>,
+    /// Number of windows in a row that agree with this estimate and contradict the present one.
+    returning: usize,
+}
+
+impl Trusted {
+    /// Creates an estimate of nothing.
+    pub(crate) fn new(channels: &Channels) -> Self {
+        Self {
+            state: State::new(channels),
+            estimate: None,
+            returning: 0,
+        }
+    }
+
+    /// The estimate; `None` before the first.
+    pub(crate) fn estimate(&self) -> Option<&JointEstimate> {
+        self.estimate.as_ref()
+    }
+
+    /// The state of the estimator with this estimate.
+    pub(crate) fn state(&self) -> &State {
+        &self.state
+    }
+
+    /// Replaces the estimate by the present one, which nothing contradicts.
+    pub(crate) fn set(&mut self, state: &State, estimate: JointEstimate) {
+        self.state.copy_from(state);
+        self.estimate = Some(estimate);
+    }
+
+    /// Discards the count of windows that agree with this estimate.
+    pub(crate) fn restart(&mut self) {
+        self.returning = 0;
+    }
+
+    /// Counts a window by whether this estimate explains it, and whether the present one does. Returns the number of
+    /// windows in a row that this estimate alone explains; those that both explain do not interrupt them.
+    pub(crate) fn returning(&mut self, explains: bool, is_explained: bool) -> usize {
+        self.returning = match (explains, is_explained) {
+            (true, false) => self.returning + 1,
+            (true, true) => self.returning,
+            (false, _) => 0,
+        };
+        self.returning
+    }
+}
