@@ -5,10 +5,10 @@
 mod common;
 
 use allocation_counter::measure;
-use common::{Experiment, Noise, identifier, payload};
+use common::{Experiment, Noise, TOOL, identifier, payload};
 use rand::{SeedableRng, rngs::SmallRng};
 use tactid_dynamics::MassProperties;
-use tactid_identify::{EquationSettings, Method};
+use tactid_identify::{EquationSettings, Method, WORLD};
 
 /// A payload change allocates nothing: the noise is estimated, the change is detected, and the estimate starts
 /// again.
@@ -43,6 +43,7 @@ fn a_payload_change_allocates_nothing() {
             ..EquationSettings::default()
         };
         let mut identifier = identifier(&experiment, &settings);
+        let frame = identifier.wrench_frame(TOOL, Some(WORLD)).unwrap();
         let allocations = measure(|| {
             for instant in &noisy {
                 identifier.push(&instant.sample()).unwrap();
@@ -50,6 +51,10 @@ fn a_payload_change_allocates_nothing() {
                 let _ = (
                     identifier.estimate_before_change(),
                     identifier.joint_covariance(),
+                );
+                let _ = (
+                    identifier.contact_wrench(&frame),
+                    identifier.load_wrench(&frame),
                 );
             }
         });

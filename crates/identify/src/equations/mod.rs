@@ -40,5 +40,7 @@ pub use multi_cutoff::MultiCutoffStream;
 pub(crate) use offset_frame::OffsetFrame;
 pub use sample::{BaseState, Sample, states_of_poses};
 pub use settings::{EffortContent, EquationSettings, SubtractedLoad, Unknowns, WORLD};
-pub(crate) use sources::acceleration_columns;
+pub(crate) use sources::{
+    MOTION_TERMS, WrenchRegressor, acceleration_columns, columns_expressed_in,
+};
 pub use stream::{EquationStream, PushOutcome};

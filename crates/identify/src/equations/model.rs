@@ -2,20 +2,20 @@
 
 use std::iter;
 
-use nalgebra::Vector3;
+use nalgebra::{Isometry3, Vector3};
 use tactid_dynamics::{
     FrameId, InertialParameters, JointMotion, Manipulator, ModelError, ModelFinding, StateError,
     Workspace, inverse_dynamics, motion_under_gravity,
 };
 
-use super::channels::{Channels, KnownNoise};
+use super::channels::{Channels, KnownNoise, WRENCH};
 use super::equation::{Equation, Row};
 use super::geometry;
 use super::instant::Instant;
 use super::offset_frame::OffsetFrame;
 use super::sample::Sample;
 use super::settings::{EffortContent, EquationSettings};
-use super::sources::{RobotState, Source, sources_of};
+use super::sources::{MOTION_TERMS, RobotState, Source, sources_of};
 use super::window::WindowMean;
 use crate::{IdentifyError, Method};
 
@@ -266,6 +266,25 @@ impl Model {
     /// The entries of the last instant.
     pub(crate) fn last_entries(&self) -> &[f64] {
         &self.entries
+    }
+
+    /// The sum of the wrenches at the last instant in the tool frame, the terms of its motion, and the pose of the tool in
+    /// the inertial frame; `None` where the method uses no wrenches.
+    pub(crate) fn wrench_terms(&self) -> Option<(&[f64], &[f64], Isometry3<f64>)> {
+        if !matches!(self.sources.first(), Some(Source::Wrench(_))) {
+            return None;
+        }
+        let terms = &self.entries[self.row_count..self.row_count + MOTION_TERMS];
+        Some((
+            &self.entries[..WRENCH],
+            terms,
+            self.workspace.pose(self.tool),
+        ))
+    }
+
+    /// The tool frame.
+    pub(crate) fn tool(&self) -> FrameId {
+        self.tool
     }
 
     /// Inertial parameters of the known links below the tool, at the posture of the last instant and in the

@@ -45,6 +45,8 @@ pub struct EquationStream {
     motion: MotionStream,
     windows: Windows<WindowMean>,
     equation: Equation,
+    /// Time of the instant that the last sample completed, s; `None` where it completed none.
+    instant_s: Option<f64>,
 }
 
 impl EquationStream {
@@ -93,6 +95,7 @@ impl EquationStream {
                 settings.shared_noise_s,
             ),
             equation: Equation::new(model.row_count()),
+            instant_s: None,
             model,
         }
     }
@@ -109,6 +112,7 @@ impl EquationStream {
         sample: &Sample<'_>,
     ) -> Result<(PushOutcome, Option<&Equation>), IdentifyError> {
         self.model.check_lengths(sample)?;
+        self.instant_s = None;
         let instant = match self.motion.push(sample) {
             MotionStep::Rejected => return Ok((PushOutcome::Rejected, None)),
             MotionStep::Started => {
@@ -119,6 +123,7 @@ impl EquationStream {
             MotionStep::Instant(instant) => instant,
         };
         let entries = self.model.entries(instant)?;
+        self.instant_s = Some(instant.time_s);
         let Some(window) = self.windows.push(instant.time_s, entries) else {
             return Ok((PushOutcome::Used, None));
         };
@@ -179,6 +184,21 @@ impl EquationStream {
     /// Returns what computes the rows of single states of the robot.
     pub(crate) fn motion_rows(&self) -> MotionRows {
         MotionRows::of_model(self.model.clone())
+    }
+
+    /// The last equation.
+    pub(crate) fn equation(&self) -> &Equation {
+        &self.equation
+    }
+
+    /// The robot with its measurements at the last instant.
+    pub(crate) fn model(&self) -> &Model {
+        &self.model
+    }
+
+    /// Time of the instant that the last sample completed, s; `None` where it completed none.
+    pub(crate) fn instant_s(&self) -> Option<f64> {
+        self.instant_s
     }
 
     /// The robot.

@@ -5,6 +5,7 @@ use std::sync::Arc;
 use nalgebra::{SMatrix, Vector3};
 use tactid_dynamics::Manipulator;
 
+use super::contact::ContactObserver;
 use super::least_squares::Assessment;
 use super::readout::Readout;
 use super::recent_equations::RecentEquations;
@@ -139,10 +140,13 @@ const MIN_SAMPLES_TO_DEFER: u32 = 2 * Identifier::DEFERRED_STAGES as u32;
 #[derive(Clone, Debug)]
 pub struct Identifier {
     frame: Arc<str>,
-    stream: EquationStream,
-    update: StagedUpdate,
+    pub(super) stream: EquationStream,
+    pub(super) update: StagedUpdate,
     recent: RecentEquations,
     checks: OnlineChecks,
+    pub(super) contact: ContactObserver,
+    /// Whether the caller says that the payload stays what it is.
+    pub(super) is_held: bool,
     /// Number of samples since the end of the most recent window.
     samples: u32,
     windows: u64,
@@ -185,6 +189,8 @@ impl Identifier {
             update: StagedUpdate::new(&channels, stream.gripper_to_subtract())?,
             recent: RecentEquations::new(channels.count()),
             checks: OnlineChecks::new(robot, sensors, settings),
+            is_held: false,
+            contact: ContactObserver::new(settings.cutoff_hz),
             stream,
             samples: 0,
             windows: 0,
@@ -216,13 +222,28 @@ impl Identifier {
             self.samples = self.samples.saturating_add(1);
             self.checks.push(sample);
         }
-        let Some(equation) = equation else {
+        let ends_window = equation.is_some();
+        if outcome == PushOutcome::Started {
+            self.contact.start_stretch();
+        } else if let Some(time_s) = self.stream.instant_s() {
+            self.contact.push(time_s, self.stream.model());
+        }
+        Ok(if ends_window && !self.is_held {
+            self.update_by_window(outcome)
+        } else {
             self.update.proceed();
-            return Ok(outcome);
-        };
+            outcome
+        })
+    }
+
+    /// Begins the update by the window that the last sample ended.
+    fn update_by_window(&mut self, outcome: PushOutcome) -> PushOutcome {
+        let equation = self.stream.equation();
         let time_s = equation.time_s;
         let assessment = self.update.begin(equation);
         self.recent.push(equation);
+        self.contact
+            .observe_noise(equation, self.update.estimator());
         self.update.set_gripper(self.stream.gripper_to_subtract());
         self.windows += 1;
         let is_dense = std::mem::take(&mut self.samples) >= MIN_SAMPLES_TO_DEFER;
@@ -246,7 +267,7 @@ impl Identifier {
         if outcome != PushOutcome::Used || !is_dense {
             self.finish();
         }
-        Ok(outcome)
+        outcome
     }
 
     /// Completes the update by the most recent window at once, so that [`estimate`](Self::estimate) includes it: after

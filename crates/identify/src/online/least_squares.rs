@@ -11,12 +11,14 @@ use crate::equations::Channels;
 use crate::equations::Equation;
 use crate::equations::window::NOISE_CORRELATION;
 use crate::solve::information::Information;
+use crate::solve::offsets::WrenchNoise;
 use crate::solve::subspace::{Matrix, NullSpace, Vector};
 use crate::solve::uncertainty::students_widening;
 use crate::solve::weights::{rare_distance, robust_weight};
 
 /// Number of windows from which the noise is estimated for the first time: 48 rows of a wrench, for ten
-/// parameters and the noise of six channels. So many in a row also show that the payload before a change is held again.
+/// parameters and the noise of six channels. So many in a row also show that the payload before a change is held again, and
+/// so many changes in a row that the noise is larger than before.
 const MIN_WINDOWS: usize = 8;
 
 /// Leverage of a window relative to the mean since the estimate began below which the robot counts as at rest.
@@ -71,8 +73,8 @@ pub(crate) struct OnlineLeastSquares {
     state: State,
     /// The estimate as of the last window that nothing contradicted.
     trusted: Trusted,
-    /// Whether a payload change was detected, and the estimate since then is not trusted yet.
-    is_changing: bool,
+    /// Number of payload changes that were detected since the last window with a trusted estimate.
+    alarms: usize,
     /// Whether the last window contradicts the present estimate.
     is_contradicted: bool,
     /// Buffer for the last window as the trusted estimate predicts it.
@@ -105,7 +107,7 @@ impl OnlineLeastSquares {
         Ok(Self {
             state: State::new(channels),
             trusted: Trusted::new(channels),
-            is_changing: false,
+            alarms: 0,
             is_contradicted: false,
             comparison: (WhitenedWindow::new(count), Prediction::new(count)),
             initial: vec![Equation::new(count); INITIAL_WINDOWS],
@@ -132,11 +134,11 @@ impl OnlineLeastSquares {
         let assessment = self.assess_with(equation, &mut centred);
         self.centred = centred;
         match assessment {
-            Assessment::Accepted(_) if self.is_changing && self.explains_again(equation) => {
+            Assessment::Accepted(_) if self.alarms > 0 && self.explains_again(equation) => {
                 self.state.copy_from(self.trusted.state());
                 self.changes.restart();
                 self.trusted.restart();
-                self.is_changing = false;
+                self.alarms = 0;
                 Assessment::PayloadReturned
             }
             Assessment::Accepted(_) => {
@@ -173,7 +175,7 @@ impl OnlineLeastSquares {
         if self.is_trusted() {
             let estimate = self.joint_estimate();
             self.trusted.set(&self.state, estimate);
-            self.is_changing = false;
+            self.alarms = 0;
         }
     }
 
@@ -280,9 +282,10 @@ impl OnlineLeastSquares {
             .set_residuals(equation, &self.state.parameters);
         let robust = robust_weight(innovation.distance, rare_distance(self.window.rows.len()));
         let noise = robust / (1.0 + innovation.leverage);
+        let shows_noise = is_predictable && is_moving && (self.alarms == 0 || !self.knows_noise());
         self.weights = WindowWeights {
             rows: if is_settled { robust } else { 1.0 },
-            noise: (is_predictable && is_moving).then_some(noise),
+            noise: shows_noise.then_some(noise),
         };
         Assessment::Accepted(Stage::AddRows)
     }
@@ -293,10 +296,21 @@ impl OnlineLeastSquares {
         10.0 * NOISE_CORRELATION / (self.state.windows_since_start * self.window.rows.len()) as f64
     }
 
-    /// Discards all windows after a payload change, and keeps the noise and what is known of the offsets. Soon after a start, the noise may have
-    /// been underestimated instead, and is increased.
+    /// Whether the noise before a payload change holds for the windows after it, too: whatever no body explains is then a
+    /// contact. After many changes in a row, or in the first seconds, the noise may have been underestimated instead.
+    fn knows_noise(&self) -> bool {
+        self.trusted.estimate().is_some()
+            && self.windows >= TRIAL_WINDOWS
+            && self.alarms <= MIN_WINDOWS
+    }
+
+    /// Discards all windows after a payload change, and keeps what is known of the offsets, and of the noise. Noise that may
+    /// have been underestimated is increased.
     fn restart(&mut self) {
-        if self.state.windows_since_start < TRIAL_WINDOWS {
+        self.alarms += 1;
+        if self.knows_noise() {
+            self.state.noise.copy_from(&self.trusted.state().noise);
+        } else if self.state.windows_since_start < TRIAL_WINDOWS {
             self.state.noise.increase();
         }
         let State {
@@ -310,7 +324,6 @@ impl OnlineLeastSquares {
         centering.restart(trusted.and_then(JointEstimate::known_offsets));
         self.changes.restart();
         self.trusted.restart();
-        self.is_changing = true;
         self.state.windows_since_start = 0;
     }
 
@@ -390,6 +403,21 @@ impl OnlineLeastSquares {
             covariance: self.covariance,
             offsets: noise.and_then(|noise| centering.offsets(parameters, &noise)),
         }
+    }
+
+    /// The estimate as of the last window that nothing contradicted; `None` before the first.
+    pub(crate) fn trusted(&self) -> Option<&JointEstimate> {
+        self.trusted.estimate()
+    }
+
+    /// Noise of the wrench in one window; `None` without wrenches.
+    pub(crate) fn wrench_noise(&self) -> Option<WrenchNoise> {
+        self.state.noise.of_wrench()
+    }
+
+    /// Weight of the residuals of the most recent window in the estimate of the noise; zero where they show nothing of it.
+    pub(crate) fn noise_weight(&self) -> f64 {
+        self.weights.noise.unwrap_or(0.0)
     }
 
     /// Whether nothing contradicts the present estimate, and changes of the payload are detected.

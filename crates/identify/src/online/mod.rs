@@ -2,6 +2,8 @@
 
 mod accumulated_rows;
 mod changes;
+mod contact;
+mod contact_wrench;
 mod identifier;
 mod innovation;
 mod least_squares;
@@ -14,4 +16,5 @@ mod stage;
 mod staged_update;
 mod trusted;
 
+pub use contact::{ContactState, WrenchEstimate, WrenchFrame};
 pub use identifier::Identifier;

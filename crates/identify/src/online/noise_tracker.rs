@@ -16,7 +16,7 @@ use crate::solve::subspace::Vector;
 
 /// Number of windows that the estimate of the noise averages over at most, 15 s at a cutoff of 10 Hz. The relative
 /// error of an estimated standard deviation is then 3 %.
-const MEMORY_WINDOWS: f64 = 500.0;
+pub(crate) const MEMORY_WINDOWS: f64 = 500.0;
 
 /// Factor on the variance after a false alarm of the change detectors: the standard deviation doubles.
 const VARIANCE_GROWTH: f64 = 4.0;

@@ -1,5 +1,7 @@
 //! The estimate as of the last window that nothing contradicted, and what returns to it.
 
+use nalgebra::{Matrix6, SMatrix};
+
 use super::accumulated_rows::AccumulatedRows;
 use super::noise_tracker::NoiseTracker;
 use crate::equations::Channels;
@@ -55,6 +57,14 @@ impl JointEstimate {
             values: offsets.values,
             covariance: offsets.covariance(&self.covariance),
         })
+    }
+
+    /// Returns the covariance of what a load with this regressor and the offsets measure together.
+    pub(crate) fn covariance_of_load(&self, regressor: &SMatrix<f64, 6, 10>) -> Matrix6<f64> {
+        match &self.offsets {
+            Some(offsets) => offsets.covariance_of_load(regressor, &self.covariance),
+            None => regressor * self.covariance * regressor.transpose(),
+        }
     }
 }
 

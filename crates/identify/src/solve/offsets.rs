@@ -79,6 +79,17 @@ impl Offsets {
     pub(crate) fn covariance_with(&self, of_parameters: &Matrix) -> SMatrix<f64, 6, 10> {
         -self.gradients * of_parameters
     }
+
+    /// Returns the covariance of what a load with this regressor and the offsets measure together, given that of the
+    /// parameters.
+    pub(crate) fn covariance_of_load(
+        &self,
+        regressor: &SMatrix<f64, 6, 10>,
+        of_parameters: &Matrix,
+    ) -> Matrix6<f64> {
+        let gradients = regressor - self.gradients;
+        gradients * of_parameters * gradients.transpose() + self.of_means
+    }
 }
 
 /// Weighted mean of all rows of a channel, `N` entries each.
