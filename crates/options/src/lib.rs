@@ -18,6 +18,8 @@ pub use value::Value;
 pub enum Use {
     /// Identification from a log.
     Log,
+    /// Identification from the topics of a robot that runs.
+    Live,
     /// Identification from arrays.
     Arrays,
     /// Identification from poses at rest.

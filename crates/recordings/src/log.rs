@@ -8,18 +8,18 @@ use tactid_identify::checks::TwistAxes;
 use tactid_logs::LogReader;
 
 use crate::alignment::Event;
-use crate::decode::Decoding;
+use crate::decode::{Decoder, Decoding};
 use crate::feed::{Feed, Unloaded};
 use crate::progress::{check_interruption, open_log};
 use crate::recording::{Reading, Recording, Selection, Sources, has_beginning};
-use crate::sources::{LogSources, MeasuredTopics};
+use crate::sources::LogSources;
 use crate::unloaded::find_unloaded;
 use crate::{Clock, Finding, Observer, RecordingError, Request};
 
 /// A log whose topics, robot and clock are known.
 pub(crate) struct LogRecording {
     log: LogReader,
-    topics: MeasuredTopics,
+    found: LogSources,
     decoding: Arc<Decoding>,
     unloaded: Option<Unloaded>,
     sources: Sources,
@@ -41,30 +41,46 @@ impl LogRecording {
                 damage.collect::<String>()
             )));
         }
-        let found = LogSources::find(&log, request)?;
-        let decoding = Arc::new(Decoding::new(&log, &found, request)?);
-        let unloaded = match &request.unloaded {
-            Some(unloaded) => Some(find_unloaded(
+        let mut recording = Self::of(log, request)?;
+        if let Some(unloaded) = &request.unloaded {
+            recording.unloaded = Some(find_unloaded(
                 [path, unloaded],
-                (&log, &found, &decoding),
+                (&recording.log, &recording.found, &recording.decoding),
                 request,
                 observer,
-            )?),
-            None => None,
-        };
+            )?);
+        }
+        Ok(recording)
+    }
+
+    /// Finds what a request asks for in a log, without its unloaded recording.
+    pub(crate) fn of(log: LogReader, request: &Request) -> Result<Self, RecordingError> {
+        let found = LogSources::find(&log, request)?;
+        let decoding = Arc::new(Decoding::new(&log, &found, request)?);
         Ok(Self {
             sources: sources(&found, &decoding, request),
-            topics: found.topics,
+            found,
             log,
             decoding,
-            unloaded,
+            unloaded: None,
         })
+    }
+
+    /// Returns a decoder of messages that follow at once on those of this log, which holds none of them back.
+    pub(crate) fn live_decoder(&self, max_gap_s: f64) -> Decoder {
+        Decoder::in_order(self.decoding.clone(), max_gap_s)
     }
 
     /// Returns the topics that are read, with or without that of the accelerations.
     fn topics(&self, acceleration: bool) -> Vec<String> {
-        let mut topics = self.topics.without_acceleration();
-        topics.extend(self.topics.acceleration().filter(|_| acceleration).cloned());
+        let mut topics = self.found.topics.without_acceleration();
+        topics.extend(
+            self.found
+                .topics
+                .acceleration()
+                .filter(|_| acceleration)
+                .cloned(),
+        );
         topics
     }
 }

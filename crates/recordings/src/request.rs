@@ -9,7 +9,7 @@ use tactid_identify::{
     BoundingBox, EffortContent, EquationSettings, KnownMass, Method, Range, SubtractedLoad,
     Unknowns,
 };
-use tactid_options::{About, Kind, Use, options};
+use tactid_options::{About, Kind, options};
 
 use crate::arm_calibration::ArmCalibration;
 use crate::choices::{
@@ -18,6 +18,10 @@ use crate::choices::{
 use crate::clock::LONGEST_STAMP_DELAY_S;
 use crate::known_tool::GivenTool;
 use crate::paper::PaperSettings;
+use crate::uses::{
+    ALL, DELAY, EFFORTS, FRAME, LEAST_SQUARES, LOG, LOGS, METHODS, MODEL, OFFSET, PAPER, RECORDING,
+    SAMPLES, STREAM, TOOL, WRENCHES,
+};
 
 /// Range of gravity, m/s²: up to twice that of Jupiter. A larger one is in another unit.
 const GRAVITY: Range = Range {
@@ -30,48 +34,6 @@ const DELAY_S: Range = Range {
     contains: |delay_s| delay_s.abs() <= LONGEST_STAMP_DELAY_S,
     expected: "between -60 and 60",
 };
-
-const LOG: &[Use] = &[Use::Log];
-const MODEL: &[Use] = &[Use::Log, Use::Arrays, Use::Poses, Use::Calibration];
-const WRENCHES: &[Use] = &[Use::Log, Use::Arrays, Use::Poses];
-const OFFSET: &[Use] = &[Use::Log, Use::Arrays, Use::Poses, Use::Online, Use::Design];
-const FRAME: &[Use] = &[
-    Use::Log,
-    Use::Arrays,
-    Use::Poses,
-    Use::Online,
-    Use::PaperFilter,
-    Use::Calibration,
-    Use::Design,
-];
-const LOGS: &[Use] = &[Use::Log, Use::Calibration];
-const RECORDING: &[Use] = &[Use::Log, Use::Arrays];
-const EFFORTS: &[Use] = &[Use::Log, Use::Arrays, Use::Calibration];
-const LEAST_SQUARES: &[Use] = &[Use::Log, Use::Arrays, Use::Online, Use::Design];
-const METHODS: &[Use] = &[
-    Use::Log,
-    Use::Arrays,
-    Use::Online,
-    Use::PaperFilter,
-    Use::Design,
-];
-const SAMPLES: &[Use] = &[Use::Log, Use::Arrays, Use::Online, Use::PaperFilter];
-const PAPER: &[Use] = &[Use::Log, Use::Arrays, Use::PaperFilter];
-const STREAM: &[Use] = &[
-    Use::Log,
-    Use::Arrays,
-    Use::Online,
-    Use::PaperFilter,
-    Use::Calibration,
-];
-const ALL: &[Use] = &[
-    Use::Log,
-    Use::Arrays,
-    Use::Online,
-    Use::PaperFilter,
-    Use::Calibration,
-    Use::Design,
-];
 
 const ROBOT: &str = "Robot";
 const TOPICS: &str = "Topics";
@@ -187,7 +149,7 @@ options! {
         pub calibration: Option<ArmCalibration>,
         /// Delay of the wrenches' stamps relative to the motion.
         #[option(
-            MEASUREMENTS, RECORDING,
+            MEASUREMENTS, DELAY,
             unit = "s",
             default = "estimated by the tactile method with least squares, and corrected where it \
                 is significant; else 0",
@@ -273,7 +235,7 @@ options! {
         /// part of that of the payload: the path of its JSON file. Or it is ten numbers: mass,
         /// centre of mass, and inertia about it.
         #[option(
-            PRIOR, WRENCHES,
+            PRIOR, TOOL,
             unit = "kg, m, kg m²",
             range = Range::FINITE,
             python = "A ``tactid.MassProperties``, a result or its estimate, or the path of its JSON file."
@@ -283,7 +245,7 @@ options! {
         /// largest value of their kind (mass, centre of mass, inertia): a fraction in Python, 0.01,
         /// and a percentage on the command line, 1%.
         #[option(
-            PRIOR, WRENCHES,
+            PRIOR, TOOL,
             default = "1 %",
             kind = Kind::Percentage,
             range = Range::GAIN_STD_DEV

@@ -71,6 +71,21 @@ impl Request {
         }
     }
 
+    /// Checks that each option that is given applies to a live session.
+    ///
+    /// # Errors
+    /// Returns [`RecordingError::Option`] with the first that does not.
+    pub(crate) fn check_live(&self) -> Result<(), RecordingError> {
+        let is_other = |given: &Given| !given.option.uses.contains(&Use::Live);
+        match self.given().find(is_other) {
+            Some(given) => Err(RecordingError::Option {
+                option: given.option.name,
+                what: format!("`{}` does not apply to a live session", given.option.name),
+            }),
+            None => Ok(()),
+        }
+    }
+
     /// Returns the names of the options that are given and ask for something, but are about
     /// measurements that are not used.
     pub(crate) fn without_effect(

@@ -5,6 +5,7 @@ mod compression;
 #[cfg(test)]
 mod io_faults;
 mod mcap;
+mod memory;
 mod missing;
 mod opening;
 mod source;
@@ -137,6 +138,15 @@ impl LogReader {
         watch: &mut dyn FnMut() -> ControlFlow<()>,
     ) -> Result<Self, LogError> {
         Self::open_files(path.as_ref(), MEMORY.load(Ordering::Relaxed), watch)
+    }
+
+    /// Returns messages in memory as a log, which errors name by `path`. The number and the times of
+    /// their topics are counted here, whatever the topics of the messages have.
+    #[must_use]
+    pub fn of_messages(path: impl AsRef<Path>, messages: &[RawMessage]) -> Self {
+        let path = path.as_ref();
+        let memory = MemoryBudget::whole(MEMORY.load(Ordering::Relaxed));
+        Self::of_files(path, [memory::index(path, messages)].into(), memory)
     }
 
     fn open_files(

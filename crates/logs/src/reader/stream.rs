@@ -37,6 +37,23 @@ pub struct RawMessage {
 }
 
 impl RawMessage {
+    /// Creates a message that comes from no log: its encoded `data`, received on a topic at
+    /// `log_time_ns`, ns.
+    #[must_use]
+    pub fn new(topic: Arc<Topic>, log_time_ns: u64, data: Vec<u8>) -> Self {
+        Self {
+            topic,
+            log_time_ns,
+            publish_time_ns: log_time_ns,
+            sequence: 0,
+            data: 0..data.len(),
+            block: Arc::new(Block {
+                bytes: data,
+                ..Block::default()
+            }),
+        }
+    }
+
     /// Returns the encoded message, decompressed where the bag compresses it, unless it is damaged.
     #[must_use]
     pub fn data(&self) -> &[u8] {

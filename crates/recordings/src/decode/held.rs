@@ -3,7 +3,6 @@
 use std::collections::VecDeque;
 
 use crate::alignment::Event;
-use crate::clock::LONGEST_LATENESS_S;
 
 /// Most messages that are held: a second of the fastest sensors, many times.
 const MOST_HELD: usize = 1 << 16;
@@ -20,8 +19,10 @@ pub(super) struct Message {
 
 /// The messages of the last second of the log. They leave in the order in which they came, but where those of a publisher
 /// are not in the order of their times, the earliest one takes the place that is due.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug)]
 pub(super) struct HeldMessages {
+    /// Time for which a message is held, s.
+    held_s: f64,
     /// Time of logging, s, and publisher of each message, as they came.
     arrivals: VecDeque<(f64, usize)>,
     /// Messages of each publisher in the order of their times.
@@ -31,6 +32,16 @@ pub(super) struct HeldMessages {
 }
 
 impl HeldMessages {
+    /// Holds each message for a time, s.
+    pub(super) fn new(held_s: f64) -> Self {
+        Self {
+            held_s,
+            arrivals: VecDeque::new(),
+            publishers: Vec::new(),
+            newest_s: 0.0,
+        }
+    }
+
     /// Adds the event of a message of a publisher, at its time, s, that was recorded at another one, s.
     pub(super) fn push(
         &mut self,
@@ -62,9 +73,8 @@ impl HeldMessages {
     /// Removes the next message that is due, with its publisher; every one where the log `is_at_end`.
     pub(super) fn pop(&mut self, is_at_end: bool) -> Option<(usize, Message)> {
         let (logged_s, publisher) = *self.arrivals.front()?;
-        let is_due = is_at_end
-            || self.newest_s - logged_s >= LONGEST_LATENESS_S
-            || self.arrivals.len() > MOST_HELD;
+        let is_due =
+            is_at_end || self.newest_s - logged_s >= self.held_s || self.arrivals.len() > MOST_HELD;
         if !is_due {
             return None;
         }
@@ -77,10 +87,11 @@ impl HeldMessages {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::clock::LONGEST_LATENESS_S;
 
     /// Returns the times that leave, in seconds, of messages with times of logging and publishers.
     fn left(messages: &[(f64, usize, f64)]) -> Vec<(usize, f64)> {
-        let mut held = HeldMessages::default();
+        let mut held = HeldMessages::new(LONGEST_LATENESS_S);
         let mut left = Vec::new();
         for &(logged_s, publisher, time_s) in messages {
             held.push(publisher, logged_s, time_s, None);

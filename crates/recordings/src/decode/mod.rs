@@ -14,6 +14,7 @@ use tactid_logs::messages::{JointState, Odometry, Time};
 use tactid_logs::{LogReader, RawMessage, Topic};
 
 use crate::alignment::{Averaging, Event, JointValues, Measured, Streams};
+use crate::clock::LONGEST_LATENESS_S;
 use crate::contacts::WrenchMessages;
 use crate::defaults::{Motion, effort_gains};
 use crate::fault::{FaultCounts, FaultKind};
@@ -194,12 +195,23 @@ pub(crate) struct Decoder {
 
 impl Decoder {
     /// Creates a decoder that counts longer times than `max_gap_s` between two messages of a publisher as gaps.
+    /// Messages that come within [`LONGEST_LATENESS_S`] after later ones are put in order.
     pub(crate) fn new(decoding: Arc<Decoding>, max_gap_s: f64) -> Self {
+        Self::holding(LONGEST_LATENESS_S, decoding, max_gap_s)
+    }
+
+    /// Creates a decoder that holds no message back, and leaves out those that are not later than the one before of
+    /// their publisher. Longer times than `max_gap_s` are gaps.
+    pub(crate) fn in_order(decoding: Arc<Decoding>, max_gap_s: f64) -> Self {
+        Self::holding(0.0, decoding, max_gap_s)
+    }
+
+    fn holding(held_s: f64, decoding: Arc<Decoding>, max_gap_s: f64) -> Self {
         Self {
             clock: decoding.clock,
             decoding,
             publishers: Publishers::new(max_gap_s),
-            held: HeldMessages::default(),
+            held: HeldMessages::new(held_s),
             origin: None,
             routes: Vec::new(),
             mappings: Vec::new(),

@@ -1,5 +1,6 @@
 //! Findings: what a reader of the result should know of the recording, for a program to match.
 
+mod live_words;
 mod reading_words;
 mod words;
 
@@ -233,6 +234,26 @@ pub enum Finding {
         residual_ratio: f64,
         /// Whether the delay is at the end of the search.
         is_at_end: bool,
+    },
+    /// A topic that is used has no messages at the moment: its publisher has ended, or messages do
+    /// not arrive.
+    TopicSilent {
+        /// The topic.
+        topic: String,
+        /// Time since its last message, s.
+        silent_s: f64,
+    },
+    /// Topics of joint states or wrenches exist that the identification does not use, because it
+    /// began before they did.
+    TopicsNotUsed {
+        /// The topics.
+        topics: Vec<String>,
+    },
+    /// A live identification has started again, because messages no longer gave samples, as after a
+    /// jump of a clock or with other joints.
+    LiveRestarted {
+        /// Number of times.
+        count: u64,
     },
     /// What the data say about the assumptions of the identification.
     #[serde(untagged)]

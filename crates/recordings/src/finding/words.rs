@@ -21,7 +21,10 @@ impl Notice for Finding {
             | Self::JointsExchanged { .. } => Severity::Contradicts,
             Self::FrictionChanged(changed) if changed.has_other_friction() => Severity::Contradicts,
             Self::GainsChanged(changed) if changed.has_other_gains() => Severity::Contradicts,
-            Self::RecordingCalibrated { .. } => Severity::Doubts,
+            Self::RecordingCalibrated { .. }
+            | Self::TopicSilent { .. }
+            | Self::TopicsNotUsed { .. }
+            | Self::LiveRestarted { .. } => Severity::Doubts,
             _ => Severity::Notes,
         }
     }
@@ -73,6 +76,9 @@ impl Notice for Finding {
             | Self::AbsentJoints { .. }
             | Self::LateStart { .. }
             | Self::EarlyEnd { .. } => self.of_streams(),
+            Self::TopicSilent { .. } | Self::TopicsNotUsed { .. } | Self::LiveRestarted { .. } => {
+                self.of_live_session(reader)
+            }
             Self::StampsMissing { topics, clock_rate } => {
                 let clock = if *clock_rate == 1.0 {
                     "the clock of the stamps of other topics".to_owned()

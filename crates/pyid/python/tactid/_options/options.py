@@ -173,6 +173,7 @@ def take_own(keywords: dict[str, Any], use: Use) -> dict[str, Any]:
 
 _NAMES: dict[Use, str] = {
     "log": "a log",
+    "live": "a live session",
     "arrays": "arrays",
     "poses": "poses at rest",
     "online": "Identifier",

@@ -1,0 +1,183 @@
+//! The identification of a live session: messages in, the online identifier fed.
+
+use std::ops::ControlFlow;
+
+use tactid_identify::{Delay, EquationSettings, Identifier, Method, PushOutcome, WrenchOffset};
+use tactid_logs::{LogReader, RawMessage};
+
+use crate::alignment::{Aligner, Event};
+use crate::decode::Decoder;
+use crate::log::LogRecording;
+use crate::plan::Plan;
+use crate::recording::{Recording, Sources};
+use crate::run::Run;
+use crate::steps::Steps;
+use crate::{ActsOn, DataFault, Finding, OffsetChoice, RecordingError, Request};
+
+/// Name by which errors speak of the messages in memory.
+const NAME: &str = "the live topics";
+
+/// An identification that runs.
+pub(super) struct Running {
+    pub(super) sources: Sources,
+    pub(super) delay_s: f64,
+    pub(super) cutoff_hz: f64,
+    /// Whether another beginning would choose nothing else: what it is to determine is given or found.
+    pub(super) is_settled: bool,
+    decoder: Decoder,
+    aligner: Aligner,
+    identifier: Identifier,
+    steps: Steps,
+    events: Vec<Event>,
+    /// What was noticed of the topics, and what the beginning showed.
+    noticed: Vec<Finding>,
+    acts_on: ActsOn,
+    pub(super) samples: u64,
+    /// Time of the last sample on the clock of the messages, ns since the epoch.
+    pub(super) last_ns: i64,
+    /// Number of messages since the last sample.
+    pub(super) without_sample: u64,
+}
+
+/// What the fit of a whole beginning shows, for what is chosen once.
+struct Fitted {
+    offset: bool,
+    delay: Option<Delay>,
+}
+
+impl Running {
+    /// Chooses what a request leaves open from messages, as for a recording that begins with them, and takes them.
+    ///
+    /// # Errors
+    /// Returns the errors of [`identify_log`](crate::identify_log) for a log of these messages, and
+    /// [`IdentifyError::Option`](tactid_identify::IdentifyError::Option) for an unknown that is not identified online.
+    pub(super) fn start(
+        messages: &[RawMessage],
+        request: &Request,
+    ) -> Result<Self, RecordingError> {
+        let observer = &mut |_| ControlFlow::Continue(());
+        let log = LogReader::of_messages(NAME, messages);
+        let recording = LogRecording::of(log, request)?;
+        let plan = Plan::new(&recording, request, observer)?;
+        let fitted = fit(&recording, &plan)?;
+        let delay_s = plan.delay_s + fitted.delay.map_or(0.0, |rest| rest.delay_s);
+        let equations = EquationSettings {
+            wrench_offset: plan.equations.wrench_offset || fitted.offset,
+            ..plan.equations.clone()
+        };
+        let sources = recording.sources();
+        let mut noticed = [&sources.findings[..], &plan.findings].concat();
+        noticed.extend(corrected_delay(&plan, delay_s, fitted.delay));
+        let is_found = plan.estimated_delay.is_some() || request.delay_s.is_some();
+        let max_gap_s = equations.max_gap_s;
+        let mut running = Self {
+            is_settled: is_found || equations.method != Method::Tactile,
+            delay_s,
+            cutoff_hz: equations.cutoff_hz,
+            decoder: recording.live_decoder(max_gap_s),
+            aligner: Aligner::new(plan.streams.clone(), &sources.robot, delay_s, max_gap_s),
+            identifier: Identifier::new(&sources.robot, &plan.tip, &plan.sensors(), &equations)?,
+            steps: Steps::new(sources),
+            events: Vec::new(),
+            noticed,
+            acts_on: request.wrench_acts_on.unwrap_or_default(),
+            samples: 0,
+            last_ns: sources.start_ns,
+            without_sample: 0,
+            sources: sources.clone(),
+        };
+        for message in messages {
+            running.take(message)?;
+        }
+        Ok(running)
+    }
+
+    /// Takes the next message. One of a topic that is not used is ignored.
+    ///
+    /// # Errors
+    /// Returns the errors of [`Identifier::push`], which aligned samples do not have.
+    pub(super) fn take(&mut self, message: &RawMessage) -> Result<(), RecordingError> {
+        if !self.sources.names.contains(&message.topic.name) {
+            return Ok(());
+        }
+        self.without_sample += 1;
+        self.decoder.decode(message, &mut self.events);
+        for event in self.events.drain(..) {
+            self.steps.push(&event);
+            self.aligner.push(event);
+        }
+        while let Some(aligned) = self.aligner.next() {
+            let outcome = self.identifier.push(&aligned.sample())?;
+            if outcome != PushOutcome::Rejected {
+                self.samples += 1;
+                self.without_sample = 0;
+                let since_start_ns = (aligned.time_s * 1e9).round() as i64;
+                self.last_ns = self.sources.start_ns.saturating_add(since_start_ns);
+            }
+        }
+        Ok(())
+    }
+
+    pub(super) fn identifier(&self) -> &Identifier {
+        &self.identifier
+    }
+
+    /// Does the work that samples have deferred.
+    pub(super) fn finish(&mut self) {
+        self.identifier.finish();
+    }
+
+    /// Returns the offset of the wrenches as they are measured; `None` where it is not an unknown.
+    pub(super) fn wrench_offset(&self) -> Option<WrenchOffset> {
+        let offset = self.identifier.wrench_offset()?;
+        Some(match self.acts_on {
+            ActsOn::Payload => offset,
+            ActsOn::Sensor => offset.negated(),
+        })
+    }
+
+    /// Returns what was noticed of topics and steps, without what the identifier finds.
+    pub(super) fn noticed(&self) -> Vec<Finding> {
+        let mut findings = self.noticed.clone();
+        findings.extend(self.steps.findings(&self.sources));
+        findings
+    }
+
+    pub(super) fn faults(&self) -> Vec<DataFault> {
+        self.decoder.faults().to_vec()
+    }
+}
+
+/// Fits all equations of a beginning, where the request leaves open what they show. A beginning that is too short shows
+/// nothing.
+fn fit(recording: &LogRecording, plan: &Plan<'_>) -> Result<Fitted, RecordingError> {
+    let is_open = plan.request.wrench_offset.unwrap_or_default() == OffsetChoice::Auto;
+    if !is_open && plan.estimated_delay.is_none() {
+        return Ok(Fitted {
+            offset: false,
+            delay: None,
+        });
+    }
+    let mut batch = plan.batch_identifier()?;
+    Run::new(recording, plan, &mut batch, &mut |_| {
+        ControlFlow::Continue(())
+    })?;
+    let solved = batch.solve().ok();
+    let shown = solved
+        .as_ref()
+        .and_then(|found| found.fit.wrench_offset.as_ref());
+    Ok(Fitted {
+        offset: shown.is_some(),
+        delay: solved.and_then(|found| found.delay),
+    })
+}
+
+/// Reports a delay that is corrected without being given.
+fn corrected_delay(plan: &Plan<'_>, applied_s: f64, rest: Option<Delay>) -> Option<Finding> {
+    let estimated = rest.or(plan.estimated_delay)?;
+    (plan.delay_s != 0.0).then_some(Finding::DelayCorrected {
+        applied_s,
+        estimated_s: applied_s,
+        std_dev_s: estimated.std_dev_s,
+    })
+}

@@ -1,0 +1,71 @@
+//! Where the options of a request apply, by what they are about.
+
+use tactid_options::Use;
+
+pub(crate) const LOG: &[Use] = &[Use::Log, Use::Live];
+pub(crate) const MODEL: &[Use] = &[
+    Use::Log,
+    Use::Live,
+    Use::Arrays,
+    Use::Poses,
+    Use::Calibration,
+];
+pub(crate) const WRENCHES: &[Use] = &[Use::Log, Use::Live, Use::Arrays, Use::Poses];
+pub(crate) const TOOL: &[Use] = &[Use::Log, Use::Arrays, Use::Poses];
+pub(crate) const OFFSET: &[Use] = &[
+    Use::Log,
+    Use::Live,
+    Use::Arrays,
+    Use::Poses,
+    Use::Online,
+    Use::Design,
+];
+pub(crate) const FRAME: &[Use] = &[
+    Use::Log,
+    Use::Live,
+    Use::Arrays,
+    Use::Poses,
+    Use::Online,
+    Use::PaperFilter,
+    Use::Calibration,
+    Use::Design,
+];
+pub(crate) const LOGS: &[Use] = &[Use::Log, Use::Live, Use::Calibration];
+pub(crate) const RECORDING: &[Use] = &[Use::Log, Use::Arrays];
+pub(crate) const DELAY: &[Use] = &[Use::Log, Use::Live, Use::Arrays];
+pub(crate) const EFFORTS: &[Use] = &[Use::Log, Use::Live, Use::Arrays, Use::Calibration];
+pub(crate) const LEAST_SQUARES: &[Use] =
+    &[Use::Log, Use::Live, Use::Arrays, Use::Online, Use::Design];
+pub(crate) const METHODS: &[Use] = &[
+    Use::Log,
+    Use::Live,
+    Use::Arrays,
+    Use::Online,
+    Use::PaperFilter,
+    Use::Design,
+];
+pub(crate) const SAMPLES: &[Use] = &[
+    Use::Log,
+    Use::Live,
+    Use::Arrays,
+    Use::Online,
+    Use::PaperFilter,
+];
+pub(crate) const PAPER: &[Use] = &[Use::Log, Use::Arrays, Use::PaperFilter];
+pub(crate) const STREAM: &[Use] = &[
+    Use::Log,
+    Use::Live,
+    Use::Arrays,
+    Use::Online,
+    Use::PaperFilter,
+    Use::Calibration,
+];
+pub(crate) const ALL: &[Use] = &[
+    Use::Log,
+    Use::Live,
+    Use::Arrays,
+    Use::Online,
+    Use::PaperFilter,
+    Use::Calibration,
+    Use::Design,
+];

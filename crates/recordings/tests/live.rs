@@ -1,0 +1,253 @@
+//! A live session: the messages of a log, one by one.
+
+#![allow(clippy::unwrap_used, clippy::panic)]
+
+#[path = "../../identify/tests/common/mod.rs"]
+mod common;
+mod recorded_log;
+
+use std::ops::ControlFlow;
+
+use common::{Experiment, Instant, Noise, TOOL, identifier};
+use nalgebra::Vector3;
+use rand::SeedableRng;
+use rand::rngs::SmallRng;
+use recorded_log::Recording;
+use tactid_dynamics::BaseKind;
+use tactid_identify::{BaseState, EquationSettings, HALF_WIDTH_95, Sample};
+use tactid_logs::{LogReader, RawMessage};
+use tactid_recordings::{
+    DataFault, FaultKind, Finding, LiveSession, LiveSettings, OffsetChoice, RecordingError,
+    Request, identify_log,
+};
+
+const GRAVITY: Vector3<f64> = Vector3::new(0.0, 0.0, -9.81);
+
+/// Plans are made at once, so that results do not depend on the machine.
+const SETTINGS: LiveSettings = LiveSettings {
+    first_s: 2.0,
+    in_background: false,
+};
+
+fn experiment(duration_s: f64) -> Experiment {
+    Experiment {
+        base: BaseKind::Fixed,
+        gravity: GRAVITY,
+        step_s: 4e-3,
+        duration_s,
+        ..Experiment::default()
+    }
+}
+
+/// Returns noisy instants, and the messages of their log in the order of the times of logging.
+fn recorded(
+    duration_s: f64,
+    change: impl Fn(&mut Recording<'_>),
+) -> (tempfile::TempDir, Vec<Instant>, Vec<RawMessage>) {
+    let (mut random, noise) = (SmallRng::seed_from_u64(7), Noise::fraction(1e-4));
+    let exact = experiment(duration_s).run();
+    let instants: Vec<_> = exact.iter().map(|at| noise.on(at, &mut random)).collect();
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("run.mcap");
+    let mut recording = Recording::of(&instants);
+    recording.odometry = false;
+    change(&mut recording);
+    recording.write(&path);
+    let log = LogReader::open(&path).unwrap();
+    let messages = log.messages().collect::<Result<_, _>>().unwrap();
+    (folder, instants, messages)
+}
+
+fn request() -> Request {
+    Request {
+        tip: Some(TOOL.to_owned()),
+        ..Request::default()
+    }
+}
+
+/// The request of the online identifier: nothing is chosen from the messages.
+fn given() -> Request {
+    let online = EquationSettings::default();
+    Request {
+        cutoff_hz: Some(online.cutoff_hz),
+        max_gap_s: Some(online.max_gap_s),
+        delay_s: Some(0.0),
+        wrench_offset: Some(OffsetChoice::No),
+        ..request()
+    }
+}
+
+fn push(session: &mut LiveSession, message: &RawMessage, later_ns: u64) {
+    let (topic, data) = (&message.topic, message.data().to_vec());
+    let received_ns = message.log_time_ns + later_ns;
+    session
+        .push(&topic.name, &topic.type_name, data, received_ns)
+        .unwrap();
+}
+
+fn live(request: Request, messages: &[RawMessage]) -> LiveSession {
+    let mut session = LiveSession::new(request, SETTINGS).unwrap();
+    messages.iter().for_each(|m| push(&mut session, m, 0));
+    session.finish().unwrap();
+    session
+}
+
+fn assert_close(a: &[f64], b: &[f64], tolerance: f64) {
+    for (a, b) in a.iter().zip(b) {
+        assert!((a - b).abs() <= tolerance * (1.0 + b.abs()), "{a} {b}");
+    }
+}
+
+/// Messages give what their samples give, those of the beginning included.
+#[test]
+fn messages_give_what_their_samples_give() {
+    let (_folder, instants, messages) = recorded(6.0, |_| {});
+    let session = live(given(), &messages);
+    let settings = EquationSettings {
+        gravity: Some(GRAVITY),
+        ..EquationSettings::default()
+    };
+    let mut by_hand = identifier(&experiment(1.0), &settings);
+    for instant in &instants {
+        // Times in whole nanoseconds: windows end at them.
+        let time_s = (instant.time_s * 1e9).round() * 1e-9;
+        let sample = Sample {
+            time_s,
+            base: BaseState::fixed(),
+            ..instant.sample()
+        };
+        by_hand.push(&sample).unwrap();
+    }
+    by_hand.finish();
+    let (found, expected) = (session.estimate().unwrap(), by_hand.estimate());
+    assert_eq!(found.windows, expected.windows);
+    assert_eq!(session.status().samples, instants.len() as u64);
+    assert_close(&found.values(), &expected.values(), 1e-9);
+    assert_close(&found.std_devs, &expected.std_devs, 1e-9);
+}
+
+/// What is left open is chosen as for a recording, and the estimate is within the interval of that of the recording.
+#[test]
+fn a_session_chooses_what_a_recording_chooses() {
+    let (folder, _, messages) = recorded(8.0, |_| {});
+    let session = live(request(), &messages);
+    let path = folder.path().join("run.mcap");
+    let offline = identify_log(&path, &request(), &mut |_| ControlFlow::Continue(()));
+    let offline = offline.unwrap().into_least_squares().unwrap();
+    let (status, estimate) = (session.status(), session.estimate().unwrap());
+    assert_eq!(status.topics, offline.recording.setup.topics);
+    assert_eq!(status.cutoff_hz, offline.fit.cutoff_hz);
+    let values = offline.estimate.values();
+    for (k, value) in estimate.values().into_iter().enumerate() {
+        let half_width = HALF_WIDTH_95 * offline.estimate.std_devs[k];
+        assert!((value - values[k]).abs() < half_width, "{k} {value}");
+    }
+}
+
+/// A session waits for what it needs, and says what that is.
+#[test]
+fn a_session_waits_for_what_is_missing() {
+    let (_folder, _, messages) = recorded(4.0, |_| {});
+    let mut session = LiveSession::new(request(), SETTINGS).unwrap();
+    let is_joints = |message: &&RawMessage| message.topic.name == "/joint_states";
+    let without = messages.iter().filter(|message| !is_joints(message));
+    without.for_each(|message| push(&mut session, message, 0));
+    let problem = session.status().problem.unwrap();
+    assert!(problem.contains("neither joint states"), "{problem}");
+    assert!(session.estimate().is_none());
+    let later_ns = 5_000_000_000;
+    messages
+        .iter()
+        .for_each(|m| push(&mut session, m, later_ns));
+    assert!(session.status().problem.is_none());
+    assert!(session.estimate().is_some());
+}
+
+/// A topic that ends, and one that comes later, are reported; without the joints nothing starts again.
+#[test]
+fn topics_that_end_or_come_later_are_reported() {
+    let (_folder, _, messages) = recorded(4.0, |_| {});
+    let mut session = live(given(), &messages);
+    let last_ns = messages.last().unwrap().log_time_ns;
+    let before = session.snapshot(last_ns).findings();
+    session.announce("/wrist/wrench", "geometry_msgs/msg/WrenchStamped");
+    let findings = session.snapshot(last_ns + 2_000_000_000).findings();
+    let silent = |topic: &str| Finding::TopicSilent {
+        topic: topic.to_owned(),
+        silent_s: 2.0,
+    };
+    let (noticed, rest) = findings.split_at(4);
+    assert_eq!(rest, before);
+    assert_eq!(
+        noticed,
+        [
+            silent("/joint_states"),
+            silent("/finger_0/wrench"),
+            silent("/finger_1/wrench"),
+            Finding::TopicsNotUsed {
+                topics: vec!["/wrist/wrench".to_owned()]
+            }
+        ]
+    );
+}
+
+/// Stamps that jump by more than a minute are not used; the session starts again, and identifies the same payload.
+#[test]
+fn a_session_starts_again_after_a_jump_of_the_clock() {
+    let (_folder, _, messages) = recorded(4.0, |_| {});
+    let mut session = live(given(), &messages);
+    let before = session.estimate().unwrap();
+    let samples = session.status().samples;
+    // The same stamps come two minutes later.
+    let jump_ns = 120_000_000_000;
+    messages.iter().for_each(|m| push(&mut session, m, jump_ns));
+    session.finish().unwrap();
+    let status = session.status();
+    assert_eq!((status.restarts, status.problem), (1, None));
+    assert!(status.samples < samples);
+    let after = session.estimate().unwrap();
+    let mass_kg = after.body.mass_kg - before.body.mass_kg;
+    assert!(mass_kg.abs() < 6.0 * after.std_devs[0], "{mass_kg}");
+    let restarted = Finding::LiveRestarted { count: 1 };
+    assert!(session.snapshot(0).findings().contains(&restarted));
+}
+
+/// A gap of the joints is a gap, and nothing starts again once they return.
+#[test]
+fn a_publisher_that_returns_goes_on() {
+    let (_folder, _, messages) = recorded(6.0, |_| {});
+    let mut session = LiveSession::new(given(), SETTINGS).unwrap();
+    let first_ns = messages.last().unwrap().log_time_ns - 6_000_000_000;
+    for message in &messages {
+        let at_s = message.log_time_ns.saturating_sub(first_ns) as f64 * 1e-9;
+        if message.topic.name != "/joint_states" || !(3.0..5.0).contains(&at_s) {
+            push(&mut session, message, 0);
+        }
+    }
+    let (status, estimate) = (session.status(), session.estimate().unwrap());
+    assert_eq!((status.restarts, status.problem), (0, None));
+    assert_eq!((estimate.gaps, status.samples), (1, 1001));
+}
+
+/// Joints with other names are counted, and an option that has no meaning is refused.
+#[test]
+fn what_cannot_be_used_is_named() {
+    let (_folder, _, messages) = recorded(3.0, |_| {});
+    let (_other, _, others) = recorded(0.2, |recording| recording.joint_names.truncate(6));
+    let mut session = live(given(), &messages);
+    let joints = others.iter().filter(|m| m.topic.name == "/joint_states");
+    joints.for_each(|message| push(&mut session, message, 3_000_000_000));
+    let snapshot = session.snapshot(0);
+    let is_partial = |fault: &DataFault| fault.kind == FaultKind::PartialJoints;
+    let fault = snapshot.faults().iter().find(|fault| is_partial(fault));
+    assert_eq!(fault.unwrap().count, 51);
+
+    let refused = Request {
+        known_mass_kg: Some(1.0),
+        ..request()
+    };
+    let Err(RecordingError::Option { option, .. }) = LiveSession::new(refused, SETTINGS) else {
+        panic!("accepted")
+    };
+    assert_eq!(option, "known_mass_kg");
+}
