@@ -123,6 +123,8 @@ FINDINGS = [
     Finding("effort_content_contradicted", {"content": "external", "residual_ratio": 0.08}),
     Finding("forces_summed", {"topics": ["/left", "/right"]}),
     Finding("joints_exchanged", {"joints": ["elbow", "pan"], "residual_ratio": 0.05}),
+    Finding("orientation_contradicted", {"reading": "scalar_first", "residual_ratio": 0.05}),
+    Finding("forces_and_moments_exchanged", {"residual_ratio": 0.05}),
     Finding("wrenches_summed", {"topics": ["/left", "/right"]}),
     Finding("joints_renamed", {"names": [("fer_1", "panda_1"), ("fer_2", "panda_2")]}),
     Finding("effort_noisier", {"joints": ["elbow"], "noise_ratios": [3.26]}),
@@ -209,7 +211,9 @@ FINDINGS = [
             "is_left_out": True,
         },
     ),
-    Finding("center_far_away", {"distance_m": 45.1, "half_width_m": 0.9}),
+    Finding("center_far_away", {"distance_m": 45.1, "half_width_m": 0.9, "frame": "sensor"}),
+    Finding("heavy_load", {"mass_kg": 1201.0, "std_dev_kg": 1.0}),
+    Finding("too_few_poses", {"poses": 3}),
     Finding("consists_of_rests", {"attitudes": 6, "rests": 6, "fraction": 0.83}),
     Finding("angles_continued", {"joints": ["joint_1"], "count": 22}),
     Finding(
@@ -356,6 +360,15 @@ SENTENCES = {
         " large. Messages often list joints by the alphabet; bring the columns into the order of"
         " the robot."
     ),
+    "orientation_contradicted": (
+        "The orientations are read as `world_from_tool`, quaternions in the order x, y, z, w, but"
+        " they seem to be quaternions in the order w, x, y, z: read so, residuals are 5.0 % as"
+        " large; give w as the last of the four."
+    ),
+    "forces_and_moments_exchanged": (
+        "Forces and moments are exchanged: read so, residuals are 5.0 % as large. Of a wrench, the"
+        " three forces come first."
+    ),
     "wrenches_summed": ("The wrenches of /left and /right are summed."),
     "joints_renamed": (
         "No joint in the log has the name of one in the URDF, so joints were matched behind their"
@@ -448,9 +461,19 @@ SENTENCES = {
         " after a contact or a bump of the sensor. It was left out; measure it again."
     ),
     "center_far_away": (
-        "The centre of mass is 45.1 m away from the tool frame, farther than that of anything that"
-        " an arm holds: the moments are too large for the forces, as in N mm. Give forces in N and"
-        " moments in N m; of a table, `columns` states other units."
+        "The centre of mass is 45.1 m away from the origin of the frame sensor, farther than that"
+        " of anything that an arm holds: the moments are too large for the forces, as in N mm. Give"
+        " forces in N and moments in N m; of a table, `columns` states other units."
+    ),
+    "heavy_load": (
+        "The load weighs 1201.0 ± 2.0 kg, more than most arms lift: the forces may be in another"
+        " unit, as in mN. Give forces in N and moments in N m; of a table, `columns` states other"
+        " units."
+    ),
+    "too_few_poses": (
+        "3 poses are too few to tell a load of zero from a wrong assumption, such as gravity in"
+        " another direction (a base on a wall) or orientations in another form: measure in four"
+        " attitudes or more, or state `gravity`."
     ),
     "consists_of_rests": (
         "The recording consists of 6 rests in 6 attitudes, 83 % of its time. Rests show the mass"
@@ -616,6 +639,8 @@ CONTRADICTIONS = (
     "axes_contradicted",
     "point_contradicted",
     "effort_content_contradicted",
+    "orientation_contradicted",
+    "forces_and_moments_exchanged",
     "joints_exchanged",
     "too_few_windows",
     "negative_mass",
@@ -626,6 +651,8 @@ CONTRADICTIONS = (
 
 DOUBTS = (
     "efforts_beyond_limits",
+    "heavy_load",
+    "too_few_poses",
     "recording_calibrated",
     "wrong_assumption",
     "nothing_held",

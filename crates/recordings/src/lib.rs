@@ -127,7 +127,7 @@ pub use identify::{identify_arrays, identify_log, identify_logs};
 pub use known_tool::GivenTool;
 pub use live::{LiveSession, LiveSettings, LiveSnapshot, LiveStatus};
 pub use online::OnlineSetup;
-pub use orientation::unit_quaternion;
+pub use orientation::{OrientationReading, unit_quaternion};
 pub use paper::{PaperEstimate, PaperFilter, PaperSettings, SingularValues};
 pub use paper_identification::{PaperHistory, PaperIdentification};
 pub use poses::identify_poses;

@@ -2,20 +2,33 @@
 
 use std::ops::ControlFlow;
 
+use tactid_dynamics::words::HALF_WIDTH_95;
 use tactid_dynamics::{BaseKind, Wrench};
-use tactid_identify::{BaseState, BatchResult, EquationSettings, Method, RestIdentifier, Sample};
+use tactid_identify::{
+    BaseState, BatchResult, EquationSettings, Finding as Data, Method, RestIdentifier, Sample,
+};
 
 use crate::alignment::{Event, Measured};
 use crate::arrays::ArrayRecording;
 use crate::beginning::identifying;
 use crate::fault::FaultCounts;
 use crate::identification::negate_offsets;
-use crate::recording::Recording;
+use crate::orientation::{ALL_READINGS, PoseReading};
+use crate::recording::{Recording, Sources};
 use crate::wrench_channels::{left_out_channels, unmeasured_in_all};
 use crate::{
     ActsOn, Arrays, Clock, EstimatorKind, Finding, GravityChoice, Identification, OffsetChoice,
     RecordingError, RecordingReport, Request, Setup,
 };
+
+/// Residual of one cause relative to that of another one, below which it explains clearly more.
+const CLEARLY_LESS: f64 = 0.5;
+
+/// Number of unknowns for which another reading counts: those of a rotation.
+const UNKNOWNS: usize = 3;
+
+/// Mass that few arms lift, kg: 0.2 kg weighed in mN seem to be so much.
+const HEAVY_KG: f64 = 200.0;
 
 /// Identifies the payload from poses at rest: attitudes and wrenches without times.
 ///
@@ -40,12 +53,7 @@ pub fn identify_poses(
 ) -> Result<Identification, RecordingError> {
     request.check_poses()?;
     request.check()?;
-    let count = rows(arrays);
-    if count == 0 {
-        return Err(RecordingError::Arrays(
-            "`wrench` is missing: give the wrench of each pose at rest".to_owned(),
-        ));
-    }
+    let count = rows(arrays)?;
     // The recording of arrays reads a sample by its time.
     let places: Vec<f64> = (0..count).map(|k| k as f64).collect();
     let arrays = Arrays {
@@ -54,25 +62,24 @@ pub fn identify_poses(
     };
     let recording = ArrayRecording::new(&arrays, request)?;
     let sources = recording.sources();
-    let mut equations = equations(request);
+    let equations = equations(request, &arrays, sources);
     let sensors: Vec<&str> = sources.sensors.iter().map(String::as_str).collect();
     let (robot, tip) = (&sources.robot, &sources.options.tip);
-    // Axes that turn against the sensor's have no channel that measures nothing.
-    if equations.wrench_axes.is_none() {
-        let six = arrays.wrench.chunks_exact(6);
-        let six = six.filter_map(|wrench| wrench.try_into().ok());
-        equations.unmeasured = unmeasured_in_all(sources, tip, six);
-    }
     let of_tool = request.tool_at(tip, EstimatorKind::LeastSquares)?;
-    let tool = request.known_tool();
     let beginning = recording.beginning(&mut |_| ControlFlow::Continue(()))?;
-    let mut identifier = RestIdentifier::new(robot, tip, &sensors, &equations, tool)?;
-    let faults = push_samples(&recording, &mut identifier)?;
+    let mut identifier =
+        RestIdentifier::new(robot, tip, &sensors, &equations, request.known_tool())?;
+    let unfilled = identifier.clone();
+    let faults = push_samples(&recording, &mut identifier, OtherReading::None)?;
     let mut result = identifier.solve()?;
+    let reading = contradicted_reading(&recording, &identifier, &unfilled)?
+        .filter(|(ratio, _)| replaces(*ratio, &mut result))
+        .map(|(_, finding)| finding);
     if request.wrench_acts_on == Some(ActsOn::Sensor) {
         negate_offsets(&mut result);
     }
     let left_out = left_out_channels(&equations.unmeasured, sources);
+    let of_size = heavy_load(&result);
     let noticed = result.findings.drain(..).map(Finding::Data);
     let report = RecordingReport {
         setup: Setup::new(sources, request, identifying(&beginning), None),
@@ -86,23 +93,107 @@ pub fn identify_poses(
         start_ns: 0,
         duration_s: 0.0,
         faults: faults.without_times().to_vec(),
-        findings: of_tool.into_iter().chain(left_out).chain(noticed).collect(),
+        findings: of_tool
+            .into_iter()
+            .chain(left_out)
+            .chain(of_size)
+            .chain(reading)
+            .chain(noticed)
+            .collect(),
         interrupted: false,
         damage: Vec::new(),
     };
     Ok(identification(result, report))
 }
 
-/// Pushes all samples that can be used, and returns what could not.
+/// Returns the finding that the load is certainly heavier than what most arms lift.
+fn heavy_load(result: &BatchResult) -> Option<Finding> {
+    let (mass_kg, std_dev_kg) = (result.estimate.body.mass_kg, result.estimate.std_devs[0]);
+    (mass_kg - HALF_WIDTH_95 * std_dev_kg > HEAVY_KG).then_some(Finding::HeavyLoad {
+        mass_kg,
+        std_dev_kg,
+    })
+}
+
+/// How poses at rest are read otherwise.
+#[derive(Clone, Copy)]
+enum OtherReading {
+    None,
+    Pose(PoseReading),
+    /// Moments are in the places of forces, and forces in those of moments.
+    Exchanged,
+}
+
+/// Returns the residual of another reading of the poses that explains the wrenches far better than the `given` one,
+/// relative to that, with the finding about it. `unfilled` is an identifier without samples.
+fn contradicted_reading(
+    recording: &ArrayRecording<'_>,
+    given: &RestIdentifier,
+    unfilled: &RestIdentifier,
+) -> Result<Option<(f64, Finding)>, RecordingError> {
+    let mut best: Option<(f64, Finding)> = None;
+    let of_poses = ALL_READINGS.map(OtherReading::Pose).into_iter();
+    for reading in of_poses.chain([OtherReading::Exchanged]) {
+        let mut other = unfilled.clone();
+        push_samples(recording, &mut other, reading)?;
+        let is_exchanged = matches!(reading, OtherReading::Exchanged);
+        let ratio = given.residual_ratio_of(&other, UNKNOWNS, is_exchanged);
+        let is_best = |ratio: &f64| best.as_ref().is_none_or(|best| *ratio < best.0);
+        let Some(residual_ratio) = ratio.filter(is_best) else {
+            continue;
+        };
+        let finding = match reading {
+            OtherReading::Pose(reading) => Finding::OrientationContradicted {
+                reading: reading.orientation,
+                residual_ratio,
+            },
+            _ => Finding::ForcesAndMomentsExchanged { residual_ratio },
+        };
+        best = Some((residual_ratio, finding));
+    }
+    Ok(best)
+}
+
+/// Returns whether another reading is a cause beside those that were found in a result, and removes from it what follows
+/// from the wrong reading: all causes that explain clearly less.
+fn replaces(residual_ratio: f64, result: &mut BatchResult) -> bool {
+    let first = result.findings.iter().find_map(|finding| match finding {
+        Data::WrongAssumption(cause) => Some(cause.residual_ratio),
+        _ => None,
+    });
+    let others_leave = first.unwrap_or(1.0);
+    if others_leave < CLEARLY_LESS * residual_ratio {
+        return false;
+    }
+    let is_ambiguous = residual_ratio > CLEARLY_LESS * others_leave;
+    result.findings.retain(|finding| match finding {
+        Data::WrongAssumption(_) => is_ambiguous,
+        Data::PosesAtRest(_) | Data::ConstantChannels { .. } | Data::Model(_) => true,
+        _ => false,
+    });
+    true
+}
+
+/// Pushes all samples that can be used, in another reading if there is one, and returns what could not be used.
 fn push_samples(
     recording: &ArrayRecording<'_>,
     identifier: &mut RestIdentifier,
+    reading: OtherReading,
 ) -> Result<FaultCounts, RecordingError> {
     let sources = recording.sources();
     let (sensors, dof) = (sources.sensors.len(), sources.robot.dof());
     let mut joints = Vec::new();
     recording.each_sample(|events| {
-        if let Some((base, wrenches)) = sample(events, sensors, dof, &mut joints) {
+        if let Some((mut base, mut wrenches)) = sample(events, sensors, dof, &mut joints) {
+            match reading {
+                OtherReading::None => {}
+                OtherReading::Pose(reading) => base.pose = reading.read(&base.pose),
+                OtherReading::Exchanged => {
+                    for wrench in &mut wrenches {
+                        std::mem::swap(&mut wrench.force, &mut wrench.moment);
+                    }
+                }
+            }
             identifier.push(&Sample {
                 time_s: 0.0,
                 base,
@@ -118,20 +209,31 @@ fn push_samples(
     })
 }
 
-/// Returns the number of rows of `wrench`.
-fn rows(arrays: &Arrays<'_>) -> usize {
+/// Returns the number of rows of `wrench`. Without any, it is an error.
+fn rows(arrays: &Arrays<'_>) -> Result<usize, RecordingError> {
     let sensors = arrays.sensors.map_or(1, <[&str]>::len).max(1);
-    arrays.wrench.len() / (6 * sensors)
+    let count = arrays.wrench.len() / (6 * sensors);
+    let missing = "`wrench` is missing: give the wrench of each pose at rest";
+    (count > 0)
+        .then_some(count)
+        .ok_or_else(|| RecordingError::Arrays(missing.to_owned()))
 }
 
-fn equations(request: &Request) -> EquationSettings {
+fn equations(request: &Request, arrays: &Arrays<'_>, sources: &Sources) -> EquationSettings {
     let given = request.gravity.and_then(GravityChoice::vector);
     let down = || BaseKind::Fixed.default_gravity();
-    EquationSettings {
+    let mut equations = EquationSettings {
         gravity: Some(given.unwrap_or_else(down)),
         wrench_offset: request.wrench_offset != Some(OffsetChoice::No),
         ..request.equation_settings(Method::Tactile)
+    };
+    // Axes that turn against the sensor's have no channel that measures nothing.
+    if equations.wrench_axes.is_none() {
+        let six = arrays.wrench.chunks_exact(6);
+        let six = six.filter_map(|wrench| wrench.try_into().ok());
+        equations.unmeasured = unmeasured_in_all(sources, &sources.options.tip, six);
     }
+    equations
 }
 
 /// Returns the base and the wrenches of one sample, and sets its joints; `None` where something cannot be used.

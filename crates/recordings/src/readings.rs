@@ -1,11 +1,13 @@
-//! Other readings of what was recorded: the axes of the wrenches, what the efforts contain, and the order of the joints.
+//! Other readings of what was recorded: the axes of the wrenches, what the efforts contain, the order of the joints, and
+//! the orientations of the base.
 
 use nalgebra::UnitQuaternion;
 use tactid_dynamics::{BaseKind, Manipulator};
-use tactid_identify::{EffortContent, EquationSettings, WORLD};
+use tactid_identify::{BaseState, EffortContent, EquationSettings, WORLD, states_of_poses};
 
 use crate::alignment::{Event, JointValues, Measured};
 use crate::defaults::Options;
+use crate::orientation::{ALL_READINGS, PoseReading};
 use crate::plan::Plan;
 use crate::preview::Preview;
 use crate::recording::{Recording, Sources};
@@ -19,12 +21,15 @@ const MUCH_SMALLER: f64 = 0.4;
 const SAME_ORIENTATION_RAD: f64 = 1e-3;
 
 /// How measurements are read.
+#[derive(Clone)]
 struct Reading {
     equations: EquationSettings,
     /// Frames about whose origins the moments of the wrenches are.
     sensors: Vec<String>,
-    /// Indices of two joints whose values are exchanged.
-    exchanged: Option<[usize; 2]>,
+    /// Indices of joints whose values are exchanged: those of each are given for the one before it, those of the first for
+    /// the last.
+    exchanged: Vec<usize>,
+    poses: Option<PoseReading>,
 }
 
 /// Returns a finding where another reading of a recording explains its beginning far better than that of the plan.
@@ -38,12 +43,12 @@ pub(crate) fn contradicted_reading(
     let given = Reading {
         equations: plan.equations.clone(),
         sensors: plan.sources.sensors.clone(),
-        exchanged: None,
+        exchanged: Vec::new(),
+        poses: None,
     };
     let with = |equations| Reading {
         equations,
-        sensors: given.sensors.clone(),
-        exchanged: None,
+        ..given.clone()
     };
     // Positions of two sources explain whatever is unexplained, and axes can turn where all of them are measured.
     if plan.is_mixed || plan.equations.unmeasured.contains(&true) {
@@ -51,7 +56,13 @@ pub(crate) fn contradicted_reading(
     }
     let mut others: Vec<Reading> = other_axes(plan).into_iter().map(with).collect();
     others.extend(other_contents(plan).into_iter().map(with));
-    others.extend(other_point(plan));
+    others.extend(other_point(plan, &given));
+    if plan.streams.base && plan.equations.method.uses_wrench() {
+        others.extend(ALL_READINGS.map(|poses| Reading {
+            poses: Some(poses),
+            ..given.clone()
+        }));
+    }
     if !recording.names_joints() {
         others.extend(exchanged_joints(
             &given,
@@ -91,37 +102,45 @@ fn residual(
         tip: plan.tip.clone(),
         ..sources.options.clone()
     };
-    let exchanged: Vec<Event>;
+    let read: Vec<Event>;
     let preview = Preview {
         sources: &sources,
         options: &options,
-        events: match reading.exchanged {
-            None => events,
-            Some(pair) => {
-                exchanged = events
-                    .iter()
-                    .map(|event| with_exchanged(event, pair))
-                    .collect();
-                &exchanged
-            }
+        events: if let Some(poses) = reading.poses {
+            read = with_poses(events, poses);
+            &read
+        } else if reading.exchanged.is_empty() {
+            events
+        } else {
+            let events = events.iter();
+            read = events
+                .map(|event| with_exchanged(event, &reading.exchanged))
+                .collect();
+            &read
         },
     };
     preview.residual_at(&plan.streams, plan.delay_s, plan.equations.cutoff_hz)
 }
 
-/// Returns the readings in which the values of two joints are exchanged.
+/// Returns the readings in which the values of two joints, or of three in turn, are exchanged.
 fn exchanged_joints(given: &Reading, joints: usize) -> impl Iterator<Item = Reading> {
     let pairs =
         (0..joints).flat_map(move |first| (first + 1..joints).map(move |second| [first, second]));
-    pairs.map(|pair| Reading {
-        equations: given.equations.clone(),
-        sensors: given.sensors.clone(),
-        exchanged: Some(pair),
+    let pairs: Vec<[usize; 2]> = pairs.collect();
+    let rest = pairs.clone();
+    let threes = rest.into_iter().flat_map(move |[first, second]| {
+        (second + 1..joints)
+            .flat_map(move |third| [vec![first, second, third], vec![first, third, second]])
+    });
+    let all = pairs.into_iter().map(Vec::from).chain(threes);
+    all.map(|exchanged| Reading {
+        exchanged,
+        ..given.clone()
     })
 }
 
-/// Returns an event in which the values of two joints are exchanged.
-fn with_exchanged(event: &Event, [first, second]: [usize; 2]) -> Event {
+/// Returns an event in which the values of each of these joints are those that are given for the one before it.
+fn with_exchanged(event: &Event, exchanged: &[usize]) -> Event {
     let mut event = event.clone();
     if let Measured::Joints(JointValues {
         position,
@@ -130,19 +149,51 @@ fn with_exchanged(event: &Event, [first, second]: [usize; 2]) -> Event {
     }) = &mut event.measured
     {
         for values in [position, velocity, effort] {
-            if second < values.len() {
-                values.swap(first, second);
+            if exchanged.iter().all(|joint| *joint < values.len()) {
+                for pair in exchanged.windows(2).rev() {
+                    values.swap(pair[0], pair[1]);
+                }
             }
         }
     }
     event
 }
 
+/// Returns events whose poses of the base are read otherwise. Its velocities follow from the poses.
+fn with_poses(events: &[Event], reading: PoseReading) -> Vec<Event> {
+    let mut events = events.to_vec();
+    let of_base = |event: &Event| match event.measured {
+        Measured::Base(base) => Some((event.time_s, reading.read(&base.pose))),
+        _ => None,
+    };
+    let (times_s, poses): (Vec<_>, Vec<_>) = events.iter().filter_map(of_base).unzip();
+    let mut states = states_of_poses(&times_s, &poses).into_iter();
+    for event in &mut events {
+        if let Measured::Base(base) = &mut event.measured
+            && let Some(state) = states.next()
+        {
+            *base = BaseState {
+                acceleration: base.acceleration,
+                angular_acceleration: base.angular_acceleration,
+                ..state
+            };
+        }
+    }
+    events
+}
+
 /// Returns the finding that another reading explains the recording better than the `given` one, with the `names` of joints.
 fn finding(given: &Reading, other: Reading, names: &[String], residual_ratio: f64) -> Finding {
-    if let Some(pair) = other.exchanged {
+    if !other.exchanged.is_empty() {
+        let joints = other.exchanged.iter();
         return Finding::JointsExchanged {
-            joints: pair.map(|index| names[index].clone()).to_vec(),
+            joints: joints.map(|index| names[*index].clone()).collect(),
+            residual_ratio,
+        };
+    }
+    if let Some(poses) = other.poses {
+        return Finding::OrientationContradicted {
+            reading: poses.orientation,
             residual_ratio,
         };
     }
@@ -165,7 +216,7 @@ fn finding(given: &Reading, other: Reading, names: &[String], residual_ratio: f6
 }
 
 /// Returns the reading in which the moments are about the origin of the link whose axes the wrenches have.
-fn other_point(plan: &Plan<'_>) -> Option<Reading> {
+fn other_point(plan: &Plan<'_>, given: &Reading) -> Option<Reading> {
     let axes = plan.equations.wrench_axes.clone()?;
     let is_link = plan.sources.robot.frame(&axes).is_ok();
     (is_link && plan.equations.method.uses_wrench()).then(|| Reading {
@@ -174,7 +225,7 @@ fn other_point(plan: &Plan<'_>) -> Option<Reading> {
             ..plan.equations.clone()
         },
         sensors: vec![axes; plan.sources.sensors.len()],
-        exchanged: None,
+        ..given.clone()
     })
 }
 

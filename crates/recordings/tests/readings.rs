@@ -228,15 +228,20 @@ fn a_wrong_point_of_the_moments_is_named_as_the_cause() {
 /// Messages often list the joints by the alphabet, and arrays have no names.
 #[test]
 fn exchanged_joints_are_named_as_the_cause() {
-    for pair in [[0, 2], [1, 3]] {
+    for exchanged in [&[0, 2][..], &[1, 3], &[0, 1, 3], &[0, 3, 2]] {
         let mut recorded = Recorded::with_wrenches(false);
         for instant in &mut recorded.instants {
             for values in &mut instant.joints {
-                values.swap(pair[0], pair[1]);
+                for pair in exchanged.windows(2) {
+                    values.swap(pair[0], pair[1]);
+                }
             }
         }
         let found = recorded.identify(&Request::default());
-        let names = pair.map(|index| recorded.robot.joint_names()[index].clone());
+        let names = exchanged.iter();
+        let names: Vec<_> = names
+            .map(|index| recorded.robot.joint_names()[*index].clone())
+            .collect();
         let is_cause = |finding: &Finding| matches!(finding, Finding::JointsExchanged { joints, .. } if joints[..] == names);
         let findings = &found.recording.findings;
         assert!(findings.iter().any(is_cause), "{findings:?}");

@@ -285,6 +285,11 @@ pub enum Finding {
     /// The centre of mass of poses at rest is farther away than that of anything that an arm holds:
     /// the moments are in another unit.
     CenterFarAway(FarCenter),
+    /// Poses at rest show no mass, but are too few to show whether an assumption is wrong.
+    TooFewPoses {
+        /// Number of poses.
+        poses: usize,
+    },
     /// The recording consists of rests, with short moves between them.
     ConsistsOfRests(Rests),
     /// Something is wrong in the description of the robot. Masses and inertias are reported only
@@ -328,6 +333,7 @@ impl Notice for Finding {
             } => return Severity::Notes,
             Self::NothingHeld { .. }
             | Self::OutlyingPose(_)
+            | Self::TooFewPoses { .. }
             | Self::KnownMassNotKept { .. }
             | Self::ConstantChannels { .. } => false,
             Self::NoEquations(_)
@@ -353,7 +359,9 @@ impl Notice for Finding {
             | Self::PositionsJump(_)
             | Self::CenterFarAway(_)
             | Self::TwistContradicted { .. } => Subject::Measurements,
-            Self::GravityContradicted { .. } | Self::WrongAssumption(_) => Subject::Assumption,
+            Self::GravityContradicted { .. }
+            | Self::WrongAssumption(_)
+            | Self::TooFewPoses { .. } => Subject::Assumption,
             Self::LoadUnexplained(_) | Self::Inconsistent { .. } => Subject::Consequence,
             _ => Subject::Result,
         }

@@ -3,9 +3,23 @@
 use tactid_dynamics::Reader;
 use tactid_dynamics::words::{counted, general, listed, percent};
 
-use super::{FarCenter, OutlyingPose, RestingPoses, Rests};
+use super::{FarCenter, Finding, OutlyingPose, RestingPoses, Rests};
 
-pub(super) fn poses_at_rest(found: &RestingPoses) -> String {
+impl Finding {
+    /// Says what was noticed about poses at rest; nothing for other findings.
+    pub(super) fn of_rests(&self, reader: Reader) -> String {
+        match self {
+            Self::PosesAtRest(found) => poses_at_rest(found),
+            Self::OutlyingPose(found) => outlying(found),
+            Self::CenterFarAway(found) => center_far_away(found, reader),
+            Self::TooFewPoses { poses } => too_few_poses(*poses, reader),
+            Self::ConsistsOfRests(found) => consists_of_rests(found),
+            _ => String::new(),
+        }
+    }
+}
+
+fn poses_at_rest(found: &RestingPoses) -> String {
     let attitudes = counted(found.attitudes, "attitude");
     let visited = if found.poses > found.attitudes {
         format!(" in {}", counted(found.poses, "pose"))
@@ -30,17 +44,28 @@ pub(super) fn poses_at_rest(found: &RestingPoses) -> String {
     )
 }
 
-pub(super) fn center_far_away(found: &FarCenter, reader: Reader) -> String {
+fn center_far_away(found: &FarCenter, reader: Reader) -> String {
     format!(
-        "The centre of mass is {} m away from the tool frame, farther than that of anything that an arm \
-         holds: the moments are too large for the forces, as in N mm. Give forces in N and moments in \
-         N m; of a table, {} states other units.",
+        "The centre of mass is {} m away from the origin of the frame {}, farther than that of anything \
+         that an arm holds: the moments are too large for the forces, as in N mm. Give forces in N and \
+         moments in N m; of a table, {} states other units.",
         general(found.distance_m, 3),
+        found.frame,
         reader.option("columns")
     )
 }
 
-pub(super) fn consists_of_rests(found: &Rests) -> String {
+fn too_few_poses(poses: usize, reader: Reader) -> String {
+    format!(
+        "{} are too few to tell a load of zero from a wrong assumption, such as gravity in another \
+         direction (a base on a wall) or orientations in another form: measure in four attitudes or \
+         more, or state {}.",
+        counted(poses, "pose"),
+        reader.option("gravity")
+    )
+}
+
+fn consists_of_rests(found: &Rests) -> String {
     format!(
         "The recording consists of {} in {}, {} of its time. Rests show the mass and the centre of mass; \
          the inertia shows in the moves between them alone, if it does. The intervals follow from the \
@@ -52,7 +77,7 @@ pub(super) fn consists_of_rests(found: &Rests) -> String {
     )
 }
 
-pub(super) fn outlying(found: &OutlyingPose) -> String {
+fn outlying(found: &OutlyingPose) -> String {
     let (first, last) = (found.first_row, found.last_row);
     let pose = if first == last {
         format!("Row {first}")

@@ -56,6 +56,8 @@ pub struct FarCenter {
     pub distance_m: f64,
     /// Half the width of the 95 % interval of the distance, m.
     pub half_width_m: f64,
+    /// Name of the tool frame: that of the sensor where there is no robot.
+    pub frame: String,
 }
 
 /// The rests of which a recording consists.

@@ -9,7 +9,6 @@ use tactid_dynamics::{Notice, Reader};
 use super::Finding;
 use super::assumption_words::wrong_assumption;
 use super::load_words::{gravity, negative_mass, unexplained};
-use super::rest_words::{center_far_away, consists_of_rests, outlying, poses_at_rest};
 use super::run_words::runs_disagree;
 use crate::checks::{
     EffortsBeyondLimits, PositionJumps, PositionsBeyondLimits, TwistAxes, TwistContradiction,
@@ -70,10 +69,11 @@ pub(super) fn sentences(finding: &Finding, reader: Reader) -> String {
         } => inconsistent(*distance, *within_box, reader),
         Finding::RunsDisagree(found) => runs_disagree(found),
         Finding::Outliers { outliers, windows } => outlying_windows(*outliers, *windows),
-        Finding::PosesAtRest(found) => poses_at_rest(found),
-        Finding::OutlyingPose(found) => outlying(found),
-        Finding::CenterFarAway(found) => center_far_away(found, reader),
-        Finding::ConsistsOfRests(found) => consists_of_rests(found),
+        Finding::PosesAtRest(_)
+        | Finding::OutlyingPose(_)
+        | Finding::CenterFarAway(_)
+        | Finding::TooFewPoses { .. }
+        | Finding::ConsistsOfRests(_) => finding.of_rests(reader),
         Finding::Model(finding) => finding.words(reader),
     }
 }

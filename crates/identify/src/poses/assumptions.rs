@@ -79,15 +79,20 @@ fn causes_of(
     found.map_or_else(Vec::new, |found| found.causes)
 }
 
+/// Returns whether a fit, with so many `further` unknowns, explains poses far better than the given
+/// one: beyond chance, and by more than what a sound sensor leaves.
+pub(super) fn is_far_better(other: &RestFit, given: &RestFit, further: usize) -> bool {
+    given.p_value_beside(other, further) <= chance_beyond(CONTRADICTION)
+        && given.squares(other) >= (1.0 + MATERIAL) * other.squares(other)
+}
+
 /// Returns gravity of another direction where it explains the poses that are `kept` far better than
 /// the fit with the `given` one.
 fn other_direction(poses: &Poses<'_>, kept: &[bool], given: &RestFit) -> Option<WrongAssumption> {
     let found = poses.with_unknown_gravity()?.fit(kept);
     let gravity = found.gravity_estimate()?;
     let other = found.fit;
-    if given.p_value_beside(&other, ANGLES.len()) > chance_beyond(CONTRADICTION)
-        || given.squares(&other) < (1.0 + MATERIAL) * other.squares(&other)
-    {
+    if !is_far_better(&other, given, ANGLES.len()) {
         return None;
     }
     let value = |fit: &RestFit, k: usize| values_of(&fit.parameters).map_or(f64::NAN, |all| all[k]);

@@ -240,6 +240,14 @@ impl RestFit {
         (0..2).filter(is_measured).map(of_kind).sum()
     }
 
+    /// Exchanges the noise of forces with that of moments, for a comparison with a fit of the same
+    /// measurements in which these are exchanged.
+    pub(super) fn exchange_kinds(&mut self) {
+        self.noise.swap(0, 1);
+        self.freedom.swap(0, 1);
+        self.largest.swap(0, 1);
+    }
+
     /// Returns the noise of a kind of channels, or the rounding of its residuals where that is larger, N or N m.
     fn resolved_noise(&self, kind: usize) -> f64 {
         self.noise[kind].max(INVERSE_ROUNDING.sqrt() * self.largest[kind])

@@ -12,6 +12,7 @@
 
 mod advice;
 mod assumptions;
+mod far_center;
 mod fit;
 mod outliers;
 mod pose_fit;
@@ -23,8 +24,8 @@ use nalgebra::Vector3;
 use tactid_dynamics::{FrameMotion, Manipulator};
 
 use self::advice::next_attitude;
-use self::assumptions::{causes, equation_at_rest, mean};
-use self::fit::RestFit;
+use self::assumptions::{causes, equation_at_rest, is_far_better, mean};
+use self::far_center::far_center;
 use self::outliers::{WithoutOutliers, without_outliers};
 use self::pose_fit::Poses;
 use crate::batch::{BatchResult, FitReport};
@@ -34,15 +35,14 @@ use crate::equations::{
     Attitudes, Equation, EquationSettings, EquationStream, Geometry, Instant, Model, Row, Sample,
     Unknowns, WRENCH, are_same_attitude,
 };
-use crate::finding::{FarCenter, Finding, RestingPoses};
+use crate::finding::{Finding, RestingPoses};
 use crate::fit::GainErrors;
 use crate::known_bodies::{KnownBodies, KnownTool};
 use crate::linear_estimate::{LinearEstimate, SharedErrors};
-use crate::result::{KINDS, PayloadEstimate};
+use crate::result::PayloadEstimate;
 use crate::serial::Table;
 use crate::solve::report::{Posterior, Report};
-use crate::solve::subspace::{LEVER_ARM_M, Matrix};
-use crate::solve::uncertainty::{HALF_WIDTH_95, value_jacobian};
+use crate::solve::subspace::Matrix;
 use crate::{IdentifyError, Method};
 
 /// The rows of the six channels of a wrench at rest.
@@ -216,6 +216,31 @@ impl RestIdentifier {
         })
     }
 
+    /// Returns the size of the residuals of the same wrenches in the attitudes of another identifier,
+    /// relative to that in the own ones, where the other attitudes explain them far better; `None`
+    /// where they do not, or the poses are too few to tell. The other attitudes count for so many
+    /// `unknowns` that follow from the poses. With `is_exchanged`, the forces of the other one are
+    /// the moments of this one, and its moments the forces.
+    #[must_use]
+    pub fn residual_ratio_of(
+        &self,
+        other: &Self,
+        unknowns: usize,
+        is_exchanged: bool,
+    ) -> Option<f64> {
+        let [own, other] = [self, other].map(|identifier| {
+            let poses = identifier.means();
+            identifier.check(&poses.attitudes).ok()?;
+            Some(without_outliers(&poses).found.fit)
+        });
+        let (own, mut other) = (own?, other?);
+        if is_exchanged {
+            other.exchange_kinds();
+        }
+        (own.can_contradict() && other.can_contradict() && is_far_better(&other, &own, unknowns))
+            .then(|| (other.squares(&other) / own.squares(&other)).sqrt())
+    }
+
     /// Returns the direction of gravity in the tool frame, given a sum of equations.
     fn down(&self, sum: &Equation) -> Vector3<f64> {
         let geometry = Geometry::new(&sum.geometry);
@@ -274,6 +299,10 @@ impl RestIdentifier {
         );
         let of_mass = || mass_findings(mass, self.known.mass_kg(), self.model.method(), true);
         let of_mass = causes.is_empty().then(of_mass).flatten();
+        let is_empty = matches!(of_mass, Some(Finding::NothingHeld { .. }));
+        let too_few = (is_empty && !fit.can_contradict()).then(|| Finding::TooFewPoses {
+            poses: self.poses.len(),
+        });
         let rows: Vec<_> = self.poses.iter().map(|pose| pose.rows).collect();
         let outliers = solution.outliers(&rows).into_iter();
         let beyond = self.positions.beyond_limits(f64::INFINITY);
@@ -281,8 +310,9 @@ impl RestIdentifier {
         let causes = causes.into_iter().map(Finding::WrongAssumption);
         of_units
             .into_iter()
-            .chain(far_center(fit).map(Finding::CenterFarAway))
+            .chain(far_center(fit, &self.frame).map(Finding::CenterFarAway))
             .chain(causes)
+            .chain(too_few)
             .chain(of_mass)
             .chain(outliers.map(Finding::OutlyingPose))
             .chain([Finding::PosesAtRest(self.resting(poses, solution))])
@@ -353,22 +383,6 @@ impl RestIdentifier {
             cutoff_hz: f64::NAN,
         }
     }
-}
-
-/// Returns the centre of mass, where it is certainly farther from the tool frame than that of
-/// anything that an arm holds, by two lever arms: 2 m.
-fn far_center(fit: &RestFit) -> Option<FarCenter> {
-    let slopes = value_jacobian(&fit.parameters)?;
-    let center = fit.parameters.fixed_rows::<3>(1) / fit.parameters[0];
-    let squares = KINDS[1]
-        .clone()
-        .map(|k| fit.std_dev(&slopes.row(k).into()).powi(2));
-    let half_width_m = HALF_WIDTH_95 * squares.sum::<f64>().sqrt();
-    let distance_m = center.norm();
-    (distance_m - half_width_m > 2.0 * LEVER_ARM_M).then_some(FarCenter {
-        distance_m,
-        half_width_m,
-    })
 }
 
 /// Checks that nothing is used or unknown that poses at rest do not show.

@@ -11,6 +11,8 @@ use serde::{Deserialize, Serialize};
 use tactid_calibrate::Contradiction;
 use tactid_identify::{EffortContent, Method};
 
+use crate::OrientationReading;
+
 /// Largest change of a joint's gain, a fraction, that may have its cause in the arm itself:
 /// temperature changes gains by a few percent.
 const LARGEST_CHANGE_OF_A_GAIN: f64 = 0.15;
@@ -107,12 +109,34 @@ pub enum Finding {
         /// The topics.
         topics: Vec<String>,
     },
-    /// The values of two joints are exchanged: the columns have another order than the joints.
+    /// The values of two or three joints are exchanged: the columns have another order than the
+    /// joints.
     JointsExchanged {
-        /// The two joints.
+        /// The joints: the values of each are given for the one before it, those of the first for
+        /// the last.
         joints: Vec<String>,
         /// Residual with the exchanged values relative to that with the given ones, without a unit.
         residual_ratio: f64,
+    },
+    /// The orientations of the tool, or of the base, are not what they are taken for.
+    OrientationContradicted {
+        /// What they are.
+        reading: OrientationReading,
+        /// Residual with this reading relative to that with the given one, without a unit.
+        residual_ratio: f64,
+    },
+    /// Moments are in the places of forces, and forces in those of moments.
+    ForcesAndMomentsExchanged {
+        /// Residual with the exchanged values relative to that with the given ones, without a unit.
+        residual_ratio: f64,
+    },
+    /// The mass from poses at rest is more than what most arms lift: the forces may be in another
+    /// unit.
+    HeavyLoad {
+        /// Mass of the payload, kg.
+        mass_kg: f64,
+        /// Its standard deviation, kg.
+        std_dev_kg: f64,
     },
     /// The wrenches of several topics are summed.
     WrenchesSummed {

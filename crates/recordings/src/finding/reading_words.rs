@@ -1,10 +1,11 @@
 //! How frames, axes and efforts are read, and how they should be, in words.
 
 use tactid_dynamics::Reader;
-use tactid_dynamics::words::percent;
+use tactid_dynamics::words::{listed, percent, with_interval};
 use tactid_identify::EffortContent;
 
 use super::Finding;
+use crate::OrientationReading;
 
 impl Finding {
     /// Says how frames, axes and efforts are read, or should be; nothing for other findings.
@@ -14,15 +15,7 @@ impl Finding {
                 frame,
                 link,
                 origin_m,
-            } => {
-                let origin = origin_m
-                    .map(|x| format!("{:.1}", (1e4 * x).round() / 10.0 + 0.0))
-                    .join(", ");
-                format!(
-                    "The frame `{frame}` is in no description of the robot: /tf shows it fixed to \
-                     `{link}`, at ({origin}) mm."
-                )
-            }
+            } => frame_followed(frame, link, *origin_m),
             Self::AxesAssumed { topic, axes, point } => format!(
                 "{topic} is in `{axes}`, which does not move with the tool: its wrenches are taken \
                  to have the axes of `{axes}`, and moments about the origin of `{point}`. {} and \
@@ -60,9 +53,41 @@ impl Finding {
                 joints,
                 residual_ratio,
             } => joints_exchanged(joints, *residual_ratio),
+            Self::OrientationContradicted {
+                reading,
+                residual_ratio,
+            } => orientation_contradicted(*reading, *residual_ratio),
+            Self::HeavyLoad {
+                mass_kg,
+                std_dev_kg,
+            } => heavy_load(*mass_kg, *std_dev_kg, reader),
+            Self::ForcesAndMomentsExchanged { residual_ratio } => format!(
+                "Forces and moments are exchanged: read so, residuals are {} as large. Of a wrench, \
+                 the three forces come first.",
+                percent(*residual_ratio)
+            ),
             _ => String::new(),
         }
     }
+}
+
+fn frame_followed(frame: &str, link: &str, origin_m: [f64; 3]) -> String {
+    let origin = origin_m
+        .map(|x| format!("{:.1}", (1e4 * x).round() / 10.0 + 0.0))
+        .join(", ");
+    format!(
+        "The frame `{frame}` is in no description of the robot: /tf shows it fixed to `{link}`, at \
+         ({origin}) mm."
+    )
+}
+
+fn heavy_load(mass_kg: f64, std_dev_kg: f64, reader: Reader) -> String {
+    format!(
+        "The load weighs {} kg, more than most arms lift: the forces may be in another unit, as in mN. \
+         Give forces in N and moments in N m; of a table, {} states other units.",
+        with_interval(mass_kg, std_dev_kg),
+        reader.option("columns")
+    )
 }
 
 fn axes_contradicted(axes: Option<&str>, residual_ratio: f64, reader: Reader) -> String {
@@ -84,10 +109,39 @@ fn axes_contradicted(axes: Option<&str>, residual_ratio: f64, reader: Reader) ->
 }
 
 fn joints_exchanged(joints: &[String], residual_ratio: f64) -> String {
+    let next = joints.iter().cycle().skip(1);
+    let places = joints.iter().zip(next);
+    let places = places.map(|(given, true_joint)| format!("of {true_joint} as {given}"));
+    let order = match joints {
+        [_, _] => String::new(),
+        _ => format!(" (those {})", listed(&places.collect::<Vec<_>>())),
+    };
     format!(
-        "The values of the joints {} are exchanged: read so, residuals are {} as large. Messages \
-         often list joints by the alphabet; bring the columns into the order of the robot.",
-        joints.join(" and "),
+        "The values of the joints {} are exchanged{order}: read so, residuals are {} as large. \
+         Messages often list joints by the alphabet; bring the columns into the order of the robot.",
+        listed(joints),
+        percent(residual_ratio)
+    )
+}
+
+fn orientation_contradicted(reading: OrientationReading, residual_ratio: f64) -> String {
+    let (meant, remedy) = match reading {
+        OrientationReading::Inverse => (
+            "the inverse, `tool_from_world`",
+            "invert them (of a quaternion, negate x, y and z)",
+        ),
+        OrientationReading::ScalarFirst => (
+            "quaternions in the order w, x, y, z",
+            "give w as the last of the four",
+        ),
+        OrientationReading::InverseScalarFirst => (
+            "the inverse, `tool_from_world`, by quaternions in the order w, x, y, z",
+            "negate x, y and z, and give w as the last of the four",
+        ),
+    };
+    format!(
+        "The orientations are read as `world_from_tool`, quaternions in the order x, y, z, w, but \
+         they seem to be {meant}: read so, residuals are {} as large; {remedy}.",
         percent(residual_ratio)
     )
 }

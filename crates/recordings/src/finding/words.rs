@@ -18,10 +18,13 @@ impl Notice for Finding {
             | Self::AxesContradicted { .. }
             | Self::PointContradicted { .. }
             | Self::EffortContentContradicted { .. }
+            | Self::OrientationContradicted { .. }
+            | Self::ForcesAndMomentsExchanged { .. }
             | Self::JointsExchanged { .. } => Severity::Contradicts,
             Self::FrictionChanged(changed) if changed.has_other_friction() => Severity::Contradicts,
             Self::GainsChanged(changed) if changed.has_other_gains() => Severity::Contradicts,
             Self::RecordingCalibrated { .. }
+            | Self::HeavyLoad { .. }
             | Self::TopicSilent { .. }
             | Self::TopicsNotUsed { .. }
             | Self::LiveRestarted { .. } => Severity::Doubts,
@@ -37,8 +40,11 @@ impl Notice for Finding {
             | Self::AxesContradicted { .. }
             | Self::PointContradicted { .. }
             | Self::EffortContentContradicted { .. }
+            | Self::OrientationContradicted { .. }
+            | Self::ForcesAndMomentsExchanged { .. }
             | Self::JointsExchanged { .. }
             | Self::RecordingCalibrated { .. } => Subject::Assumption,
+            Self::HeavyLoad { .. } => Subject::Measurements,
             Self::EffortNoisier { .. } | Self::FrictionChanged(_) | Self::GainsChanged(_) => {
                 Subject::Consequence
             }
@@ -68,6 +74,9 @@ impl Notice for Finding {
             | Self::AxesContradicted { .. }
             | Self::PointContradicted { .. }
             | Self::EffortContentContradicted { .. }
+            | Self::OrientationContradicted { .. }
+            | Self::ForcesAndMomentsExchanged { .. }
+            | Self::HeavyLoad { .. }
             | Self::JointsExchanged { .. } => self.of_readings(reader),
             Self::FrameAssumed { .. }
             | Self::ForcesSummed { .. }
