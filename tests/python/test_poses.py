@@ -13,6 +13,7 @@ from conftest import TactidCommand
 from recorded_arm import ur5e
 from tactid._api.poses import identify_pose_table
 from tactid._read.pose_table import read_poses
+from tactid._show import remarks
 from test_cli import assert_refused
 
 Array = NDArray[np.float64]
@@ -202,6 +203,69 @@ def test_a_wrong_table_is_refused(
     table = tmp_path / "poses.csv"
     table.write_text(text)
     assert_refused(command("identify", str(table)), message)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (("identify", "poses.csv", "poses.csv"), "table of poses at rest"),
+        (("identify", "poses.csv", "again.csv"), "table of poses at rest"),
+        (("compare", "poses.csv"), "table of poses at rest"),
+        (("identify", "timed.csv"), "has times"),
+    ],
+)
+def test_poses_that_are_no_recording_are_named(
+    command: TactidCommand, tmp_path: Path, arguments: tuple[str, ...], message: str
+) -> None:
+    pose, wrench = poses(8)
+    names = "qx,qy,qz,qw,fx,fy,fz,tx,ty,tz"
+    write(tmp_path / "poses.csv", pose, wrench, names)
+    write(tmp_path / "again.csv", pose, wrench, names)
+    times = np.arange(8)[:, None]
+    rows = np.hstack([times, pose[:, 3:], wrench])
+    np.savetxt(tmp_path / "timed.csv", rows, delimiter=",", header=f"t,{names}", comments="")
+    name, *tables = arguments
+    assert_refused(command(name, *(str(tmp_path / table) for table in tables)), message)
+
+
+def test_a_column_of_numbers_of_poses_is_no_pose(tmp_path: Path) -> None:
+    pose, wrench = poses(8)
+    rows = np.hstack([np.arange(8)[:, None], pose[:, 3:], wrench])
+    names = "pose,qx,qy,qz,qw,fx,fy,fz,tx,ty,tz"
+    np.savetxt(tmp_path / "poses.csv", rows, delimiter=",", header=names, comments="")
+    arrays = read_poses(tmp_path / "poses.csv", tactid.Options())
+    assert arrays is not None
+    np.testing.assert_allclose(arrays["pose"][:, 3:], pose[:, 3:])
+
+
+@pytest.mark.parametrize("reading", ["inverse", "scalar_first", "inverse_scalar_first"])
+@pytest.mark.parametrize("count", [4, 12])
+def test_orientations_in_another_form_are_named_first(reading: str, count: int) -> None:
+    pose, wrench = poses(count)
+    given = pose.copy()
+    if reading.startswith("inverse"):
+        given[:, 3:6] *= -1
+    if reading.endswith("scalar_first"):
+        given[:, 3:] = np.roll(given[:, 3:], 1, axis=1)
+    result = identify(given, wrench)
+    assert result.findings[0].kind == "orientation_contradicted"
+    assert result.findings[0].data["reading"] == reading
+    assert result.is_contradicted
+    assert "nothing_held" not in {each.kind for each in result.findings}
+
+
+def test_three_poses_on_a_wall_say_that_they_are_too_few() -> None:
+    turns = np.array([about(0, 0), about(0, 1.5), about(1, 1.5)])
+    force = -9.81 * MASS * rotations(turns)[:, 0]
+    wrench = np.hstack([force, np.cross(CENTER, force)]) + OFFSET
+    result = identify(rotations(turns), wrench)
+    assert "too_few_poses" in {each.kind for each in result.findings}
+    assert "`gravity`" in str(result)
+
+
+def test_an_inertia_without_moments_needs_no_faster_turn() -> None:
+    advice = remarks.motion_advice(["Ixx"], moments=False)
+    assert advice == ["The inertia shows in moments alone, which the sensor does not measure."]
 
 
 def test_a_motion_without_known_times_is_not_at_rest(

@@ -300,7 +300,7 @@ impl RestIdentifier {
         let of_mass = || mass_findings(mass, self.known.mass_kg(), self.model.method(), true);
         let of_mass = causes.is_empty().then(of_mass).flatten();
         let is_empty = matches!(of_mass, Some(Finding::NothingHeld { .. }));
-        let too_few = (is_empty && !fit.can_contradict()).then(|| Finding::TooFewPoses {
+        let too_few = (is_empty && !fit.can_contradict()).then_some(Finding::TooFewPoses {
             poses: self.poses.len(),
         });
         let rows: Vec<_> = self.poses.iter().map(|pose| pose.rows).collect();

@@ -23,7 +23,7 @@ from tactid._results.provenance import file_key
 from tactid._results.records import PrincipalMoments, Record, of_ten, schema_of
 from tactid._show import reported
 from tactid._show.outlook import WITHIN
-from tactid._show.remarks import motion_advice, remarks
+from tactid._show.remarks import measures_moments, motion_advice, remarks
 from tactid._show.reported import Result
 
 SCHEMA = "tactid.result/3"
@@ -151,7 +151,7 @@ def record(
         "findings": findings_json.findings(result.findings, style),
         "is_contradicted": result.is_contradicted,
         "not_identifiable": unknown,
-        "motion_advice": motion_advice(unknown),
+        "motion_advice": motion_advice(unknown, moments=measures_moments(result)),
         **remaining,
         "remarks": remarks(result, style),
         "files": {file_key(words): path.name for words, path in result.inputs.items()},

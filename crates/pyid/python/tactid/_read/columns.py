@@ -183,7 +183,11 @@ _EXAMPLES = {"time": "ms", "q": "deg", "qd": "deg/s", "effort": "Nm", "wrench": 
 
 def _known(table: Table, array: str) -> Quantity | None:
     """Returns the columns that are known by their names; None where there are none."""
-    groups = {**_by_number(table, array), **_by_axis(table, array)}
+    numbered, by_axis = _by_number(table, array), _by_axis(table, array)
+    if array == "pose" and by_axis:
+        # A single column beside components is the number of the pose.
+        numbered = {key: each for key, each in numbered.items() if len(each[1].columns) > 1}
+    groups = {**numbered, **by_axis}
     if not groups:
         return None
     best = min(rank for rank, _ in groups.values())

@@ -211,6 +211,7 @@ class _Reader:
         """
         options = self._options
         if options.urdf is None:
+            _check_motion(table, {}, self._columns)
             raise ArgumentError(
                 f"{table.path} is a table, which has no robot whose joints it records: give `urdf`",
                 option="urdf",
@@ -221,6 +222,7 @@ class _Reader:
         )
         for array, example in (("time", "stamp[ms]"), ("q", "joint_*[deg]")):
             if array not in found:
+                _check_motion(table, found, self._columns)
                 raise columns.missing(table, array, example)
         _check_efforts(table, found, options, self._method)
         arrays = _values(table, found, self._episode, self._advance)
@@ -237,6 +239,34 @@ class _Reader:
             raise LogError(f"{path} is no log: {OTHER_FORMS}")
         return source
 
+
+def _check_motion(table: Table, found: Mapping[str, Quantity], given: Any) -> None:
+    """Refuses a table that has no motion of joints, but poses.
+
+    Raises:
+        ArgumentError: The table has attitudes and wrenches.
+    """
+    is_moving = not found.keys().isdisjoint(("qd", "effort"))
+    own = {array: names for array, names in (given or {}).items() if array in _OF_POSES}
+    poses = {**columns.find(table, _OF_POSES, own), **found}
+    if is_moving or "wrench" not in poses or not ("pose" in poses or "q" in found):
+        return
+    if "time" not in poses:
+        raise ArgumentError(
+            f"{table.path} is a table of poses at rest, because it has no times: `tactid identify`"
+            " and `identify_poses` take one such table. Put all poses of a payload into one"
+        )
+    if "q" not in found:
+        raise ArgumentError(
+            f"{table.path} has times ({poses['time'].words}) beside poses ({poses['pose'].words}),"
+            " but a table of a motion has positions of joints. If its rows are poses at rest, leave"
+            " out the times; a motion of poses is read from arrays or odometry",
+            option="columns",
+        )
+
+
+_OF_POSES = ("time", "pose", "wrench")
+"""What a table of poses at rest may have that needs no robot, and the times that it lacks."""
 
 _OTHERS = {
     *(".h5", ".hdf5", ".mat", ".pkl", ".pickle", ".npy", ".xls", ".xlsx", ".json", ".jsonl"),

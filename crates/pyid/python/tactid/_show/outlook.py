@@ -9,7 +9,7 @@ from tactid._base.naming import duration, listed
 from tactid._base.values import KIND_NAMES, KINDS, Z95, Array
 from tactid._native import VALUE_NAMES
 from tactid._results.identification import IdentificationData
-from tactid._show.remarks import TOO_LONG, constant_errors, motion_advice
+from tactid._show.remarks import TOO_LONG, constant_errors, measures_moments, motion_advice
 
 WITHIN = 0.01
 """Target for half of each 95 % interval, as a fraction of the largest value of its kind."""
@@ -43,7 +43,8 @@ def outlook(result: IdentificationData, within: float = WITHIN) -> str | None:
     hopeless = remaining > TOO_LONG * result.duration_s
     if hopeless.any():
         names = np.array(VALUE_NAMES)[hopeless].tolist()
-        return " ".join([*_undetermined(remaining, hopeless, target), *motion_advice(names)])
+        advice = motion_advice(names, moments=measures_moments(result))
+        return " ".join([*_undetermined(remaining, hopeless, target), *advice])
     last = VALUE_NAMES[int(remaining.argmax())]
     more = duration(float(remaining.max()))
     return f"{every} is known {target} after another {more} of this motion, {last} last."

@@ -66,15 +66,29 @@ def _of_the_unknown(result: Recorded, style: Style) -> list[str]:
         return []  # The finding about the poses says that they never show the inertia.
     # Of poses at rest, the finding about them says what helps.
     advised = not result.is_contradicted and not is_at_rest(result)
-    unobservable = unobservable_values(result.estimate, advised=advised)
+    moments = measures_moments(result)
+    unobservable = unobservable_values(result.estimate, advised=advised, moments=moments)
     if not isinstance(result, IdentificationData):
         return unobservable
     is_advised = advised and bool(result.estimate.uncertain)
     more = [*_longer(result), *_in_a_box(result, style)] if is_advised else []
-    return unobservable + uncertain_values(result.estimate, advised=advised, more=more)
+    showing = "poses" if is_at_rest(result) else "motion"
+    uncertain = uncertain_values(result.estimate, advised=advised, more=more, showing=showing)
+    return unobservable + uncertain
 
 
-def unobservable_values(estimate: Payload, *, advised: bool) -> list[str]:
+def measures_moments(result: Recorded) -> bool:
+    """Returns whether a sensor measures moments, as far as its channels were not left out."""
+    left_out = [
+        channel
+        for each in result.findings
+        if each.kind == "constant_channels" and each.data["is_left_out"]
+        for channel in each.data["channels"]
+    ]
+    return sum(str(channel).startswith("moment") for channel in left_out) < 3
+
+
+def unobservable_values(estimate: Payload, *, advised: bool, moments: bool = True) -> list[str]:
     """Says which values are unobservable, and with ``advised`` the motion that helps."""
     unknown = estimate.unobservable
     known = [name for name in VALUE_NAMES if name not in estimate.not_identifiable]
@@ -84,18 +98,23 @@ def unobservable_values(estimate: Payload, *, advised: bool) -> list[str]:
         sentence = "Nothing is identifiable: the motion determines none of the ten values."
     else:
         sentence = f"Unobservable: {', '.join(unknown)}; known: {', '.join(known) or 'nothing'}."
-    return [" ".join([sentence, *(motion_advice(unknown) if advised else [])])]
+    return [" ".join([sentence, *(motion_advice(unknown, moments=moments) if advised else [])])]
 
 
 def uncertain_values(
-    estimate: PayloadEstimate, *, advised: bool, more: Sequence[str] = ()
+    estimate: PayloadEstimate,
+    *,
+    advised: bool,
+    more: Sequence[str] = (),
+    showing: str = "motion",
 ) -> list[str]:
     """Says which values are uncertain, with ``advised`` the motion that helps, then ``more``."""
     uncertain = estimate.uncertain
     if not uncertain:
         return []
+    excites = "motion excites" if showing == "motion" else "poses show"
     sentences = [
-        f"Uncertain: {', '.join(uncertain)}. The motion excites them, but noise leaves wide"
+        f"Uncertain: {', '.join(uncertain)}. The {excites} them, but noise leaves wide"
         " intervals: 1.96 standard deviations of each are more than the largest value of its kind."
     ]
     given = estimate.reported_values
@@ -146,7 +165,7 @@ def _were(count: int) -> str:
     return "was" if count == 1 else "were"
 
 
-def motion_advice(names: Sequence[str]) -> list[str]:
+def motion_advice(names: Sequence[str], *, moments: bool = True) -> list[str]:
     """Says which motion determines these values: a sentence for each kind.
 
     By the structure of the regressor, forces determine the mass by any acceleration against gravity
@@ -154,6 +173,7 @@ def motion_advice(names: Sequence[str]) -> list[str]:
 
     Args:
         names: Names of values that are not determined, as in ``VALUE_NAMES``.
+        moments: Whether the sensor measures moments.
     """
     advice = []
     if "mass" in names:
@@ -171,7 +191,9 @@ def motion_advice(names: Sequence[str]) -> list[str]:
             f" for {listed([f'com.{axis}' for axis in axes])}."
         )
     inertia = [name for name in names if name.startswith("I")]
-    if inertia:
+    if inertia and not moments:
+        advice.append("The inertia shows in moments alone, which the sensor does not measure.")
+    elif inertia:
         axes = sorted({name[1] for name in inertia if name[1] == name[2]})
         # A product of inertia is determined by rotation about either of its two axes.
         either = [f"{n[1]} or {n[2]}" for n in inertia if n[1] != n[2] and not {*n[1:]} & {*axes}]
