@@ -71,6 +71,7 @@ def offset_finding(
         "mass_std_dev_kg": 0.01,
         "mass_change": mass_change,
         "shift_m": shift,
+        "value_change": 0.0,
     }
     return tactid.Finding("wrong_assumption", data)
 

@@ -44,6 +44,7 @@ FINDINGS = [
             "mass_std_dev_kg": 0.01,
             "mass_change": 0.02,
             "shift_m": 0.004,
+            "value_change": 0.9,
             "is_applied": False,
         },
     ),

@@ -321,7 +321,8 @@ impl Notice for Finding {
                 };
             }
             Self::WrongAssumption(found) => {
-                found.mass_change > LARGEST_MASS_CHANGE
+                found.value_change > 1.0
+                    || found.mass_change > LARGEST_MASS_CHANGE
                     || found.shift_m > LARGEST_SHIFT_M
                     // A change of six degrees is larger than the error of a mount, and lets a tenth of the
                     // weight act sideways.

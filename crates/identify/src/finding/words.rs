@@ -414,15 +414,16 @@ mod tests {
     }
 
     /// A wrong assumption contradicts where it certainly changes the mass or the centre of mass by
-    /// much, and one that is taken into account is a note.
+    /// much, or a value by more than its interval, and one that is taken into account is a note.
     #[test]
     fn a_certain_and_large_change_contradicts() {
-        for (mass_change, shift_m, is_applied, expected) in [
-            (0.6, 0.0, false, Severity::Contradicts),
-            (0.04, 0.0, false, Severity::Doubts),
-            (0.0, 0.012, false, Severity::Contradicts),
-            (0.0, 0.008, false, Severity::Doubts),
-            (0.6, 0.012, true, Severity::Notes),
+        for (mass_change, shift_m, value_change, is_applied, expected) in [
+            (0.6, 0.0, 0.9, false, Severity::Contradicts),
+            (0.04, 0.0, 0.9, false, Severity::Doubts),
+            (0.04, 0.0, 1.1, false, Severity::Contradicts),
+            (0.0, 0.012, 0.9, false, Severity::Contradicts),
+            (0.0, 0.008, 0.9, false, Severity::Doubts),
+            (0.6, 0.012, 1.1, true, Severity::Notes),
         ] {
             let finding = Finding::WrongAssumption(WrongAssumption {
                 cause: Hypothesis::Offset,
@@ -437,6 +438,7 @@ mod tests {
                 mass_std_dev_kg: 0.01,
                 mass_change,
                 shift_m,
+                value_change,
                 is_applied,
             });
             assert_eq!(finding.severity(), expected, "{mass_change} {shift_m}");

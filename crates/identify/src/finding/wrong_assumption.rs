@@ -66,6 +66,9 @@ pub struct WrongAssumption {
     pub mass_change: f64,
     /// By how much the centre of mass certainly moves with the causes, m.
     pub shift_m: f64,
+    /// Largest change of a value of the result by the causes, relative to half of its 95 % interval,
+    /// the larger one of those with and without them, without a unit.
+    pub value_change: f64,
     /// Whether the values of the result already take the cause into account.
     #[serde(default)]
     pub is_applied: bool,

@@ -1,42 +1,68 @@
 //! Signs and places of the axes of a wrench: a search over signed permutations of its channels.
 
-use nalgebra::{Matrix3, Matrix6, SMatrix, SVector};
+use nalgebra::{DMatrix, DVector, Matrix3, Matrix6, SVector, Vector4, Vector6};
 
+use super::fitted::Fitted;
 use super::model::Model;
 use super::windows::Windows;
+use crate::finding::Hypothesis;
 
-/// The products from which the residual of every signed permutation follows.
+/// The products from which the residual of every signed permutation beside other causes follows.
 pub(super) struct AxesSearch {
+    /// The model of the other causes, without what the wrench is linear in.
+    model: Model,
+    /// The other causes that the wrench is linear in, which are fitted anew with the parameters.
+    linear: Vec<Hypothesis>,
     /// Inverse of the information.
-    inverse: SMatrix<f64, 10, 10>,
+    inverse: DMatrix<f64>,
     /// Products of the rows of each channel with the measurements of each.
-    products: [[SVector<f64, 10>; 6]; 6],
+    products: [[DVector<f64>; 6]; 6],
 }
 
 impl AxesSearch {
     /// Sums over all windows. The axes of a force have the same noise, and so have those of a
     /// moment. `None` where the motion determines hardly anything.
-    pub(super) fn new(windows: &Windows) -> Option<Self> {
+    pub(super) fn new(windows: &Windows, present: &Fitted) -> Option<Self> {
         let size = |first: usize| windows.std_devs.fixed_rows::<3>(first).norm_squared() / 3.0;
         let precisions = [size(0), size(3)].map(f64::recip);
-        let mut information = SMatrix::<f64, 10, 10>::zeros();
-        let mut products = [[SVector::<f64, 10>::zeros(); 6]; 6];
+        let mut linear = present.active.clone();
+        linear.retain(|each| matches!(each, Hypothesis::Offset | Hypothesis::Weight));
+        let model = Model {
+            parameters: SVector::zeros(),
+            offset: Vector6::zeros(),
+            weight: Vector4::zeros(),
+            ..present.model.clone()
+        };
+        let chain = model.chain(windows);
+        let count = model.columns(&linear);
+        let mut information = DMatrix::zeros(count, count);
+        let empty = || DVector::zeros(count);
+        let mut products = std::array::from_fn(|_| std::array::from_fn(|_| empty()));
+        let mut columns = Vec::with_capacity(count + 1);
         for window in &windows.windows {
-            let rows = windows.sensor_from_tool * window.regressor;
+            columns.clear();
+            model.fill(window, &chain, &linear, &mut columns);
+            let measured = model.measured(window);
             for (channel, of_channel) in products.iter_mut().enumerate() {
                 let weight = window.root.powi(2) * precisions[channel / 3];
-                let row = rows.row(channel).transpose();
+                let row = DVector::from_fn(count, |k, _| columns[k][channel]);
                 information.ger(weight, &row, &row, 1.0);
-                for (sum, target) in of_channel.iter_mut().zip(&window.target) {
-                    *sum += row * (weight * target);
+                for (sum, target) in of_channel.iter_mut().zip(&measured) {
+                    sum.axpy(weight * target, &row, 1.0);
                 }
             }
         }
         // A ridge keeps what is not determined from being fitted.
-        let ridge = information.diagonal() * 1e-9;
-        information += SMatrix::from_diagonal(&ridge.map(|entry| entry.max(f64::MIN_POSITIVE)));
-        let inverse = information.cholesky()?.inverse();
-        Some(Self { inverse, products })
+        let ridge = (information.diagonal() * 1e-9).map(|entry| entry.max(f64::MIN_POSITIVE));
+        let inverse = (information + DMatrix::from_diagonal(&ridge))
+            .cholesky()?
+            .inverse();
+        Some(Self {
+            model,
+            linear,
+            inverse,
+            products,
+        })
     }
 
     /// Returns the permutation among `candidates` with the least residual.
@@ -47,25 +73,28 @@ impl AxesSearch {
         candidates.max_by(|a, b| self.explained(a).total_cmp(&self.explained(b)))
     }
 
-    /// Returns the squares that the payload explains of wrenches whose channels are brought to
-    /// their places.
+    /// Returns the squares that the payload and the other causes explain of wrenches whose channels
+    /// are brought to their places.
     fn explained(&self, axes: &Matrix6<f64>) -> f64 {
-        self.target(axes).dot(&(self.inverse * self.target(axes)))
+        let target = self.target(axes);
+        target.dot(&(&self.inverse * &target))
     }
 
-    fn target(&self, axes: &Matrix6<f64>) -> SVector<f64, 10> {
-        let channels = (0..6).flat_map(|i| (0..6).map(move |j| (i, j)));
-        let used = channels.filter(|place| axes[*place] != 0.0);
-        used.map(|(i, j)| self.products[i][j] * axes[(i, j)]).sum()
+    fn target(&self, axes: &Matrix6<f64>) -> DVector<f64> {
+        let mut target = DVector::zeros(self.inverse.nrows());
+        for (i, j) in (0..6).flat_map(|i| (0..6).map(move |j| (i, j))) {
+            target.axpy(axes[(i, j)], &self.products[i][j], 1.0);
+        }
+        target
     }
 
     /// Returns the model with these axes, whose sign is that of a positive mass.
-    pub(super) fn model(&self, axes: &Matrix6<f64>, joints: usize) -> Model {
-        let parameters = self.inverse * self.target(axes);
-        let sign = if parameters[0] < 0.0 { -1.0 } else { 1.0 };
+    pub(super) fn model(&self, axes: &Matrix6<f64>) -> Model {
+        let unknowns = &self.inverse * self.target(axes);
+        let sign = if unknowns[0] < 0.0 { -1.0 } else { 1.0 };
         Model {
             axes: axes * sign,
-            ..Model::new(parameters * sign, joints)
+            ..self.model.moved(&(unknowns * sign), &self.linear)
         }
     }
 }

@@ -14,14 +14,14 @@
 //! counts for less than the error that a sound model has beside its noise.
 
 mod axes;
+mod beside;
 mod fitted;
 mod model;
 mod report;
 mod windows;
 
-use nalgebra::{Matrix6, Vector3};
+use nalgebra::Vector3;
 
-use self::axes::AxesSearch;
 use self::fitted::Fitted;
 use self::model::Model;
 use self::report::{Cause, Change};
@@ -116,7 +116,6 @@ pub(crate) fn explanation(
         measurements: windows.measurements(),
         candidates: candidates(&windows, stream),
         joints: windows.joints(),
-        gravity: stream.gravity(),
         windows: &windows,
     };
     let given = Fitted::new(&windows, &start.with_joints(windows.joints()), &active)?;
@@ -124,7 +123,13 @@ pub(crate) fn explanation(
     Some(Explanation {
         explains_load: report::explains_load(&windows, &found),
         explains_most: found.squares.sqrt() < MOST_LEFT * given.squares.sqrt(),
-        causes: report::causes(stream, windows.measurements(), &given, &found, &causes),
+        causes: report::causes(
+            stream,
+            windows.measurements(),
+            fit,
+            [&given, &found],
+            &causes,
+        ),
     })
 }
 
@@ -174,8 +179,6 @@ struct Search<'a> {
     measurements: f64,
     candidates: Vec<Hypothesis>,
     joints: usize,
-    /// Given gravity, m/s².
-    gravity: Vector3<f64>,
 }
 
 impl Search<'_> {
@@ -204,6 +207,15 @@ impl Search<'_> {
         (over - of) / of.max(1.0)
     }
 
+    /// Returns whether the decrease of the mean square by a fit over another one is more than a
+    /// fraction of what is material. Where the other one leaves more than a sound sensor does, half
+    /// of that is material.
+    fn explains_much(&self, of: &Fitted, over: &Fitted, fraction: f64) -> bool {
+        let is_sound = self.mean_square(over) < 1.0 + MATERIAL;
+        let least = if is_sound { MATERIAL } else { 0.5 * MATERIAL };
+        self.decrease(of, over) > fraction * least
+    }
+
     /// Returns whether a fit is better than another one by more than what a sound sensor may show
     /// by chance: the gain is significant, and explains much or changes values.
     fn is_better(&self, of: &Fitted, over: &Fitted, best: &Fitted) -> bool {
@@ -213,10 +225,10 @@ impl Search<'_> {
     /// Returns whether a fit explains much more than another one, or changes values, by a fraction
     /// of what is material.
     fn is_notable(&self, of: &Fitted, over: &Fitted, fraction: f64) -> bool {
-        let decrease = self.decrease(of, over);
         let least = fraction * MATERIAL;
-        decrease > least
-            || (decrease > least * SLIGHT && self.changes_values(of, over, least, Change::least))
+        self.explains_much(of, over, fraction)
+            || (self.decrease(of, over) > least * SLIGHT
+                && self.changes_values(of, over, least, Change::least))
     }
 
     /// Returns whether the certain or the possible changes of the mass or the centre of mass exceed a
@@ -279,7 +291,7 @@ impl Search<'_> {
         let nearly = 1.0 - SLIGHT;
         pairs().any(|(each, fitted)| {
             self.is_notable(fitted, present, nearly)
-                && (self.decrease(fitted, present) > nearly * MATERIAL
+                && (self.explains_much(fitted, present, nearly)
                     || each == likeliest
                     || self.changes_values(best, present, MATERIAL, Change::most)
                     || fit(&[*likeliest, *each])
@@ -315,11 +327,20 @@ impl Search<'_> {
         let most = most.fold(f64::NEG_INFINITY, f64::max);
         let is_likeliest = |(_, fitted): &&(_, Fitted)| likelihood(fitted) > most - 1.0;
         let likeliest = fits.iter().find(is_likeliest)?.1.clone();
-        fits.retain(|(each, fitted)| {
+        let is_cause = |(each, fitted): &&(Hypothesis, Fitted)| {
             self.is_better(fitted, present, &least)
-                && (self.decrease(fitted, present) > MATERIAL
+                && (self.explains_much(fitted, present, 1.0)
                     || self.is_certain(*each, &likeliest, present))
-        });
+        };
+        let gains = fits
+            .iter()
+            .filter(is_cause)
+            .map(|(_, fitted)| gain(fitted, present));
+        // What is far likelier than a cause is one, even if it may leave the values as they are.
+        let enough = gains.max_by(f64::total_cmp)? + LEAST_GAIN;
+        let is_kept =
+            |each: &(Hypothesis, Fitted)| is_cause(&each) || gain(&each.1, present) > enough;
+        fits.retain(is_kept);
         fits.sort_by(|a, b| gain(&b.1, present).total_cmp(&gain(&a.1, present)));
         let mut ranked = fits.into_iter();
         let (hypothesis, best) = ranked.next()?;
@@ -339,9 +360,10 @@ impl Search<'_> {
     /// are not determined), and whether gains are neither signs, which are those of the axes, nor
     /// cross-talk.
     fn is_possible(&self, fitted: &Fitted) -> bool {
-        let gravity = self.gravity + fitted.model.gravity;
+        let given = self.windows.given_gravity;
+        let gravity = given + fitted.model.gravity;
         let gains = &fitted.model.gains;
-        gravity.norm() <= (1.0 + MATERIAL) * self.gravity.norm()
+        gravity.norm() <= (1.0 + MATERIAL) * given.norm()
             && (!fitted.active.contains(&Hypothesis::AxisGains)
                 || (gains.min() > 0.0
                     && (gains.max() > 1.0 + SOUND_GAIN || gains.min() < 1.0 - SOUND_GAIN)))
@@ -356,44 +378,6 @@ impl Search<'_> {
         if positive.any(|(_, fitted)| fitted.squares < most) {
             fits.retain(|(_, fitted)| is_positive(fitted));
         }
-    }
-
-    /// Fits a further hypothesis beside those of a fit.
-    fn with(&self, present: &Fitted, hypothesis: Hypothesis) -> Option<Fitted> {
-        let active = [&present.active[..], &[hypothesis]].concat();
-        let mut starts = vec![present.model.clone()];
-        let is_given = present.model.axes == Matrix6::identity();
-        match hypothesis {
-            Hypothesis::Axes if is_given => starts = vec![self.best_axes(axes::candidates())?],
-            Hypothesis::Axes => return None,
-            // Without the weight that there is, or with one that there is not, the mass of a fit is
-            // next to nothing.
-            Hypothesis::Gravity => starts.extend([-1.0, -2.0].map(|scale| Model {
-                gravity: self.gravity * scale,
-                ..present.model.clone()
-            })),
-            Hypothesis::SensorRotation if present.active.is_empty() => {
-                let turned = axes::turns().map(|turn| axes::of_both(&turn, &turn));
-                let best = self.best_axes(turned)?;
-                let rotation = best.axes.fixed_view::<3, 3>(0, 0).transpose();
-                starts.push(Model {
-                    axes: Matrix6::identity(),
-                    rotation: rotation * rotation.determinant().signum(),
-                    ..best
-                });
-            }
-            _ => {}
-        }
-        let fits = starts
-            .iter()
-            .filter_map(|start| Fitted::new(self.windows, start, &active));
-        fits.min_by(|a, b| a.squares.total_cmp(&b.squares))
-    }
-
-    fn best_axes(&self, candidates: impl Iterator<Item = Matrix6<f64>>) -> Option<Model> {
-        let search = AxesSearch::new(self.windows)?;
-        let best = search.best(candidates)?;
-        Some(search.model(&best, self.joints))
     }
 
     /// Drops each cause without which the others explain the windows as well.
@@ -411,26 +395,6 @@ impl Search<'_> {
             }
         }
         (present, causes)
-    }
-
-    /// Fits without an active hypothesis.
-    fn without(&self, present: &Fitted, dropped: Hypothesis) -> Option<Fitted> {
-        let is_kept = |each: &Hypothesis| *each != dropped;
-        let active: Vec<_> = present.active.iter().copied().filter(is_kept).collect();
-        let fresh = Model::new(present.model.parameters, self.joints);
-        let mut start = present.model.clone();
-        match dropped {
-            Hypothesis::Offset => start.offset = fresh.offset,
-            Hypothesis::Weight => start.weight = fresh.weight,
-            Hypothesis::Gravity => start.gravity = fresh.gravity,
-            Hypothesis::SensorPlace => start.place = fresh.place,
-            Hypothesis::SensorRotation => start.rotation = fresh.rotation,
-            Hypothesis::AxisGains => start.gains = fresh.gains,
-            Hypothesis::Delay => start.delay_s = fresh.delay_s,
-            Hypothesis::JointZeros => start.zeros = fresh.zeros,
-            Hypothesis::Axes => start.axes = fresh.axes,
-        }
-        Fitted::new(self.windows, &start, &active)
     }
 }
 

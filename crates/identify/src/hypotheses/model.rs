@@ -35,7 +35,7 @@ pub(super) struct Model {
 }
 
 /// Maps from the tool frame towards the measured channels, which all windows share.
-struct Chain {
+pub(super) struct Chain {
     placed: Matrix6<f64>,
     turned: Matrix6<f64>,
     measured: Matrix6<f64>,
@@ -138,13 +138,18 @@ impl Model {
 
     /// Returns the wrench of the load in the tool frame.
     fn of_load(&self, window: &Window) -> Vector6<f64> {
-        self.regressor(window) * self.parameters + window.gravity * self.weight
+        self.regressor(window) * self.parameters + self.of_weight(window) * self.weight
+    }
+
+    /// Returns the measured wrench of a window without the delay.
+    pub(super) fn measured(&self, window: &Window) -> Vector6<f64> {
+        window.target + window.rate * self.delay_s
     }
 
     /// Returns what the model leaves of the wrench of a window.
     fn residual(&self, window: &Window, chain: &Chain, of_load: &Vector6<f64>) -> Vector6<f64> {
         let predicted = chain.measured * of_load + self.offset;
-        self.axes * (window.target + window.rate * self.delay_s) - predicted
+        self.axes * self.measured(window) - predicted
     }
 
     /// Number of unknowns of some hypotheses together with the parameters.
@@ -153,7 +158,7 @@ impl Model {
         10 + of_active.sum::<usize>()
     }
 
-    fn chain(&self, windows: &Windows) -> Chain {
+    pub(super) fn chain(&self, windows: &Windows) -> Chain {
         let mut place = Matrix6::identity();
         place
             .fixed_view_mut::<3, 3>(3, 0)
@@ -180,10 +185,20 @@ impl Model {
                 regressor += derivative * *zero;
             }
         }
-        let acceleration = -(window.tool_from_world * self.gravity);
         let mut of_weight = regressor.fixed_columns_mut::<4>(0);
-        of_weight += acceleration_columns(&acceleration);
+        of_weight -= self.of_change(window);
         regressor
+    }
+
+    /// Returns the wrench in the tool frame of the weight of each kg and of each kg m with this
+    /// gravity.
+    fn of_weight(&self, window: &Window) -> SMatrix<f64, 6, 4> {
+        window.gravity + self.of_change(window)
+    }
+
+    /// Returns what the change of gravity adds to the wrench of a weight.
+    fn of_change(&self, window: &Window) -> SMatrix<f64, 6, 4> {
+        acceleration_columns(&(window.tool_from_world * self.gravity))
     }
 
     /// Returns the sums for the parameters and some hypotheses.
@@ -217,13 +232,24 @@ impl Model {
         }
         sums.products.fill_upper_triangle_with_lower_triangle();
         if let Some(first) = first_column_of(Hypothesis::AxisGains, active, self.zeros.len()) {
-            self.fix_scale(&mut sums.products, first);
+            // A common factor of the gains is one of the load, too.
+            fix(&mut sums.products, first, &self.gains.map(f64::signum));
+        }
+        if active.contains(&Hypothesis::Weight)
+            && let Some(first) = first_column_of(Hypothesis::Gravity, active, self.zeros.len())
+        {
+            // The size of gravity is that of the weight that remains.
+            fix(
+                &mut sums.products,
+                first,
+                &(windows.given_gravity + self.gravity),
+            );
         }
         sums
     }
 
     /// Adds the columns of a window and its residual.
-    fn fill(
+    pub(super) fn fill(
         &self,
         window: &Window,
         chain: &Chain,
@@ -231,14 +257,15 @@ impl Model {
         columns: &mut Vec<Vector6<f64>>,
     ) {
         let regressor = self.regressor(window);
-        let of_load = regressor * self.parameters + window.gravity * self.weight;
+        let of_weight = self.of_weight(window);
+        let of_load = regressor * self.parameters + of_weight * self.weight;
         let rate = self.axes * window.rate;
         let regressor = chain.measured * regressor;
         columns.extend(regressor.column_iter().map(Into::<Vector6<f64>>::into));
         for each in active {
             match each {
                 Hypothesis::Offset => add(columns, &Matrix6::identity()),
-                Hypothesis::Weight => add(columns, &(chain.measured * window.gravity)),
+                Hypothesis::Weight => add(columns, &(chain.measured * of_weight)),
                 Hypothesis::Gravity => add(columns, &(chain.measured * self.of_gravity(window))),
                 Hypothesis::SensorPlace => {
                     let force = (chain.placed * of_load).fixed_rows::<3>(0).into_owned();
@@ -280,9 +307,10 @@ impl Model {
         columns
     }
 
-    /// Returns the wrench that moves the load with an acceleration, in the tool frame.
+    /// Returns the wrench in the tool frame that a gravity of the opposite sign exerts on the load,
+    /// less the weight that is subtracted.
     fn of_acceleration(&self, acceleration: &Vector3<f64>) -> Vector6<f64> {
-        acceleration_columns(acceleration) * self.parameters.fixed_rows::<4>(0)
+        acceleration_columns(acceleration) * (self.parameters.fixed_rows::<4>(0) - self.weight)
     }
 
     /// Returns the derivative of a wrench with respect to a rotation of the sensor, given the
@@ -294,15 +322,6 @@ impl Model {
             columns.fixed_rows_mut::<3>(first).copy_from(&turned);
         }
         Matrix6::from_diagonal(&self.gains) * columns
-    }
-
-    /// Keeps the mean of the gains, whose common factor is one of the load, too.
-    fn fix_scale(&self, products: &mut DMatrix<f64>, first: usize) {
-        let largest = (first..first + 6).fold(0.0f64, |a, k| a.max(products[(k, k)]));
-        let signs = self.gains.map(f64::signum);
-        for (i, j) in (0..6).flat_map(|i| (0..6).map(move |j| (i, j))) {
-            products[(first + i, first + j)] += largest * signs[i] * signs[j];
-        }
     }
 
     /// Returns the model after a step of the unknowns.
@@ -318,7 +337,7 @@ impl Model {
                 Hypothesis::Weight => moved.weight += own,
                 Hypothesis::Gravity => {
                     // The force is linear in the mass and in the weight.
-                    let ratio = moved.parameters[0] / self.parameters[0];
+                    let ratio = moved.felt_mass() / self.felt_mass();
                     let is_near = ratio.abs() > SLIGHT && ratio.is_finite();
                     moved.gravity += own / if is_near { ratio } else { 1.0 };
                 }
@@ -335,6 +354,22 @@ impl Model {
             first += count;
         }
         moved
+    }
+
+    /// Mass whose weight is felt, kg.
+    fn felt_mass(&self) -> f64 {
+        self.parameters[0] - self.weight[0]
+    }
+
+    /// Returns the model whose gravity has the size of the given one, and the same wrenches: as of a
+    /// body whose weight is subtracted.
+    pub(super) fn with_size_of(mut self, given: &Vector3<f64>) -> Self {
+        let gravity = given + self.gravity;
+        let scale = gravity.norm() / given.norm();
+        let felt = (self.parameters.fixed_rows::<4>(0) - self.weight) * scale;
+        self.weight = self.parameters.fixed_rows::<4>(0) - felt;
+        self.gravity = gravity / scale - given;
+        self
     }
 
     /// Divides the gains by their median: most axes are right.
@@ -358,6 +393,14 @@ pub(super) fn first_column_of(
     let place = active.iter().position(|each| *each == hypothesis)?;
     let before = active[..place].iter().map(|each| each.columns(joints));
     Some(10 + before.sum::<usize>())
+}
+
+/// Keeps unknowns, whose first column is given, from moving along a direction.
+fn fix<const N: usize>(products: &mut DMatrix<f64>, first: usize, direction: &SVector<f64, N>) {
+    let largest = (first..first + N).fold(0.0f64, |a, k| a.max(products[(k, k)]));
+    let added = direction * direction.transpose() * largest;
+    let mut own = products.fixed_view_mut::<N, N>(first, first);
+    own += added;
 }
 
 /// Adds the columns of a matrix.

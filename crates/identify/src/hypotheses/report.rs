@@ -1,12 +1,13 @@
 //! The causes that were found, with the values that the data show.
 
-use nalgebra::{Matrix6, Rotation3};
+use nalgebra::{Matrix6, Rotation3, SMatrix, SVector, UnitQuaternion};
 
 use super::fitted::Fitted;
 use super::windows::Windows;
 use crate::checks::{BEYOND_NOISE, MODEL_ERROR};
 use crate::equations::EquationStream;
 use crate::finding::{CHANNELS, Hypothesis, WrongAssumption};
+use crate::fit::Fit;
 use crate::solve::uncertainty::{HALF_WIDTH_95, value_jacobian, values_of};
 
 /// A cause that was found.
@@ -28,15 +29,16 @@ pub(super) fn explains_load(windows: &Windows, found: &Fitted) -> bool {
     ratio < BEYOND_NOISE || (0..6).all(is_small)
 }
 
-/// Returns what is reported of causes, given the number of measurements and the fits without and
-/// with all of them.
+/// Returns what is reported of causes, given the number of measurements, the fit whose values are
+/// reported, and those of the test without and with all of them.
 pub(super) fn causes(
     stream: &EquationStream,
     measurements: f64,
-    given: &Fitted,
-    found: &Fitted,
+    reported: &Fit,
+    [given, found]: [&Fitted; 2],
     causes: &[Cause],
 ) -> Vec<WrongAssumption> {
+    let value_change = value_change(reported, found, measurements);
     let covariance = found.parameter_covariance(measurements);
     let [mass_change, shift_m] = changes(given, found, measurements).map(Change::least);
     let report = |cause: &Cause| {
@@ -59,6 +61,7 @@ pub(super) fn causes(
             mass_std_dev_kg: covariance[(0, 0)].sqrt(),
             mass_change,
             shift_m,
+            value_change,
             is_applied: false,
         }
     };
@@ -94,22 +97,47 @@ pub(super) fn changes(given: &Fitted, found: &Fitted, measurements: f64) -> [Cha
         size: (parameters[0] - given.model.parameters[0]).abs() / mass_kg,
         half_width: HALF_WIDTH_95 * covariance[(0, 0)].sqrt() / mass_kg,
     };
-    let both = (values_of(parameters), values_of(&given.model.parameters));
-    let ((Some(new), Some(old)), Some(slopes)) = (both, value_jacobian(parameters)) else {
+    let old = values_of(&given.model.parameters);
+    let (Some((new, half_widths)), Some(old)) = (intervals(parameters, &covariance), old) else {
         let unknown = Change {
             size: 0.0,
             half_width: f64::INFINITY,
         };
         return [of_mass, unknown];
     };
-    let of_values = slopes * covariance * slopes.transpose();
-    let variance: f64 = (1..4).map(|k| of_values[(k, k)]).sum();
     let moved: f64 = (1..4).map(|k| (new[k] - old[k]).powi(2)).sum();
     let of_center = Change {
         size: moved.sqrt(),
-        half_width: HALF_WIDTH_95 * variance.sqrt(),
+        half_width: half_widths.fixed_rows::<3>(1).norm(),
     };
     [of_mass, of_center]
+}
+
+/// Returns the ten values of parameters with half of their 95 % intervals; `None` for a mass of
+/// zero.
+fn intervals(
+    parameters: &SVector<f64, 10>,
+    covariance: &SMatrix<f64, 10, 10>,
+) -> Option<([f64; 10], SVector<f64, 10>)> {
+    let slopes = value_jacobian(parameters)?;
+    let of_values = slopes * covariance * slopes.transpose();
+    let half_widths = of_values
+        .diagonal()
+        .map(|variance| HALF_WIDTH_95 * variance.sqrt());
+    Some((values_of(parameters)?, half_widths))
+}
+
+/// Returns the largest change of a value between a fit and that with the causes, relative to half
+/// of its interval, the larger one of both.
+fn value_change(given: &Fit, found: &Fitted, measurements: f64) -> f64 {
+    let covariance = found.parameter_covariance(measurements);
+    let both = intervals(&given.parameters, &given.covariance)
+        .zip(intervals(&found.model.parameters, &covariance));
+    let Some(((old, of_old), (new, of_new))) = both else {
+        return 0.0;
+    };
+    let changes = (0..10).map(|k| (new[k] - old[k]).abs() / of_old[k].max(of_new[k]));
+    changes.fold(0.0, f64::max)
 }
 
 /// What the data show of a cause, an entry for each of its values.
@@ -152,6 +180,8 @@ fn shown(
         Hypothesis::SensorPlace => (axes(), model.place.as_slice().to_vec()),
         Hypothesis::SensorRotation => {
             let turn = Rotation3::from_matrix_unchecked(model.rotation.transpose());
+            // A matrix shows no axis of half a turn.
+            let turn = UnitQuaternion::from_rotation_matrix(&turn);
             (axes(), turn.scaled_axis().as_slice().to_vec())
         }
         Hypothesis::AxisGains => {

@@ -97,15 +97,19 @@ fn other_direction(poses: &Poses<'_>, kept: &[bool], given: &RestFit) -> Option<
     }
     let value = |fit: &RestFit, k: usize| values_of(&fit.parameters).map_or(f64::NAN, |all| all[k]);
     let slopes = value_jacobian(&other.parameters)?;
-    let half_width = |k: usize| HALF_WIDTH_95 * other.std_dev(&slopes.row(k).into());
+    let half_width = |fit: &RestFit, k: usize| HALF_WIDTH_95 * fit.std_dev(&slopes.row(k).into());
     let distance = |values: Range<usize>| {
         let squares = values.map(|k| {
             let distance = value(&other, k) - value(given, k);
-            Vector2::new(distance.powi(2), half_width(k).powi(2))
+            Vector2::new(distance.powi(2), half_width(&other, k).powi(2))
         });
         let squares: Vector2<f64> = squares.sum();
         (squares[0].sqrt() - squares[1].sqrt()).max(0.0)
     };
+    let change = (KINDS[0].start..KINDS[1].end).map(|k| {
+        let widest = half_width(given, k).max(half_width(&other, k));
+        (value(&other, k) - value(given, k)).abs() / widest
+    });
     let mass_kg = other.parameters[0];
     Some(WrongAssumption {
         cause: Hypothesis::Gravity,
@@ -117,9 +121,10 @@ fn other_direction(poses: &Poses<'_>, kept: &[bool], given: &RestFit) -> Option<
         frame: poses.frame.name().clone(),
         residual_ratio: (other.squares(&other) / given.squares(&other)).sqrt(),
         mass_kg,
-        mass_std_dev_kg: half_width(0) / HALF_WIDTH_95,
+        mass_std_dev_kg: half_width(&other, 0) / HALF_WIDTH_95,
         mass_change: distance(KINDS[0].clone()) / mass_kg.abs(),
         shift_m: distance(KINDS[1].clone()),
+        value_change: change.fold(0.0, f64::max),
         is_applied: false,
     })
 }
