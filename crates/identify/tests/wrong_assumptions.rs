@@ -13,6 +13,7 @@ mod setups;
 use faults::{Draws, Fault, of_a_real_sensor};
 use nalgebra::{Rotation3, Vector3};
 use setups::{DOWN, OTHERS, Recording, Setup, UR10};
+use tactid_dynamics::{Notice, Severity};
 use tactid_identify::{BatchResult, BatchSettings, Finding, Hypothesis, WrongAssumption};
 
 fn solved(given: &Recording) -> BatchResult {
@@ -223,6 +224,36 @@ fn a_weight_is_found_beside_another_gravity() {
         }
     };
     assert_both(fault, [Hypothesis::Gravity, Hypothesis::Weight]);
+}
+
+/// One attitude at rest does not distinguish the weight from an offset of the sensor. That is the
+/// first finding, and no assumption is blamed; with a sensor whose offset is known it is none.
+#[test]
+fn one_attitude_does_not_show_an_offset() {
+    let (mut given, mut draws) = (UR10.recorded(0), Draws::new(0));
+    let posture = given.joints[0][0].clone();
+    let still = vec![0.0; posture.len()];
+    given.joints.fill([posture, still]);
+    let com = given.setup.payload().center_of_mass;
+    let offset = draws.vector() * 5.0;
+    let weights = given.in_tool(-DOWN * UR10.mass_kg);
+    for (wrench, weight) in given.wrenches.iter_mut().zip(weights) {
+        wrench.force = weight + offset + draws.vector() * 0.1;
+        wrench.moment = com.cross(&weight) + draws.vector() * 0.01;
+    }
+    for shown_offset in [true, false] {
+        let result = given.identify(BatchSettings {
+            shown_offset,
+            ..BatchSettings::default()
+        });
+        let findings = &result.findings;
+        let is_reported = findings.iter().any(|found| {
+            matches!(found, Finding::ConsistsOfRests(_))
+                && found.severity() == Severity::Contradicts
+        });
+        assert_eq!(is_reported, shown_offset, "{findings:?}");
+        assert_eq!(causes(&result), Vec::<&WrongAssumption>::new());
+    }
 }
 
 /// A shown offset is identified: the values of the first result are right, and their intervals contain the truth.

@@ -9,7 +9,7 @@ use super::equation_batch::EquationBatch;
 use super::forecast::Forecast;
 use super::history::history;
 use super::report::FitReport;
-use super::rests::rests;
+use super::rests::{is_one_attitude, rests};
 use crate::IdentifyError;
 use crate::diagnosis::{
     ConsistentPayload, LEAST_WINDOWS, consistent_payload, data_findings, mass_finding,
@@ -278,7 +278,11 @@ impl BatchIdentifier {
         let findings = without_repetition(of_mass, consistent.contradiction, of_data).into_iter();
         let of_offset = solution.offset.clone().map(Finding::WrongAssumption);
         let of_model = self.stream.model_findings().into_iter().map(Finding::Model);
-        let of_rests = rests(self.batch.equations(), &self.stream.gravity());
+        // Where an offset is unknown, one attitude does not distinguish it from the weight.
+        let is_wrench = self.stream.has_sensors() && self.stream.method().uses_wrench();
+        let has_offset = self.settings.shown_offset || self.equations.wrench_offset;
+        let of_rests = rests(self.batch.equations(), &self.stream.gravity())
+            .filter(|found| !found.is_one_attitude() || (is_wrench && has_offset));
         findings
             .chain(of_offset)
             .chain(of_rests.map(Finding::ConsistsOfRests))
@@ -315,8 +319,8 @@ impl BatchIdentifier {
         let options = FitOptions::new(&channels);
         let found = further::fit(equations, options, &gravity, unknowns);
         let found = found.ok_or_else(|| self.stream.too_few_windows(equations.len()))?;
-        // Fewer windows show no assumption to be wrong: none is corrected by them.
-        let is_long = equations.len() >= LEAST_WINDOWS;
+        // Fewer windows, or one attitude, show no assumption to be wrong: none is corrected by them.
+        let is_long = equations.len() >= LEAST_WINDOWS && !is_one_attitude(equations);
         let explain =
             || wrong_assumptions(equations, &found.fit, Some(&found.values), &self.stream);
         let explanation = is_long.then(explain).flatten();

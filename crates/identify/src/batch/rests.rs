@@ -11,8 +11,17 @@ const LEAST_REST_S: f64 = 1.0;
 /// Least fraction of the duration of a recording that consists of rests.
 const LEAST_REST_FRACTION: f64 = 0.5;
 
-/// Returns the rests of which a recording consists, in at least two directions of gravity, given
-/// that in the world.
+/// Returns whether the joints are at rest in one attitude in all equations.
+pub(super) fn is_one_attitude(equations: &[Equation]) -> bool {
+    let mut all = equations
+        .iter()
+        .map(|equation| Geometry::new(&equation.geometry));
+    let first = all.next().flatten();
+    first.is_some_and(|first| all.all(|other| other.is_some_and(|other| is_same(first, other))))
+}
+
+/// Returns the rests of which a recording consists, given gravity in the world: in several
+/// directions of gravity, or all of it in one attitude.
 pub(super) fn rests(equations: &[Equation], gravity: &Vector3<f64>) -> Option<Rests> {
     let windows = equations.iter().map(|equation| {
         let geometry = Geometry::new(&equation.geometry)?;
@@ -29,7 +38,8 @@ pub(super) fn rests(equations: &[Equation], gravity: &Vector3<f64>) -> Option<Re
     }
     let duration_s = windows[windows.len() - 1].0 - windows[0].0;
     let fraction = at_rest_s / duration_s;
-    (fraction > LEAST_REST_FRACTION && attitudes.count() > 1).then_some(Rests {
+    let is_known = attitudes.count() > 1 || is_one_attitude(equations);
+    (fraction > LEAST_REST_FRACTION && is_known).then_some(Rests {
         attitudes: attitudes.count(),
         rests,
         fraction,

@@ -329,6 +329,7 @@ impl Notice for Finding {
                     || found.gravity_change() > 2.0 * LARGEST_MASS_CHANGE
             }
             Self::PositionsJump(jumps) => jumps.are_of_two_sources(),
+            Self::ConsistsOfRests(found) if found.is_one_attitude() => true,
             Self::ConstantChannels {
                 is_left_out: true, ..
             } => return Severity::Notes,
@@ -360,6 +361,7 @@ impl Notice for Finding {
             | Self::PositionsJump(_)
             | Self::CenterFarAway(_)
             | Self::TwistContradicted { .. } => Subject::Measurements,
+            Self::ConsistsOfRests(found) if found.is_one_attitude() => Subject::Measurements,
             Self::GravityContradicted { .. }
             | Self::WrongAssumption(_)
             | Self::TooFewPoses { .. } => Subject::Assumption,

@@ -13,7 +13,7 @@ impl Finding {
             Self::OutlyingPose(found) => outlying(found),
             Self::CenterFarAway(found) => center_far_away(found, reader),
             Self::TooFewPoses { poses } => too_few_poses(*poses, reader),
-            Self::ConsistsOfRests(found) => consists_of_rests(found),
+            Self::ConsistsOfRests(found) => consists_of_rests(found, reader),
             _ => String::new(),
         }
     }
@@ -65,7 +65,15 @@ fn too_few_poses(poses: usize, reader: Reader) -> String {
     )
 }
 
-fn consists_of_rests(found: &Rests) -> String {
+fn consists_of_rests(found: &Rests, reader: Reader) -> String {
+    if found.is_one_attitude() {
+        return format!(
+            "The recording rests in one attitude, in which the weight of the payload and a zero of the sensor \
+             that was never set are one: the mass is that of both. Record at least three attitudes; {} \
+             accepts a sensor that reads zero without the payload.",
+            reader.choice("wrench_offset", "no")
+        );
+    }
     format!(
         "The recording consists of {} in {}, {} of its time. Rests show the mass and the centre of mass; \
          the inertia shows in the moves between them alone, if it does. The intervals follow from the \
