@@ -14,6 +14,7 @@ WRENCHES = {
     "/franka_state_controller/F_ext": ("wrench_is", "contact"),
     "/robot/external_wrench_in_stiffness_frame": ("wrench_is", "contact"),
     "/O_F_ext_hat_K": ("wrench_axes", "base_link"),
+    "/my_gen3/tool_external_wrench": ("wrench_is", "contact"),
 }
 EFFORTS = {
     "/franka/external_joint_torques": ("efforts_are", "external"),
@@ -65,3 +66,14 @@ def test_the_columns_of_rtde_have_a_proposal(tmp_path: Path) -> None:
     urdf.write_text(ur5e(), encoding="utf-8")
     assert proposals(tactid.identify(table, urdf=urdf)) == [("wrench_axes", "base")]
     assert proposals(tactid.identify(table, urdf=urdf, wrench_axes="base")) == []
+
+
+def test_the_columns_of_external_torques_have_a_proposal(tmp_path: Path) -> None:
+    s = state(FIXED, 6.0, 100.0)
+    names = [f"{name}_{k}" for name in ("q", "external_torque") for k in range(6)]
+    table = tmp_path / "fri.csv"
+    columns = np.column_stack([s.time, s.q, s.effort])
+    np.savetxt(table, columns, delimiter=",", header=",".join(["time", *names]), comments="")
+    (tmp_path / "arm.urdf").write_text(ur5e())
+    found = tactid.identify(table, urdf=tmp_path / "arm.urdf")
+    assert proposals(found) == [("efforts_are", "external")]

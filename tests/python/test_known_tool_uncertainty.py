@@ -142,6 +142,12 @@ def test_a_tool_is_given_as_its_result_in_four_ways(gripper: Any, tmp_path: Path
     assert expected.estimate.std_devs[0] == pytest.approx(of_both, rel=1e-3)
 
 
+def test_ten_numbers_are_a_body() -> None:
+    expected = both(known_tool=body(GRIPPER)).estimate.values
+    for numbers in (list(GRIPPER), np.array(GRIPPER)):
+        np.testing.assert_array_equal(both(known_tool=numbers).estimate.values, expected)
+
+
 def test_numbers_without_an_uncertainty_have_one_percent() -> None:
     assumed, given = (
         both(known_tool=body(GRIPPER), **options) for options in ({}, {"known_tool_std_dev": 0.02})

@@ -9,7 +9,7 @@ import pytest
 
 import faulty
 import tactid
-from recorded_arm import FIXED, JOINTS, PAYLOAD, SENSOR, TIP_FROM_SENSOR
+from recorded_arm import FIXED, JOINTS, PAYLOAD, SENSOR, TIP, TIP_FROM_SENSOR, ur5e
 from recordings import (
     EPOCH_NS,
     Logged,
@@ -168,3 +168,32 @@ def test_late_messages_are_put_in_order(tmp_path: Path) -> None:
     np.testing.assert_allclose(late.estimate.values, ordered.estimate.values, rtol=1e-9)
     (fault,) = late.faults
     assert (fault.kind, fault.count) == ("put_in_order", len(hit))
+
+
+@pytest.mark.parametrize("absent", [0.0, np.nan])
+@pytest.mark.parametrize("sensors", [1, 2])
+def test_without_moments_the_forces_of_other_sensors_count(absent: float, sensors: int) -> None:
+    """A sensor that moves relative to the tip, or two of which one measures no moments."""
+    s = state(FIXED, *LENGTH)
+    links = ["wrist_1_link", "wrist_3_link"][-sensors:] if sensors == 2 else ["wrist_1_link"]
+    arm = tactid.Manipulator.from_urdf(ur5e())
+    at = {link: arm.kinematics(link, s.q).pose for link in [TIP, *links]}
+    wrench = np.zeros((len(s.time), sensors, 6))
+    for place, link in enumerate(links):
+        to_link = np.linalg.inv(at[link]) @ at[TIP]
+        force, moment = (
+            np.einsum("nij,nj->ni", to_link[:, :3, :3], noisy(s.wrench)[:, k : k + 3])
+            for k in (0, 3)
+        )
+        moment += np.cross(to_link[:, :3, 3], force)
+        wrench[:, place] = np.hstack([force, moment]) / sensors
+    wrench[:, 0, 3:] = absent
+    result = tactid.identify(
+        s.time, q=s.q, qd=s.v, wrench=wrench, robot=arm, tip=TIP, sensors=links
+    )
+    assert result.estimate.body.mass == pytest.approx(PAYLOAD.mass, rel=0.01)
+    assert result.estimate.not_identifiable == ["Ixx", "Ixy", "Ixz", "Iyy", "Iyz", "Izz"]
+    (finding,) = result.findings
+    assert finding.kind == "constant_channels"
+    assert finding.severity == "notes"
+    assert "all other moments with them" in str(finding)

@@ -82,3 +82,8 @@ def test_shapes_that_do_not_fit_are_errors(
 ) -> None:
     with pytest.raises(tactid.ArgumentError, match=words):
         tactid.sum_forces(force, position, noise=noise)
+
+
+def test_points_in_millimetres_are_refused(rng: np.random.Generator) -> None:
+    with pytest.raises(tactid.ArgumentError, match=r"30.* m from the origin .* give metres"):
+        tactid.sum_forces(np.zeros((5, 24, 3)), 1e3 * taxels(rng))

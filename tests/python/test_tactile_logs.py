@@ -190,9 +190,13 @@ def test_points_without_forces_are_refused_by_their_name(tmp_path: Path) -> None
     bag = write_bag(
         tmp_path / "lidar", [description(), *joint_states(s), *clouds(s.time[:1], [lidar])]
     )
-    with pytest.raises(tactid.ArgumentError, match="/pad/points have no forces"):
+    fields = (
+        "the points of /pad/points have the fields `x`, `y`, `z` and `intensity`, and their forces"
+        " need `fx`, `fy` and `fz`, too"
+    )
+    with pytest.raises(tactid.ArgumentError, match=fields):
         tactid.identify(bag, wrench_topic=["/pad/points"])
-    with pytest.raises(tactid.IdentificationError, match="neither a wrench"):
+    with pytest.raises(tactid.IdentificationError, match=f"neither a wrench .*; {fields}"):
         tactid.identify(bag)
 
 

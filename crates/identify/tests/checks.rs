@@ -107,6 +107,7 @@ fn a_constant_channel_is_reported() {
         channels: vec!["moment y".into()],
         is_zero: true,
         is_left_out: false,
+        without_moments: false,
     };
     assert!(findings.contains(&constant), "{findings:?}");
 }

@@ -3,6 +3,7 @@
 
 use nalgebra::Vector3;
 use tactid_dynamics::Wrench;
+use tactid_dynamics::words::listed;
 use tactid_logs::messages::{Header, PointCloud2, PointField, WrenchStamped};
 use tactid_logs::{LogReader, RawMessage, Topic};
 
@@ -36,13 +37,42 @@ impl WrenchMessages {
     }
 }
 
-/// Returns whether the first message of a topic has points with forces.
-pub(crate) fn has_forces(log: &LogReader, topic: &Topic) -> bool {
+/// Returns why the points of a topic cannot be summed to a wrench; `None` where the first message
+/// has points with forces.
+pub(crate) fn lacks_forces(log: &LogReader, topic: &Topic) -> Option<String> {
     let first = log.messages_on([&topic.name]).ok();
     let first = first.and_then(|mut messages| messages.next()?.ok());
     let cloud = first.and_then(|message| message.decode::<PointCloud2>().ok());
-    cloud.is_some_and(|cloud| Layout::of(&cloud.fields).is_some())
+    let fields = cloud.map(|cloud| cloud.fields).unwrap_or_default();
+    if Layout::of(&fields).is_some() {
+        return None;
+    }
+    let quoted = |names: Vec<&str>| -> Vec<String> {
+        names.iter().map(|name| format!("`{name}`")).collect()
+    };
+    let there = quoted(fields.iter().map(|field| field.name.as_str()).collect());
+    let places = Layout::places(&fields).into_iter().zip(NUMBERS);
+    let missing = quoted(
+        places
+            .filter_map(|(place, name)| place.is_none().then_some(name))
+            .collect(),
+    );
+    Some(format!(
+        "the points of {} have the fields {}, and their forces need {}, too: `x`, `y`, `z` are the \
+         position, m, and `fx`, `fy`, `fz` the force, N; similar names such as `force_x` are \
+         recognized",
+        topic.name,
+        if there.is_empty() {
+            "none".to_owned()
+        } else {
+            listed(&there)
+        },
+        listed(&missing)
+    ))
 }
+
+/// Names of the numbers of a point: its position, then its force.
+const NUMBERS: [&str; 6] = ["x", "y", "z", "fx", "fy", "fz"];
 
 /// Byte offset and data type of one number of a point.
 #[derive(Clone, Copy, Debug)]
@@ -60,6 +90,12 @@ impl Layout {
     /// `force_x` or `Force.X` for their first components, or `position` and `force` of three
     /// elements.
     fn of(fields: &[PointField]) -> Option<Self> {
+        let [x, y, z, fx, fy, fz] = Self::places(fields);
+        Some(Self([x?, y?, z?, fx?, fy?, fz?]))
+    }
+
+    /// Returns the place of each of [`NUMBERS`]; `None` where no field has it.
+    fn places(fields: &[PointField]) -> [Option<Place>; 6] {
         let place = |quantity: &str, short: &str, axis: usize| {
             let letter = ["x", "y", "z"][axis];
             let names = [format!("{short}{letter}"), format!("{quantity}{letter}")];
@@ -77,9 +113,10 @@ impl Layout {
             };
             fields.iter().find_map(find)
         };
-        let [x, y, z] = [0, 1, 2].map(|axis| place("position", "", axis));
-        let [fx, fy, fz] = [0, 1, 2].map(|axis| place("force", "f", axis));
-        Some(Self([x?, y?, z?, fx?, fy?, fz?]))
+        std::array::from_fn(|k| match k {
+            0..3 => place("position", "", k),
+            _ => place("force", "f", k - 3),
+        })
     }
 }
 

@@ -172,10 +172,7 @@ fn set_channels(options: &mut Options, streams: &Streams, sources: &Sources, eve
     let equations = &mut options.equations;
     equations.wrench_noise = streams.averaging.of_averages(&equations.wrench_noise);
     equations.shared_noise_s = streams.averaging.shared_noise_s();
-    // Axes that turn against the sensor's have no channel that measures nothing.
-    if equations.wrench_axes.is_none() {
-        equations.unmeasured = unmeasured_channels(sources, &options.tip, events);
-    }
+    equations.unmeasured = unmeasured_channels(sources, &options.tip, equations, events);
 }
 
 /// Chooses whether measured accelerations are used, and resolves the options accordingly. The streams are

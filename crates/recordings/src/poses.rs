@@ -78,7 +78,7 @@ pub fn identify_poses(
     if request.wrench_acts_on == Some(ActsOn::Sensor) {
         negate_offsets(&mut result);
     }
-    let left_out = left_out_channels(&equations.unmeasured, sources);
+    let left_out = left_out_channels(&equations, sources, tip);
     let of_size = heavy_load(&result);
     let noticed = result.findings.drain(..).map(Finding::Data);
     let report = RecordingReport {
@@ -227,12 +227,9 @@ fn equations(request: &Request, arrays: &Arrays<'_>, sources: &Sources) -> Equat
         wrench_offset: request.wrench_offset != Some(OffsetChoice::No),
         ..request.equation_settings(Method::Tactile)
     };
-    // Axes that turn against the sensor's have no channel that measures nothing.
-    if equations.wrench_axes.is_none() {
-        let six = arrays.wrench.chunks_exact(6);
-        let six = six.filter_map(|wrench| wrench.try_into().ok());
-        equations.unmeasured = unmeasured_in_all(sources, &sources.options.tip, six);
-    }
+    let six = arrays.wrench.chunks_exact(6);
+    let six = six.filter_map(|wrench| wrench.try_into().ok());
+    equations.unmeasured = unmeasured_in_all(sources, &sources.options.tip, &equations, six);
     equations
 }
 

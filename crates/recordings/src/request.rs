@@ -233,12 +233,12 @@ options! {
         /// A known body that the measured load contains besides the payload, such as a gripper, in
         /// the tip's frame: it is subtracted. It is an earlier result, whose uncertainty is then
         /// part of that of the payload: the path of its JSON file. Or it is ten numbers: mass,
-        /// centre of mass, and inertia about it.
+        /// centre of mass, and inertia about it, Ixx, Ixy, Ixz, Iyy, Iyz, Izz.
         #[option(
             PRIOR, TOOL,
             unit = "kg, m, kg m²",
             range = Range::FINITE,
-            python = "A ``tactid.MassProperties``, a result or its estimate, or the path of its JSON file."
+            python = "A ``tactid.MassProperties``, ten numbers, a result or its estimate, or the path of its JSON file."
         )]
         pub known_tool: Option<GivenTool>,
         /// Standard deviation of the values of a known tool that is given as numbers, relative to the

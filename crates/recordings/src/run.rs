@@ -252,8 +252,9 @@ impl Pass {
 
     fn totals(&self, plan: &Plan<'_>) -> Totals {
         let mut findings = self.steps.findings(plan.sources);
-        let unmeasured = &plan.equations.unmeasured;
-        findings.extend(constant_channels(&self.channels, unmeasured, plan.sources));
+        let (equations, tip) = (&plan.equations, &plan.tip);
+        let constant = constant_channels(&self.channels, equations, plan.sources, tip);
+        findings.extend(constant);
         Totals {
             findings,
             samples: self.samples,

@@ -1,31 +1,80 @@
-//! Channels of a wrench sensor that measure nothing: zero or no number in all samples, as drivers fill what a sensor with three
-//! axes or one does not have.
+//! Channels of wrench sensors that measure nothing: zero or no number in all samples, as drivers
+//! fill what a sensor with three axes or one does not have.
 
-use tactid_identify::Finding as DataFinding;
+use tactid_dynamics::Manipulator;
 use tactid_identify::checks::{ChannelMonitor, ConstantChannels};
+use tactid_identify::{EquationSettings, Finding as DataFinding};
 
 use crate::Finding;
 use crate::alignment::{Event, Measured};
 use crate::recording::Sources;
 
-/// Returns which channels, but not all, have no finite number in any of some wrenches.
-pub(crate) fn without_numbers(wrenches: impl Iterator<Item = [f64; 6]>) -> [bool; 6] {
-    in_all(wrenches, |value| !value.is_finite())
+/// The moments of a wrench.
+const MOMENTS: [bool; 6] = [false, false, false, true, true, true];
+
+/// In which axes the channels of the wrenches are measured.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum ChannelAxes {
+    /// Those of the only sensor, which does not move relative to the tip: each channel can be
+    /// missing by itself.
+    OfTheSensor,
+    /// Those of several sensors, of one that moves, or other ones: where moments are missing, the
+    /// moments about the tip are not known, but the forces are.
+    Turning,
 }
 
-/// Returns the channels of the only sensor, but not all, that are zero or no number in every one of
-/// some wrenches. The equations can be without them where the sensor does not move relative to the
-/// frame `tip`.
-pub(crate) fn unmeasured_in_all(
-    sources: &Sources,
-    tip: &str,
-    wrenches: impl Iterator<Item = [f64; 6]>,
-) -> [bool; 6] {
-    if has_fixed_sensor(sources, tip) {
-        in_all(wrenches, |value| value == 0.0 || !value.is_finite())
-    } else {
-        [false; 6]
+impl ChannelAxes {
+    /// Returns the axes of sensors whose wrenches are summed in the frame `tip`.
+    pub(crate) fn new(
+        robot: &Manipulator,
+        sensors: &[String],
+        tip: &str,
+        equations: &EquationSettings,
+    ) -> Self {
+        let [sensor] = sensors else {
+            return Self::Turning;
+        };
+        let is_fixed = match (robot.frame(sensor), robot.frame(tip)) {
+            (Ok(sensor), Ok(tip)) => robot.fixed_transform(sensor, tip).is_some(),
+            _ => false,
+        };
+        if is_fixed && equations.wrench_axes.is_none() {
+            Self::OfTheSensor
+        } else {
+            Self::Turning
+        }
     }
+
+    /// Returns the axes of the sensors of a recording.
+    fn of(sources: &Sources, tip: &str, equations: &EquationSettings) -> Self {
+        Self::new(&sources.robot, &sources.sensors, tip, equations)
+    }
+
+    /// Returns which channels the equations are without, given those that each sensor does not
+    /// measure: channels of the only sensor, or all moments.
+    fn left_out(self, of_sensors: &[[bool; 6]]) -> [bool; 6] {
+        let any: [bool; 6] = std::array::from_fn(|k| of_sensors.iter().any(|each| each[k]));
+        match self {
+            Self::OfTheSensor => any,
+            Self::Turning if has_only_moments(&any) => MOMENTS,
+            Self::Turning => [false; 6],
+        }
+    }
+
+    /// Returns the channels of one sensor that have no number in any of some wrenches, but not all,
+    /// if the equations can be without them. They are read as zero.
+    pub(crate) fn without_numbers(self, wrenches: impl Iterator<Item = [f64; 6]>) -> [bool; 6] {
+        let none = in_all(wrenches, |value| !value.is_finite());
+        match self {
+            Self::Turning if !has_only_moments(&none) => [false; 6],
+            _ => none,
+        }
+    }
+}
+
+/// Returns whether there are channels, and all of them are moments.
+fn has_only_moments(channels: &[bool; 6]) -> bool {
+    channels[..3] == [false; 3] && channels[3..].contains(&true)
 }
 
 /// Returns which channels, but not all, measure nothing in every one of some wrenches.
@@ -46,74 +95,120 @@ fn in_all(
     }
 }
 
-/// Returns the channels of the only sensor that are zero in the beginning of a recording, but not
-/// all. The equations can be without them where the sensor does not move relative to the frame
-/// `tip`.
-pub(crate) fn unmeasured_channels(sources: &Sources, tip: &str, events: &[Event]) -> [bool; 6] {
-    if !has_fixed_sensor(sources, tip) {
-        return [false; 6];
-    }
-    let mut monitor = ChannelMonitor::new(1);
+/// Returns the channels that the equations are without because some sensor does not measure them:
+/// they are zero or no number in every one of its wrenches, which follow each other, one of each
+/// sensor in turn.
+pub(crate) fn unmeasured_in_all(
+    sources: &Sources,
+    tip: &str,
+    equations: &EquationSettings,
+    wrenches: impl Iterator<Item = [f64; 6]> + Clone,
+) -> [bool; 6] {
+    let count = sources.sensors.len();
+    let of_sensor = |sensor| {
+        let wrenches = wrenches.clone().skip(sensor).step_by(count);
+        in_all(wrenches, |value| value == 0.0 || !value.is_finite())
+    };
+    let of_sensors: Vec<_> = (0..count).map(of_sensor).collect();
+    ChannelAxes::of(sources, tip, equations).left_out(&of_sensors)
+}
+
+/// Returns the channels that the equations are without because they are zero in the beginning of a
+/// recording.
+pub(crate) fn unmeasured_channels(
+    sources: &Sources,
+    tip: &str,
+    equations: &EquationSettings,
+    events: &[Event],
+) -> [bool; 6] {
+    let mut monitor = ChannelMonitor::new(sources.sensors.len());
     for event in events {
         if let Measured::Wrench(sensor, wrench) = &event.measured {
             monitor.push(*sensor, event.time_s, wrench);
         }
     }
+    // A sensor of which all channels are zero feels nothing: no contact, as of a finger.
+    let zero: Vec<_> = zero_channels(&monitor)
+        .filter(|(_, zero)| *zero != [true; 6])
+        .map(|(_, zero)| zero)
+        .collect();
+    ChannelAxes::of(sources, tip, equations).left_out(&zero)
+}
+
+/// Returns the channels of each sensor that are zero in all samples, if there are any.
+fn zero_channels(monitor: &ChannelMonitor) -> impl Iterator<Item = (usize, [bool; 6])> {
     let constant = monitor.constant_channels(f64::INFINITY).into_iter();
-    let mut zero = constant.filter(|channels| channels.is_zero && channels.channels.len() < 6);
-    zero.next().map_or([false; 6], |zero| zero.mask())
+    constant
+        .filter(|channels| channels.is_zero)
+        .map(|channels| (channels.sensor, channels.mask()))
 }
 
-/// Returns whether there is one sensor, which does not move relative to the frame `tip`.
-fn has_fixed_sensor(sources: &Sources, tip: &str) -> bool {
-    let ([sensor], robot) = (&sources.sensors[..], &sources.robot) else {
-        return false;
-    };
-    match (robot.frame(sensor), robot.frame(tip)) {
-        (Ok(sensor), Ok(tip)) => robot.fixed_transform(sensor, tip).is_some(),
-        _ => false,
-    }
-}
-
-/// Reports the channels of each sensor that never changed, and those of the only sensor that were
-/// left out because they measured nothing in the beginning.
+/// Reports the channels of each sensor that never changed, and those that were left out because
+/// they measured nothing in the beginning.
 pub(crate) fn constant_channels(
     monitor: &ChannelMonitor,
-    left_out: &[bool; 6],
+    equations: &EquationSettings,
     sources: &Sources,
+    tip: &str,
 ) -> Vec<Finding> {
-    let constant = monitor.constant_channels(f64::INFINITY);
-    let zero = constant.iter().find(|each| each.is_zero);
-    let zero = zero.map_or([false; 6], ConstantChannels::mask);
-    let of_left_out = [true, false].map(|is_zero| {
-        let mask = std::array::from_fn(|k| left_out[k] && zero[k] == is_zero);
-        (ConstantChannels::new(0, mask, is_zero), true)
-    });
-    let others = constant.into_iter().map(|each| {
-        let mask = each.mask();
-        let mask = std::array::from_fn(|k| mask[k] && !left_out[k]);
-        let others = ConstantChannels::new(each.sensor, mask, each.is_zero);
-        (others, false)
-    });
-    let reported = of_left_out.into_iter().chain(others);
-    reported
-        .filter(|(channels, _)| !channels.channels.is_empty())
-        .map(|(channels, is_left_out)| finding(channels, is_left_out, sources))
+    let left_out = &equations.unmeasured;
+    let both = |a: &[bool; 6], b: &[bool; 6]| std::array::from_fn(|k| a[k] && b[k]);
+    let zero: Vec<_> = zero_channels(monitor).collect();
+    let mut reported: Vec<_> = zero
+        .iter()
+        .map(|(sensor, zero)| {
+            (
+                ConstantChannels::new(*sensor, both(zero, left_out), true),
+                true,
+            )
+        })
+        .collect();
+    let mut later = std::array::from_fn(|k| left_out[k] && !zero.iter().any(|(_, zero)| zero[k]));
+    let axes = ChannelAxes::of(sources, tip, equations);
+    if axes == ChannelAxes::Turning && later != MOMENTS {
+        // One moment is missing, without which the others are not used.
+        later = [false; 6];
+    }
+    reported.push((ConstantChannels::new(0, later, false), true));
+    let others = monitor.constant_channels(f64::INFINITY).into_iter();
+    let used = left_out.map(|is_left_out| !is_left_out);
+    reported.extend(others.map(|each| {
+        let others = both(&each.mask(), &used);
+        (
+            ConstantChannels::new(each.sensor, others, each.is_zero),
+            false,
+        )
+    }));
+    reported.retain(|(channels, _)| !channels.channels.is_empty());
+    let findings = reported.into_iter();
+    findings
+        .map(|(channels, is_left_out)| finding(channels, is_left_out, axes, sources))
         .collect()
 }
 
 /// Reports channels that were left out because they are zero, or no number, in all wrenches.
-pub(crate) fn left_out_channels(left_out: &[bool; 6], sources: &Sources) -> Option<Finding> {
-    let channels = ConstantChannels::new(0, *left_out, true);
-    (!channels.channels.is_empty()).then(|| finding(channels, true, sources))
+pub(crate) fn left_out_channels(
+    equations: &EquationSettings,
+    sources: &Sources,
+    tip: &str,
+) -> Option<Finding> {
+    let channels = ConstantChannels::new(0, equations.unmeasured, true);
+    let axes = ChannelAxes::of(sources, tip, equations);
+    (!channels.channels.is_empty()).then(|| finding(channels, true, axes, sources))
 }
 
-fn finding(of: ConstantChannels, is_left_out: bool, sources: &Sources) -> Finding {
+fn finding(
+    of: ConstantChannels,
+    is_left_out: bool,
+    axes: ChannelAxes,
+    sources: &Sources,
+) -> Finding {
     Finding::Data(DataFinding::ConstantChannels {
         source: sources.wrench_names[of.sensor].clone(),
         frame: sources.sensors[of.sensor].clone(),
         channels: of.channels.into_iter().map(Into::into).collect(),
         is_zero: of.is_zero,
         is_left_out,
+        without_moments: is_left_out && axes == ChannelAxes::Turning,
     })
 }

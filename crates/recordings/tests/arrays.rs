@@ -288,6 +288,7 @@ fn constant_channels_are_reported() {
                 channels,
                 is_zero,
                 is_left_out,
+                without_moments: false,
             }) => Some((
                 source.as_str(),
                 frame.as_str(),

@@ -27,8 +27,8 @@ pub(crate) struct OffsetFrame {
 }
 
 impl OffsetFrame {
-    /// Finds the frame for wrenches that are measured in the links `sensors` and summed in the link `tool`. Channels that are
-    /// `unmeasured` are those of the only sensor.
+    /// Finds the frame for wrenches that are measured in the links `sensors` and summed in the link
+    /// `tool`. Channels that are `unmeasured` are those in this frame.
     ///
     /// # Errors
     /// Returns [`IdentifyError::Model`] if the robot does not have one of the links.
@@ -52,9 +52,7 @@ impl OffsetFrame {
             is_of_sensor: of_sensor.is_some(),
             map: columns_expressed_in(&Matrix6::identity(), &frame_from_tool),
             inverse: columns_expressed_in(&Matrix6::identity(), &frame_from_tool.inverse()),
-            measured: Vector6::from_fn(|k, _| {
-                f64::from(u8::from(of_sensor.is_none() || !unmeasured[k]))
-            }),
+            measured: Vector6::from_fn(|k, _| f64::from(u8::from(!unmeasured[k]))),
         })
     }
 

@@ -73,8 +73,9 @@ pub struct EquationSettings {
     /// Time during which the wrenches of samples have noise in common, s, because they are interpolated between those of a
     /// slower sensor. The noise of the equations is that of differences between the samples of such times. Default: 0.
     pub shared_noise_s: f64,
-    /// Channels of the only wrench sensor that measure nothing, in its frame: three forces, then three moments. Their rows
-    /// are left out. Used where one sensor does not move relative to the tool. Default: none.
+    /// Channels of the sum of the wrenches that are not measured: three forces, then three moments.
+    /// Their rows are left out. They are channels in the frame of the sensor where there is one,
+    /// which does not move relative to the tool, and in the tool frame otherwise. Default: none.
     pub unmeasured: [bool; 6],
     /// Standard deviation of the white noise of one sample of each joint effort, N m or N: one entry for
     /// all joints, or one each in the robot's order. Empty (the default): the noise is estimated from the

@@ -1,9 +1,9 @@
 //! Findings about the load in words: its sign, and what the model does not explain.
 
 use tactid_dynamics::Reader;
-use tactid_dynamics::words::{decimals_of, general, percent};
+use tactid_dynamics::words::{decimals_of, general, listed, percent};
 
-use super::UnexplainedLoad;
+use super::{Finding, UnexplainedLoad};
 use crate::Method;
 
 /// Fraction of the load above which a residual is hardly ever friction.
@@ -164,4 +164,48 @@ fn reason(load: &UnexplainedLoad, reader: Reader) -> String {
         }
     };
     text.to_owned()
+}
+
+/// Says which channels never change, and whether they are left out.
+pub(super) fn constant_channels(finding: &Finding) -> String {
+    let Finding::ConstantChannels {
+        source,
+        frame,
+        channels,
+        is_zero,
+        is_left_out,
+        without_moments,
+    } = finding
+    else {
+        return String::new();
+    };
+    if *is_left_out {
+        let were = if channels.len() > 1 { "were" } else { "was" };
+        let when = if *is_zero {
+            "in all samples"
+        } else {
+            "in the beginning, but not later"
+        };
+        return format!(
+            "{source}: {} in `{frame}` measured nothing (zero, or no number, {when}), and {were} \
+             left out{}.",
+            listed(channels),
+            if *without_moments {
+                ", and all other moments with them, because those about the tip are not known"
+            } else {
+                ""
+            }
+        );
+    }
+    let value = if *is_zero { "zero" } else { "constant" };
+    let (are, them) = if channels.len() > 1 {
+        ("are", "them")
+    } else {
+        ("is", "it")
+    };
+    format!(
+        "{source}: {} in `{frame}` {are} exactly {value} in all samples, as of a sensor that does \
+         not measure {them}. The estimate takes {them} for measured.",
+        listed(channels)
+    )
 }

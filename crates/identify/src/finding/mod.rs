@@ -168,6 +168,10 @@ pub enum Finding {
         /// otherwise the estimate takes them for measured.
         #[serde(default)]
         is_left_out: bool,
+        /// Whether the moments of all sensors were left out with these, because those about the
+        /// tip are not known without them.
+        #[serde(default)]
+        without_moments: bool,
     },
     /// Positions of joints start again after a turn, and were continued.
     AnglesContinued {

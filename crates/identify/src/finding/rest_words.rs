@@ -37,8 +37,8 @@ fn poses_at_rest(found: &RestingPoses) -> String {
         .map(|(noise, unit)| format!("{} {unit}", general(*noise, 2)))
         .collect();
     format!(
-        "The payload is identified from {attitudes} at rest{visited}{averaged}, which never show the inertia. \
-         The intervals follow from the noise between poses, {}. {}",
+        "The payload is identified from {attitudes} at rest{visited}{averaged}; poses at rest never show \
+         the inertia. The intervals follow from the noise between poses, {}. {}",
         listed(&noise),
         next(found)
     )

@@ -1,6 +1,5 @@
 //! The findings of an identification in words.
 
-use std::borrow::Cow;
 use std::fmt;
 
 use tactid_dynamics::words::{at_most, counted, general, listed, with_interval};
@@ -8,7 +7,7 @@ use tactid_dynamics::{Notice, Reader};
 
 use super::Finding;
 use super::assumption_words::wrong_assumption;
-use super::load_words::{gravity, negative_mass, unexplained};
+use super::load_words::{constant_channels, gravity, negative_mass, unexplained};
 use super::run_words::runs_disagree;
 use crate::checks::{
     EffortsBeyondLimits, PositionJumps, PositionsBeyondLimits, TwistAxes, TwistContradiction,
@@ -29,13 +28,7 @@ pub(super) fn sentences(finding: &Finding, reader: Reader) -> String {
             source,
             contradiction,
         } => twist(source, contradiction),
-        Finding::ConstantChannels {
-            source,
-            frame,
-            channels,
-            is_zero,
-            is_left_out,
-        } => constant_channels(source, frame, channels, (*is_zero, *is_left_out)),
+        Finding::ConstantChannels { .. } => constant_channels(finding),
         Finding::AnglesContinued { joints, count } => format!(
             "The positions of {} start again after a turn, {}: they were continued.",
             listed(joints),
@@ -127,38 +120,6 @@ impl Finding {
             _ => String::new(),
         }
     }
-}
-
-fn constant_channels(
-    source: &str,
-    frame: &str,
-    channels: &[Cow<'_, str>],
-    (is_zero, is_left_out): (bool, bool),
-) -> String {
-    if is_left_out {
-        let were = if channels.len() > 1 { "were" } else { "was" };
-        let when = if is_zero {
-            "in all samples"
-        } else {
-            "in the beginning, but not later"
-        };
-        return format!(
-            "{source}: {} in `{frame}` measured nothing (zero, or no number, {when}), and {were} \
-             left out.",
-            listed(channels)
-        );
-    }
-    let value = if is_zero { "zero" } else { "constant" };
-    let (are, them) = if channels.len() > 1 {
-        ("are", "them")
-    } else {
-        ("is", "it")
-    };
-    format!(
-        "{source}: {} in `{frame}` {are} exactly {value} in all samples, as of a sensor that does \
-         not measure {them}. The estimate takes {them} for measured.",
-        listed(channels)
-    )
 }
 
 fn too_heavy(known_bodies_kg: f64, load_kg: f64, reader: Reader) -> String {

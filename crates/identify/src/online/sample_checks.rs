@@ -92,6 +92,7 @@ impl OnlineChecks {
             channels: constant.channels.into_iter().map(Into::into).collect(),
             is_zero: constant.is_zero,
             is_left_out: false,
+            without_moments: false,
         }));
         findings
     }

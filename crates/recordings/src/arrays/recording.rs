@@ -14,7 +14,7 @@ use crate::defaults::{Contents, Motion, Options, check_tip, effort_gains};
 use crate::fault::FaultCounts;
 use crate::recording::{Reading, Recording, Selection, Sources, has_beginning};
 use crate::sources::{SENSOR_FRAME, place_sensor};
-use crate::wrench_channels::without_numbers;
+use crate::wrench_channels::ChannelAxes;
 use crate::{Clock, Observer, RecordingError, Request};
 
 /// Number of samples between two calls of the observer.
@@ -50,7 +50,7 @@ impl<'a> ArrayRecording<'a> {
             (robot, sensors) = (placed, vec![sensor]);
         }
         request.check_counts(&robot, sensors.len())?;
-        let samples = samples(arrays, request, &options, &robot, sensors.len(), &timeline);
+        let samples = samples(arrays, request, &options, &robot, &sensors, &timeline);
         let unloaded = arrays.unloaded.as_ref().map(|unloaded| {
             unloaded.check(&robot)?;
             UnloadedSamples::new(unloaded, &samples, &timeline, &robot, options.method())
@@ -188,21 +188,22 @@ fn samples<'a>(
     request: &Request,
     options: &Options,
     robot: &Manipulator,
-    sensors: usize,
+    sensors: &[String],
     timeline: &Timeline,
 ) -> Samples<'a> {
-    let wrenches = arrays.wrench.chunks_exact(6);
-    let wrenches = wrenches.filter_map(|six| six.try_into().ok());
+    let axes = ChannelAxes::new(robot, sensors, &options.tip, &options.equations);
+    let unmeasured = |sensor| {
+        let wrenches = arrays.wrench.chunks_exact(6);
+        let wrenches = wrenches.filter_map(|six| six.try_into().ok());
+        axes.without_numbers(wrenches.skip(sensor).step_by(sensors.len()))
+    };
     Samples {
         arrays: *arrays,
         order: timeline.order.clone(),
         is_late: timeline.is_late.clone(),
         bases: base_states(arrays, timeline),
-        sensors,
-        unmeasured: match sensors {
-            1 => without_numbers(wrenches),
-            _ => [false; 6],
-        },
+        sensors: sensors.len(),
+        unmeasured: (0..sensors.len()).map(unmeasured).collect(),
         wrench_sign: options.wrench_sign,
         joint_names: robot.joint_names().to_vec(),
         effort_gains: effort_gains(request, robot.joint_names()),

@@ -20,8 +20,8 @@ pub(super) struct Samples<'a> {
     pub(super) bases: Vec<BaseState>,
     /// Number of wrench sensors that are used.
     pub(super) sensors: usize,
-    /// Channels of the wrenches that have no number in any sample: they are set to zero.
-    pub(super) unmeasured: [bool; 6],
+    /// Channels of each sensor that have no number in any sample: they are set to zero.
+    pub(super) unmeasured: Vec<[bool; 6]>,
     /// 1, or -1 where wrenches act on the sensor.
     pub(super) wrench_sign: f64,
     /// Names of the robot's joints.
@@ -65,7 +65,7 @@ impl Samples<'_> {
     /// Returns the wrench of a sensor on the payload.
     fn wrench(&self, k: usize, sensor: usize) -> Result<Wrench, FaultKind> {
         let first = 6 * (k * self.sensors + sensor);
-        let six = std::array::from_fn::<f64, 6, _>(|k| match self.unmeasured[k] {
+        let six = std::array::from_fn::<f64, 6, _>(|k| match self.unmeasured[sensor][k] {
             true => 0.0,
             false => self.arrays.wrench[first + k],
         });

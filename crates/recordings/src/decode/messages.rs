@@ -169,7 +169,7 @@ impl Decoder {
             moment: read.moment * self.decoding.wrench_sign,
         };
         let channels = wrench.force.iter_mut().chain(&mut wrench.moment);
-        for (channel, is_unmeasured) in channels.zip(self.decoding.unmeasured) {
+        for (channel, is_unmeasured) in channels.zip(self.decoding.unmeasured[sensor]) {
             if is_unmeasured {
                 *channel = 0.0;
             }

@@ -19,7 +19,7 @@ use crate::contacts::WrenchMessages;
 use crate::defaults::{Motion, effort_gains};
 use crate::fault::{FaultCounts, FaultKind};
 use crate::sources::{LogSources, MotionTopics};
-use crate::wrench_channels::without_numbers;
+use crate::wrench_channels::ChannelAxes;
 use crate::{Finding, RecordingError, Request};
 pub(crate) use clock::LogClock;
 use held::HeldMessages;
@@ -55,8 +55,8 @@ pub(crate) struct Decoding {
     of_clock: Option<Finding>,
     /// 1, or -1 where wrenches act on the sensor.
     wrench_sign: f64,
-    /// Channels of the wrenches that have no number: they are set to zero.
-    unmeasured: [bool; 6],
+    /// Channels of each sensor that have no number: they are set to zero.
+    unmeasured: Vec<[bool; 6]>,
     uses_effort: bool,
     effort_gains: Vec<f64>,
     /// Whether the body that odometry or an inertial unit moves is the sensor: its times are those to which
@@ -73,6 +73,13 @@ impl Decoding {
     ) -> Result<Self, RecordingError> {
         let topics = &sources.topics;
         let (clock, of_clock) = LogClock::find(log, &topics.without_acceleration())?;
+        let (options, wrenches) = (&sources.options, topics.wrenches.iter());
+        let axes = ChannelAxes::new(
+            &sources.robot,
+            &sources.sensors,
+            &options.tip,
+            &options.equations,
+        );
         Ok(Self {
             routes: routes(sources),
             effort_gains: effort_gains(request, sources.robot.joint_names()),
@@ -80,7 +87,9 @@ impl Decoding {
             clock,
             of_clock,
             wrench_sign: sources.options.wrench_sign,
-            unmeasured: unmeasured(log, &topics.wrenches)?,
+            unmeasured: wrenches
+                .map(|topic| unmeasured(log, topic, axes))
+                .collect::<Result<_, _>>()?,
             uses_effort: sources.options.method().uses_effort(),
             is_carried: sources.contents.motion != Motion::Joints,
         })
@@ -119,11 +128,12 @@ impl Decoding {
     }
 }
 
-/// Returns the channels of the only wrench topic that have no number in its first messages.
-fn unmeasured(log: &LogReader, wrenches: &[String]) -> Result<[bool; 6], RecordingError> {
-    let [topic] = wrenches else {
-        return Ok([false; 6]);
-    };
+/// Returns the channels of a wrench topic that have no number in its first messages.
+fn unmeasured(
+    log: &LogReader,
+    topic: &String,
+    axes: ChannelAxes,
+) -> Result<[bool; 6], RecordingError> {
     let (mut wrenches, mut six) = (WrenchMessages::default(), Vec::new());
     for message in log.messages_on([topic])?.take(FIRST_WRENCHES) {
         // One that cannot be decoded is counted as a fault when the log is read.
@@ -135,7 +145,7 @@ fn unmeasured(log: &LogReader, wrenches: &[String]) -> Result<[bool; 6], Recordi
     if six.len() < FEWEST_WRENCHES {
         return Ok([false; 6]);
     }
-    Ok(without_numbers(six.into_iter()))
+    Ok(axes.without_numbers(six.into_iter()))
 }
 
 fn routes(sources: &LogSources) -> Vec<(String, Route)> {

@@ -142,6 +142,13 @@ const KNOWN: &[Known] = &[
         value: Value::Fixed("external"),
     },
     Known {
+        ends: &["tool_external_wrench", "tool_wrench"],
+        joint: None,
+        content: "Kinova's estimate from the joint torques, without the forces of arm and configured tool",
+        option: "wrench_is",
+        value: Value::Fixed("contact"),
+    },
+    Known {
         ends: &["uf_ftsensor_ext_states"],
         joint: None,
         content: "xArm's wrench without the load that its controller knows",

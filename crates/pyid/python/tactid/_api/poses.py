@@ -70,14 +70,16 @@ def identify_poses(
             all poses have one attitude, which does not distinguish an offset from a weight.
     """
     collected = collect(options, keywords, "poses", OWN)
+    samples = 1
     if (
         wrench is not None
         and np.ndim(wrench) == 3
         and (sensors is None or isinstance(sensors, str))
     ):
+        samples = np.shape(wrench)[1]
         q, pose, wrench = _one_by_one(q, pose, np.asarray(wrench))
     arrays = {"robot": robot, "q": q, "pose": pose, "wrench": wrench, "sensors": sensors}
-    return _identified(None, collected, arrays)
+    return _identified(None, collected, arrays, samples)
 
 
 def identify_pose_table(path: Path, arrays: Mapping[str, Any], options: Options) -> Identification:
@@ -86,10 +88,16 @@ def identify_pose_table(path: Path, arrays: Mapping[str, Any], options: Options)
     return _identified(path, options, arrays)
 
 
-def _identified(path: Path | None, options: Options, arrays: Mapping[str, Any]) -> Identification:
+def _identified(
+    path: Path | None, options: Options, arrays: Mapping[str, Any], samples: int = 1
+) -> Identification:
+    """Identifies the payload from arrays that have so many samples for each row of the caller's."""
     plain = with_urdf(options.replace(columns=None)).plain()
     pose = _homogeneous(arrays.get("pose"))
     found = _native.identify_poses(plain, **{**arrays, "pose": pose})
+    for _, finding in found["findings"]:
+        for row in {"first_row", "last_row"} & finding.keys():
+            finding[row] = (finding[row] - 1) // samples + 1
     return cast(Identification, identification(found | provenance(inputs(path, options), options)))
 
 

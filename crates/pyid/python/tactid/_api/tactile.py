@@ -7,6 +7,9 @@ from numpy.typing import ArrayLike, NDArray
 
 from tactid._base.errors import ArgumentError
 
+OUT_OF_REACH_M = 2.0
+"""Distance from the origin of its link beyond which no point of an array is, m."""
+
 
 @dataclass(frozen=True, eq=False)
 class SummedForces:
@@ -36,7 +39,8 @@ def sum_forces(
         the mean over the samples.
 
     Raises:
-        ArgumentError: A shape does not fit, or a standard deviation is not positive and finite.
+        ArgumentError: A shape does not fit, a point is more than 2 m away, as in millimetres, or a
+            standard deviation is not positive and finite.
     """
     forces, points = np.asarray(force, dtype=float), np.asarray(position, dtype=float)
     if forces.ndim != 3 or forces.shape[2] != 3:
@@ -45,6 +49,12 @@ def sum_forces(
         raise ArgumentError(
             f"`position` must be of the shape {forces.shape[1:]} or {forces.shape}, as `force` is,"
             f" and is {points.shape}"
+        )
+    farthest = float(np.linalg.norm(points, axis=-1).max(initial=0.0))
+    if farthest > OUT_OF_REACH_M:
+        raise ArgumentError(
+            f"`position` has a point {farthest:.3g} m from the origin of the link, farther than"
+            " anything on an arm, as of millimetres: give metres"
         )
     moments = np.cross(points, forces)
     wrench = np.hstack([forces.sum(axis=1), moments.sum(axis=1)])

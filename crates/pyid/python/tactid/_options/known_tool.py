@@ -1,13 +1,16 @@
-"""A known tool as Python gives it: a body, a result, its estimate, or the JSON file of a result."""
+"""A known tool as Python gives it: a body, ten numbers, a result, or the JSON file of one."""
 
 import json
 import os
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from tactid._base.errors import ArgumentError
 from tactid._base.values import Values, entries, finite, values_of
-from tactid._native import MassProperties
+from tactid._native import VALUE_NAMES, MassProperties
 
 LARGEST_FILE = 512 * 1024 * 1024
 """Largest JSON file that is read, bytes: results with all time series have a few megabytes."""
@@ -23,6 +26,8 @@ def plain_tool(given: object) -> object:
         return _tool(values_of(given))
     if isinstance(given, str | os.PathLike):
         return _of_file(Path(given))
+    if isinstance(given, Sequence | np.ndarray) and np.shape(given) == (len(VALUE_NAMES),):
+        return _tool([float(value) for value in given])
     if getattr(given, "is_contradicted", False):
         raise _error("is a result that its data contradict: identify the tool again")
     estimate: Any = getattr(given, "estimate", given)

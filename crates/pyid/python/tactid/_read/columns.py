@@ -79,6 +79,7 @@ _VECTORS: dict[str, tuple[str, ...]] = {
         *("effort", "efforts", "tau", "tau_j", "joint_effort", "joint_efforts", "joint_torque"),
         *("joint_torques", "observation_effort", "observation_joint_effort", "torque", "torques"),
         *("observation_torque", "actual_current", "joint_current", "current", "currents"),
+        *("tau_ext_hat_filtered", "actual_jts", "actual_ejt"),
     ),
     "wrench": (
         *("wrench", "ft_raw_wrench", "observation_wrench", "observation_force_torque", "ft"),

@@ -380,7 +380,10 @@ def _joints(
     arrays: dict[str, Array],
     time: Array,
 ) -> tuple[str, list[str], Array, Array, Array | None, Array | None]:
-    """Returns the topic of the joints, their names, and the rows that have some of them."""
+    """Returns the topic of the joints, their names, and the rows that have some of them.
+
+    Efforts are part of the topic's name, by which those of known drivers are recognized.
+    """
     q = arrays["q"]
     names = joints.named(table, found["q"], q.shape[1])
     rows = np.isfinite(q).any(axis=1)
@@ -392,7 +395,8 @@ def _joints(
             if name in names:
                 others[array][:, names.index(name)] = arrays[array][:, place]
     qd, effort = (others[each][rows] if each in others else None for each in ("qd", "effort"))
-    return _topic(found["q"]), names, time[rows], q[rows], qd, effort
+    topics = {_topic(found[each]): None for each in ("q", "effort") if each in found}
+    return "".join(topics), names, time[rows], q[rows], qd, effort
 
 
 def _wrench(
