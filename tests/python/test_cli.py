@@ -57,7 +57,7 @@ def test_identify_prints_json_and_nothing_else(command: TactidCommand, log: Path
 def test_identify_shows_a_table_beside_the_truth(command: TactidCommand, log: Path) -> None:
     done = command("identify", log, "--estimator", "least-squares", "--method", "joint-sensing")
     assert done.returncode == 0
-    for part in ("inertia zz", "kg m²", "nominal", "101.60", "moment 3"):
+    for part in ("Izz", "kg m²", "nominal", "101.60", "moment 3"):
         assert part in done.stdout
 
 

@@ -110,7 +110,7 @@ def test_the_wizards_few_poses_are_enough(count: int, known: set[str]) -> None:
     found = result.estimate
     identifiable = set(tactid.VALUE_NAMES) - set(found.not_identifiable)
     assert "mass" in identifiable
-    assert ({"com.x", "com.y", "com.z"} <= identifiable) == ("com" in known)
+    assert ({"com x", "com y", "com z"} <= identifiable) == ("com" in known)
     assert abs(found.body.mass - MASS) < found.half_widths[0]
 
 
@@ -297,3 +297,19 @@ def test_a_table_of_rotation_matrices_and_a_robot_in_toml(tmp_path: Path) -> Non
     result = tactid.identify_poses(urdf=tmp_path / "arm.toml", q=q, wrench=wrench)
     assert result.given["urdf"] == str(tmp_path / "arm.toml")
     assert list(result.hashes["`urdf`"]) == ["arm.toml"]
+
+
+def test_a_row_of_several_samples_is_named_by_its_place() -> None:
+    pose, _ = poses(24)
+    wrench = np.stack([measured(pose[:, 3:], seed) for seed in range(5)], axis=1)
+    wrench[6, :, 0] += 5.0
+    (found,) = (each for each in identify(pose, wrench).findings if each.kind == "outlying_pose")
+    assert (found.data["first_row"], found.data["last_row"]) == (7, 7)
+    assert str(found).startswith("Row 7 does not fit")
+
+
+def test_poses_have_no_estimate_over_time(tmp_path: Path) -> None:
+    pose, wrench = poses(8)
+    with pytest.raises(tactid.IdentificationError, match="poses at rest have no times"):
+        identify(pose, wrench).write_estimates(tmp_path / "estimates.mcap")
+    assert not list(tmp_path.iterdir())

@@ -6,14 +6,17 @@ from dataclasses import replace
 from functools import cache
 from html.parser import HTMLParser
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 
 import doubles
+import tactid
 from tactid import Channel, Finding, Identification
 from tactid._base.bodies import ellipsoid
-from tactid._base.values import MOMENT_NAMES, NAMES, Interval, values_of
+from tactid._base.output_files import check_report
+from tactid._base.values import MOMENT_NAMES, Interval, values_of
 from tactid._show import recording_plots, recording_report, remarks
 
 BODY = values_of(doubles.BODY)
@@ -73,7 +76,7 @@ def test_a_report_is_one_small_file_with_every_value(tmp_path: Path) -> None:
     words = " ".join(page.words)
     assert "pick & <place>.mcap" in words
     cells = {row[0]: row[1:] for row in page.rows}
-    for index, name in enumerate(NAMES):
+    for index, name in enumerate(tactid.VALUE_NAMES):
         value, around, low, high = map(float, cells[name][1:])
         assert low <= value <= high
         assert around == pytest.approx(1.96 * found.estimate.std_devs[index], rel=0.05)
@@ -93,13 +96,13 @@ def test_what_is_not_identifiable_is_no_number() -> None:
     found = doubles.turned_about_one_axis()
     page = page_of(found)
     unknown = [row[0] for row in page.rows if row[-1] == "unobservable"]
-    inertia = [f"inertia {axes}" for axes in ("xx", "xy", "xz", "yy", "yz")]
+    inertia = [f"I{axes}" for axes in ("xx", "xy", "xz", "yy", "yz")]
     assert unknown == ["com z", *inertia, *MOMENT_NAMES]
     words = " ".join(page.words)
     for advice in remarks.motion_advice(found.estimate.not_identifiable):
         assert words.count(advice) == 1
     assert "The centre of mass is not known." in words
-    assert "no inertial for URDF: com z, inertia xx" in words
+    assert "no inertial for URDF: com z, Ixx" in words
 
 
 def test_remarks_damage_and_advice_are_shown() -> None:
@@ -175,13 +178,13 @@ def test_weak_directions_are_named_by_what_they_are_made_of() -> None:
     names = [recording_plots.composition(row) for row in fit.excitation_directions]
     assert relative[0] == 1
     assert {name for name, faint in zip(names, weak, strict=True) if faint} == {
-        "m*az",
+        "mass*com z",
         "Ixx",
         "Ixy",
         "Iyy",
     }
     assert recording_plots.composition(np.sqrt([0.6, 0, 0, 0.35, 0.05, *[0] * 5])) == (
-        "60 % m, 35 % m*az, 5 % Ixx"
+        "60 % mass, 35 % mass*com z, 5 % Ixx"
     )
     moving = doubles.tactile().fit
     assert not recording_plots.relative_excitation(moving, [True] * 10)[1].any()
@@ -225,3 +228,25 @@ def test_the_double_finds_the_body_that_it_was_made_of() -> None:
     assert found.estimate.is_physical
     semi_axes, _ = ellipsoid(BODY)
     assert (semi_axes > 0.02).all()
+
+
+@pytest.mark.parametrize(
+    ("form", "begin"), [("png", b"\x89PNG"), ("svg", b"<?xml"), ("pdf", b"%PDF")]
+)
+def test_figures_are_also_files(tmp_path: Path, form: Any, begin: bytes) -> None:
+    found = doubles.turned_about_one_axis()
+    recording_report.write_report(found, tmp_path / "report.html", form=form)
+    files = sorted(tmp_path.glob(f"report_*.{form}"))
+    names = ["excitation", "fit", "parameters", "point", "residuals"]
+    assert [file.stem for file in files] == [f"report_{name}" for name in names]
+    assert all(file.read_bytes().startswith(begin) for file in files)
+    if form == "svg":
+        assert ">com z</text>" in (tmp_path / "report_parameters.svg").read_text()
+
+
+def test_another_format_of_figures_is_refused(tmp_path: Path) -> None:
+    found = doubles.turned_about_one_axis()
+    with pytest.raises(tactid.ArgumentError, match="expected one of 'png', 'svg' and 'pdf'"):
+        recording_report.write_report(found, tmp_path / "report.html", form="jpg")
+    with pytest.raises(tactid.ArgumentError, match=r"ends in \.html"):
+        check_report("`path`", tmp_path / "report.pdf", None)

@@ -100,8 +100,8 @@ def test_a_recording_as_json_has_the_layout_that_others_read() -> None:
     assert len(fit["held_out_rms"]) == len(fit["channels"]) == 6
     assert fit["channels"][1] == {"name": "force y", "unit": "N"}
     assert fit["residual_rms"][1] == pytest.approx(0.12, rel=0.05)
-    assert shown["not_identifiable"] == ["com.z", "Ixx", "Ixy", "Ixz", "Iyy", "Iyz"]
-    assert shown["remarks"][0].startswith("Unobservable: com.z, Ixx")
+    assert shown["not_identifiable"] == ["com z", "Ixx", "Ixy", "Ixz", "Iyy", "Iyz"]
+    assert shown["remarks"][0].startswith("Unobservable: com z, Ixx")
     assert shown["remarks"][0].endswith(shown["motion_advice"][-1])
     assert shown["remarks"][1:] == [str(finding)]
     assert shown["findings"] == [{"kind": "frame_assumed", **finding.data, "text": str(finding)}]

@@ -38,9 +38,9 @@ def estimate(**changes: object) -> tactid.PayloadEstimate:
 def test_the_three_states_are_lists_of_names() -> None:
     states: list[Observability] = ["identifiable"] * 3 + ["unobservable"] + ["uncertain"] * 6
     found = estimate(observability=states)
-    assert found.unobservable == ["com.z"]
+    assert found.unobservable == ["com z"]
     assert found.uncertain == ["Ixx", "Ixy", "Ixz", "Iyy", "Iyz", "Izz"]
-    assert found.not_identifiable == ["com.z", *found.uncertain]
+    assert found.not_identifiable == ["com z", *found.uncertain]
     assert found.identifiable == [True] * 3 + [False] * 7
     assert found.reported_values[3] is None
     assert found.reported_intervals[3] is None
@@ -57,9 +57,9 @@ def test_an_interval_that_is_cut_shows_both_limits() -> None:
     assert found.half_widths[6] == pytest.approx(0.061)
     lines = {line[:12].strip(): line for line in str(found).splitlines()}
     assert lines["mass"].split()[-2:] == ["2.0000", "0.020"]
-    assert lines["inertia xx"].endswith("0.0300    0.000 .. 0.128")
-    assert lines["inertia xz"].endswith("0.0010   -0.060 .. 0.060")
-    assert lines["inertia xy"].endswith("0.060")
+    assert lines["Ixx"].endswith("0.0300    0.000 .. 0.128")
+    assert lines["Ixz"].endswith("0.0010   -0.060 .. 0.060")
+    assert lines["Ixy"].endswith("0.060")
     assert "0.000 .. 0.128" in found._repr_html_()
 
 
@@ -73,7 +73,7 @@ def test_without_limits_an_uncertain_value_is_no_number() -> None:
     assert found.reported_values == [2.0, *[None] * 9]
     assert re.search(r"com x +m +uncertain", str(found))
     (said,) = remarks.uncertain_values(found, advised=False)
-    assert "Nothing limits com.x, com.y, com.z, Ixx" in said
+    assert "Nothing limits com x, com y, com z, Ixx" in said
     with pytest.raises(tactid.IdentificationError, match="com x, com y, com z not identifiable"):
         found.to_controller("ur")
 
@@ -101,7 +101,7 @@ FIELDS = ("values", "std_devs", "observability", "intervals", "is_physical")
 
 
 def test_every_format_names_what_is_uncertain() -> None:
-    names = "inertia xx, inertia xy, inertia xz, inertia yy, inertia yz, inertia zz"
+    names = "Ixx, Ixy, Ixz, Iyy, Iyz, Izz"
     found, known = estimate(), estimate(observability=["identifiable"] * 10)
     for form in ("to_urdf", "to_mujoco", "to_ros", "to_controller"):
         text, plain = getattr(found, form)(), getattr(known, form)()

@@ -184,6 +184,7 @@ FINDINGS = [
             "channels": ["force x"],
             "is_zero": True,
             "is_left_out": False,
+            "without_moments": False,
         },
     ),
     Finding(
@@ -196,7 +197,7 @@ FINDINGS = [
             "force_noise": 0.0096,
             "moment_noise": 0.0005,
             "next_gravity": [1.0, 0.0, -1.0],
-            "next_value": "com.x",
+            "next_value": "com x",
             "next_fraction": 0.98,
         },
     ),
@@ -453,9 +454,9 @@ SENTENCES = {
     ),
     "poses_at_rest": (
         "The payload is identified from 12 attitudes at rest in 24 poses (the means of 2400"
-        " samples), which never show the inertia. The intervals follow from the noise between"
-        " poses, 0.0096 N and 0.0005 N m. A further attitude with gravity in the middle between +x"
-        " and -z of sensor would help most: the interval of com.x becomes 2 % narrower."
+        " samples); poses at rest never show the inertia. The intervals follow from the noise"
+        " between poses, 0.0096 N and 0.0005 N m. A further attitude with gravity in the middle"
+        " between +x and -z of sensor would help most: the interval of com x becomes 2 % narrower."
     ),
     "outlying_pose": (
         "Row 7 does not fit the other poses: force x is 2.31 N away, 23 standard deviations, as"
@@ -768,7 +769,7 @@ def test_advice_names_the_least_motion_that_determines_all() -> None:
     assert motion_advice(["Ixx", "Ixy", "Iyz"]) == [
         "Rotate the tool faster about its x and y or z axes, for Ixx, Ixy and Iyz."
     ]
-    mass, com = motion_advice(["mass", "com.z"])
+    mass, com = motion_advice(["mass", "com z"])
     assert "under gravity" in mass
     assert "its x or y axis" in com
 

@@ -74,7 +74,7 @@ pub struct Calibration {
 }
 
 impl Calibration {
-    /// Returns the name of each unknown, such as `forearm_link m*ax` or
+    /// Returns the name of each unknown, such as `forearm_link mass*com x` or
     /// `elbow_joint viscous friction`. Friction terms are numbered by their velocity.
     ///
     /// # Errors

@@ -7,9 +7,18 @@ use nalgebra::{Isometry3, Matrix3, Matrix4, SVector, SymmetricEigen, Vector3};
 use crate::cross;
 
 /// Names of the ten entries of [`InertialParameters`], in their order, for labels of regressor
-/// columns and covariances.
+/// columns and covariances: mass, first moments, and inertia about the frame's origin.
 pub const PARAMETER_NAMES: [&str; 10] = [
-    "m", "m*ax", "m*ay", "m*az", "Ixx", "Ixy", "Ixz", "Iyy", "Iyz", "Izz",
+    "mass",
+    "mass*com x",
+    "mass*com y",
+    "mass*com z",
+    "Ixx",
+    "Ixy",
+    "Ixz",
+    "Iyy",
+    "Iyz",
+    "Izz",
 ];
 
 /// Returns the entries `[Ixx, Ixy, Ixz, Iyy, Iyz, Izz]` of a symmetric 3x3 matrix, row by row.

@@ -13,7 +13,7 @@ use crate::serial::{self, TenValues};
 
 /// Names of [`PayloadEstimate::values`], in order: mass, centre of mass, and inertia about it.
 pub const VALUE_NAMES: [&str; 10] = [
-    "mass", "com.x", "com.y", "com.z", "Ixx", "Ixy", "Ixz", "Iyy", "Iyz", "Izz",
+    "mass", "com x", "com y", "com z", "Ixx", "Ixy", "Ixz", "Iyy", "Iyz", "Izz",
 ];
 
 /// Index ranges of mass, centre of mass and inertia among the ten values: three kinds of one unit each.

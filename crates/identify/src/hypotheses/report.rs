@@ -8,6 +8,7 @@ use crate::checks::{BEYOND_NOISE, MODEL_ERROR};
 use crate::equations::EquationStream;
 use crate::finding::{CHANNELS, Hypothesis, WrongAssumption};
 use crate::fit::Fit;
+use crate::result::VALUE_NAMES;
 use crate::solve::uncertainty::{HALF_WIDTH_95, value_jacobian, values_of};
 
 /// A cause that was found.
@@ -168,7 +169,7 @@ fn shown(
                 *std_dev *= scale(k).abs();
             }
             (
-                named(&["mass", "com.x", "com.y", "com.z"]),
+                named(&VALUE_NAMES[..4]),
                 (0..4).map(|k| model.weight[k] * scale(k)).collect(),
             )
         }

@@ -13,7 +13,7 @@ from tactid._base.equality import are_equal
 from tactid._base.errors import ArgumentError
 from tactid._base.files import atomic_path
 from tactid._base.findings import Finding
-from tactid._base.output_files import checked_output
+from tactid._base.output_files import FigureFormat, check_report, checked_output
 from tactid._documents import calibration_json
 from tactid._results import records
 from tactid._results.calibration_data import CalibrationData, CalibrationRecording
@@ -70,20 +70,26 @@ class Calibration(CalibrationData):
         with atomic_path(self._checked(path)) as temporary:
             self.model.write(temporary)
 
-    def write_report(self, path: str | os.PathLike[str]) -> None:
+    def write_report(
+        self, path: str | os.PathLike[str], figures: FigureFormat | None = None
+    ) -> None:
         """Writes the report: one HTML file with the table, the remarks and a figure of each joint.
 
         Args:
             path: The file to write.
+            figures: Format in which the figures are written beside the report, too, as
+                ``payload_fit.svg`` beside ``payload.html``: ``png``, ``svg`` or ``pdf``.
 
         Raises:
-            ArgumentError: The folder does not exist, or the file is one that was read.
+            ArgumentError: The folder does not exist, the name does not end in ``.html``, or the
+                file is one that was read.
         """
         from tactid._show import (
             calibration_report,  # imports matplotlib, which takes a while to load
         )
 
-        calibration_report.write_report(self, self._checked(path))
+        check_report("`path`", Path(path), figures)
+        calibration_report.write_report(self, self._checked(path), form=figures)
 
     def to_json(self) -> str:
         """Returns the numbers of each joint and each recording as a JSON document."""

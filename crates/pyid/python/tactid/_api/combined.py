@@ -9,7 +9,7 @@ from tactid import _native
 from tactid._base.errors import ArgumentError, IdentificationError
 from tactid._base.findings import Finding
 from tactid._base.naming import Style
-from tactid._base.output_files import checked_output
+from tactid._base.output_files import FigureFormat, checked_output, checked_report
 from tactid._base.values import listed_fields
 from tactid._documents import combination_json, result_json
 from tactid._results.combination import CombinationData
@@ -64,22 +64,28 @@ class Combination(Formats, CombinationData):
         """
         combination_json.write(self, checked_output(path, self.inputs), within)
 
-    def write_report(self, path: str | os.PathLike[str]) -> None:
+    def write_report(
+        self, path: str | os.PathLike[str], figures: FigureFormat | None = None
+    ) -> None:
         """Writes the report: one HTML file with each recording beside the whole.
 
         >>> both.write_report("both.html")
 
         Args:
             path: The file to write.
+            figures: Format in which the figures are written beside the report, too, as
+                ``payload_fit.svg`` beside ``payload.html``: ``png``, ``svg`` or ``pdf``.
 
         Raises:
-            ArgumentError: The folder does not exist, or the file is one that was read.
+            ArgumentError: The folder does not exist, the name does not end in ``.html``, or the
+                file is one that was read.
         """
         from tactid._show import (
             combination_report,  # imports matplotlib, which takes a while to load
         )
 
-        combination_report.write_report(self, checked_output(path, self.inputs))
+        checked = checked_report(path, self.inputs, figures)
+        combination_report.write_report(self, checked, form=figures)
 
     def worded_remarks(self, style: Style = "keyword") -> list[str]:
         """Says what a reader must know to trust the result; what shows it to be wrong is first."""

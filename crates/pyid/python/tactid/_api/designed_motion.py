@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 from pathlib import Path
 
-from tactid._base.output_files import checked_output
+from tactid._base.output_files import FigureFormat, checked_report
 from tactid._documents import motion_files, motion_json
 from tactid._documents.motion_speed import SPEED, optional_speed
 from tactid._results import records
@@ -41,20 +41,29 @@ class DesignedMotion(records.DesignedMotion):
         """
         motion_files.write(self, Path(folder), speed)
 
-    def report(self, path: str | os.PathLike[str], *, speed: float | None = None) -> None:
+    def report(
+        self,
+        path: str | os.PathLike[str],
+        *,
+        speed: float | None = None,
+        figures: FigureFormat | None = None,
+    ) -> None:
         """Writes the report: one HTML file with the table and figures of the motion.
 
         Args:
             path: The file to write.
             speed: The speed of the files that the report describes, as :meth:`write` took it.
                 Default: the report describes no files.
+            figures: Format in which the figures are written beside the report, too, as
+                ``payload_fit.svg`` beside ``payload.html``: ``png``, ``svg`` or ``pdf``.
 
         Raises:
             ArgumentError: The folder does not exist, or the speed is out of range.
         """
         from tactid._show import motion_report  # imports matplotlib, which takes a while to load
 
-        motion_report.write_report(self, checked_output(path, {}), speed=optional_speed(speed))
+        checked = checked_report(path, {}, figures)
+        motion_report.write_report(self, checked, speed=optional_speed(speed), form=figures)
 
     def to_json(self, *, speed: float | None = None) -> str:
         """Returns the result of the design as JSON, as ``result.json`` has it.

@@ -7,9 +7,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from tactid import _native
+from tactid._base.errors import IdentificationError
 from tactid._base.files import atomic_path
 from tactid._base.naming import Style, counted
-from tactid._base.output_files import checked_output
+from tactid._base.output_files import FigureFormat, checked_output, checked_report
 from tactid._documents import result_json
 from tactid._results import records
 from tactid._results.field_docs import with_fields
@@ -18,7 +19,7 @@ from tactid._results.identification import IdentificationData, Recorded
 from tactid._results.payload import PaperEstimate
 from tactid._show import summary
 from tactid._show.outlook import WITHIN
-from tactid._show.remarks import remarks
+from tactid._show.remarks import is_at_rest, remarks
 
 
 class Result(Formats, Recorded):
@@ -53,7 +54,12 @@ class Result(Formats, Recorded):
         """
         result_json.write(self, checked_output(path, self.inputs), within)
 
-    def write_report(self, path: str | os.PathLike[str], within: float = WITHIN) -> None:
+    def write_report(
+        self,
+        path: str | os.PathLike[str],
+        within: float = WITHIN,
+        figures: FigureFormat | None = None,
+    ) -> None:
         """Writes the report: one HTML file with the table, the remarks and figures.
 
         >>> result.write_report("payload.html")
@@ -61,13 +67,17 @@ class Result(Formats, Recorded):
         Args:
             path: The file to write.
             within: Target of the remaining time, as :meth:`Identification.remaining` takes it.
+            figures: Format in which the figures are written beside the report, too, as
+                ``payload_fit.svg`` beside ``payload.html``: ``png``, ``svg`` or ``pdf``.
 
         Raises:
-            ArgumentError: The folder does not exist, or the file is one that was read.
+            ArgumentError: The folder does not exist, the name does not end in ``.html``, or the
+                file is one that was read.
         """
         from tactid._show import recording_report  # imports matplotlib, which takes a while to load
 
-        recording_report.write_report(self, checked_output(path, self.inputs), within)
+        checked = checked_report(path, self.inputs, figures)
+        recording_report.write_report(self, checked, within, form=figures)
 
     def write_estimates(self, path: str | os.PathLike[str]) -> None:
         """Writes the estimate over time as a log.
@@ -84,8 +94,10 @@ class Result(Formats, Recorded):
 
         Raises:
             ArgumentError: The folder does not exist, or the file is one that was read.
+            IdentificationError: The result is that of poses at rest, which have no times.
             LogError: The file cannot be written.
         """
+        self.check_times()
         history, final = self.history, self.estimate
         last, names = slice(None), ["values", "std_devs"]
         if isinstance(history, records.PaperHistory):
@@ -103,6 +115,17 @@ class Result(Formats, Recorded):
                     name: np.vstack([*getattr(history, name)[last][:-1], getattr(final, name)])
                     for name in names
                 },
+            )
+
+    def check_times(self) -> None:
+        """Checks that there is an estimate over time.
+
+        Raises:
+            IdentificationError: The result is that of poses at rest, which have no times.
+        """
+        if is_at_rest(self):
+            raise IdentificationError(
+                "poses at rest have no times, and so no estimate over time that could be written"
             )
 
     def worded_remarks(self, style: Style = "keyword") -> list[str]:

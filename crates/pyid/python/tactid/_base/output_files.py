@@ -5,9 +5,30 @@ import re
 from collections.abc import Mapping
 from itertools import combinations
 from pathlib import Path
+from typing import Literal, TypeAlias
 
 from tactid._base.errors import ArgumentError
 from tactid._base.files import is_stream
+
+FigureFormat: TypeAlias = Literal["png", "svg", "pdf"]
+"""Format of the figures of a report as files beside it."""
+
+
+def check_report(option: str, path: Path, figures: FigureFormat | None) -> None:
+    """Checks that the name of a report is that of a page, beside which figures can be written.
+
+    Raises:
+        ArgumentError: It is the name of another kind of file, or a stream has no files beside it.
+    """
+    if is_stream(path):
+        if figures is not None:
+            raise ArgumentError(f"figures are written beside a report, but {option} {path} is none")
+    elif path.suffix.lower() not in (".html", ".htm"):
+        raise ArgumentError(
+            f"{option} {path}: expected a name that ends in .html; `figures` writes the figures of"
+            " the report as .png, .svg or .pdf",
+            option="figures",
+        )
 
 
 def check_outputs(outputs: Mapping[str, Path | None], inputs: Mapping[str, Path | None]) -> None:
@@ -36,6 +57,16 @@ def checked_output(path: str | os.PathLike[str], inputs: Mapping[str, Path | Non
     """Returns the path of one output of a method once :func:`check_outputs` has passed it."""
     check_outputs({"`path`": Path(path)}, inputs)
     return Path(path)
+
+
+def checked_report(
+    path: str | os.PathLike[str],
+    inputs: Mapping[str, Path | None],
+    figures: FigureFormat | None,
+) -> Path:
+    """Returns the path of the report of a method once :func:`check_report` has passed it, too."""
+    check_report("`path`", Path(path), figures)
+    return checked_output(path, inputs)
 
 
 def _check_place(option: str, path: Path) -> None:

@@ -23,20 +23,6 @@ PATHS = (
 )
 """Where each of the ten values stands in a nested result."""
 
-NAMES = (
-    "mass",
-    "com x",
-    "com y",
-    "com z",
-    "inertia xx",
-    "inertia xy",
-    "inertia xz",
-    "inertia yy",
-    "inertia yz",
-    "inertia zz",
-)
-"""Names of the ten values for people."""
-
 UNITS = ("kg", *["m"] * 3, *["kg m²"] * 6)
 """Units of the ten values."""
 

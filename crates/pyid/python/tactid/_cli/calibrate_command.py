@@ -9,11 +9,12 @@ import typer
 from tactid._api.calibrating import calibrate
 from tactid._api.calibration import Calibration
 from tactid._base.errors import ArgumentError
-from tactid._base.output_files import check_outputs
+from tactid._base.output_files import FigureFormat, check_outputs
 from tactid._base.terminal import printable
 from tactid._cli import option_flags
 from tactid._cli.console import (
     FLAG,
+    check_figures,
     interruptible,
     notes,
     print_json,
@@ -35,6 +36,10 @@ def _result(text: str, *flags: str, metavar: str | None = None) -> Any:
 def calibrate_arm(
     out: Annotated[Path, _result("The TOML file to write, for tactid identify --calibration.")],
     report: Annotated[Path | None, _result("An HTML file to write, with plots.")] = None,
+    figures: Annotated[
+        FigureFormat | None,
+        _result("Writes the figures of the report beside it, too, in this format."),
+    ] = None,
     as_json: Annotated[bool, _result("Prints JSON.", "--json", metavar=FLAG)] = False,
     **options: Any,
 ) -> None:
@@ -46,6 +51,7 @@ def calibrate_arm(
     unloaded = keywords.pop("unloaded", [])
     hold_out, loaded = (keywords.get(name, []) for name in ("hold_out", "loaded"))
     _check_files(out, report, options["urdf"], unloaded, loaded, hold_out)
+    check_figures(report, figures)
     with interruptible("no calibration"), progress("calibrating") as done:
         arm = calibrate(
             unloaded,
@@ -53,7 +59,7 @@ def calibrate_arm(
             options=option_flags.read(options, "calibration"),
             progress=done,
         )
-    reports = {} if report is None else {report: partial(_write_report, arm)}
+    reports = {} if report is None else {report: partial(_write_report, arm, figures)}
     with printing_after({out: arm.write, **reports}):
         _print(arm, as_json=as_json)
     if arm.contradictions:
@@ -76,13 +82,13 @@ def _check_files(
         raise ArgumentError("--unloaded is missing: give a recording without a payload")
 
 
-def _write_report(arm: Calibration, path: Path) -> None:
+def _write_report(arm: Calibration, figures: FigureFormat | None, path: Path) -> None:
     with notes.status("drawing"):
         from tactid._show import (
             calibration_report,  # imports matplotlib, which takes a while to load
         )
 
-        calibration_report.write_report(arm, path, "command-line")
+        calibration_report.write_report(arm, path, "command-line", figures)
 
 
 def _print(arm: Calibration, *, as_json: bool) -> None:
@@ -98,5 +104,5 @@ def _print(arm: Calibration, *, as_json: bool) -> None:
 option_flags.show(
     calibrate_arm,
     option_flags.parameters([*OWN["calibration"].values(), *options_for("calibration")]),
-    last=("out", "report", "as_json"),
+    last=("out", "report", "figures", "as_json"),
 )

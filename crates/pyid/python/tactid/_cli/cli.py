@@ -10,7 +10,7 @@ from typer.exceptions import TyperException
 from tactid._base import terminal
 from tactid._base.errors import ArgumentError, InternalError, TactidError
 from tactid._base.files import new_folder
-from tactid._base.output_files import check_outputs
+from tactid._base.output_files import FigureFormat, check_outputs
 from tactid._base.startup import ending, interruption
 from tactid._cli import log_contents
 from tactid._cli.calibrate_command import calibrate_arm
@@ -149,6 +149,7 @@ def run_paper(
     duration: Annotated[
         float | None, typer.Option(help="Simulated time, s: 300 in the paper.")
     ] = None,
+    figures: Annotated[FigureFormat, typer.Option(help="Format of the figures.")] = "png",
 ) -> None:
     """Runs the paper's experiment: simulates, logs, identifies, and shows Table 2."""
     from tactid._cli import paper_run  # imports matplotlib, which takes a while to load
@@ -159,7 +160,7 @@ def run_paper(
         seed=seed,
         duration=duration,
     )
-    files = paper_run.Files(out)
+    files = paper_run.Files(out, figures)
     with new_folder(out, "--out"), reporting_partial_log(files.log), progress("simulating") as done:
         check_outputs({f"{file.name} in --out": file for file in files.written}, {})
         report = paper_run.simulate_into(files, experiment, done)

@@ -10,11 +10,12 @@ from tactid._api.comparison import CHOSEN, Attempt, compare
 from tactid._base.files import write_atomically
 from tactid._base.output_files import check_outputs
 from tactid._base.text_table import empty_table
-from tactid._base.values import NAMES, nested
+from tactid._base.values import nested
 from tactid._cli import option_flags, option_text
 from tactid._cli.console import interruptible, notes, print_whole, progress
 from tactid._cli.identify_command import truth_in_frame
 from tactid._documents import result_json
+from tactid._native import VALUE_NAMES
 from tactid._options.options import options_for
 from tactid._results.table import percent
 from tactid._results.truth import Truth
@@ -95,7 +96,7 @@ def comparison_record(attempts: list[Attempt], truth: Truth | None) -> dict[str,
         record = result_json.record(attempt.result, style="command-line")
         if truth is not None:
             errors = reported.column(attempt.result, truth).errors or []
-            record["error_percent"] = nested(list(errors)[: len(NAMES)])
+            record["error_percent"] = nested(list(errors)[: len(VALUE_NAMES)])
         results.append(record)
     return {
         "schema": SCHEMA,

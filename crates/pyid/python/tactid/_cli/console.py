@@ -17,6 +17,7 @@ from typer.core import TyperGroup
 from tactid._base import terminal
 from tactid._base.errors import ArgumentError, LogError
 from tactid._base.naming import listed
+from tactid._base.output_files import FigureFormat, check_report
 from tactid._base.startup import ending
 from tactid._base.text_table import whole_width
 
@@ -75,6 +76,18 @@ class Stream(Console):
     def render_str(self, text: str, **style: Any) -> Text:
         """Returns a text with escapes in place of its control characters."""
         return super().render_str(terminal.printable(text), **style)
+
+
+def check_figures(report: Path | None, figures: FigureFormat | None) -> None:
+    """Checks the options of a command for its report and the figures of it.
+
+    Raises:
+        ArgumentError: The report is no page, or figures are asked for without one.
+    """
+    if report is not None:
+        check_report("--report", report, figures)
+    elif figures is not None:
+        raise ArgumentError("--figures writes the figures of a report: give --report")
 
 
 notes = Stream(stderr=True, highlight=False, soft_wrap=True)

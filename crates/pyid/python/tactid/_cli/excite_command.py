@@ -10,7 +10,7 @@ from tactid._api.designed_motion import DesignedMotion
 from tactid._api.excitation import design_excitation
 from tactid._base.errors import ArgumentError
 from tactid._base.files import new_folder
-from tactid._base.output_files import check_outputs
+from tactid._base.output_files import FigureFormat, check_outputs
 from tactid._base.terminal import printable
 from tactid._cli import option_flags, option_text
 from tactid._cli.console import interruptible, notes, print_whole, progress, write_files
@@ -48,6 +48,10 @@ def excite(
             " at most 100%. The intervals are predicted for 100%.",
         ),
     ] = f"{100 * SPEED:g}%",
+    figures: Annotated[
+        FigureFormat | None,
+        typer.Option(help="Writes the figures of the report as files, too, in this format."),
+    ] = None,
     **arguments: Any,
 ) -> None:
     """Designs the motion from which a payload is identified quickly, within the robot's limits.
@@ -60,7 +64,7 @@ def excite(
         check_outputs({f"{name} in --out": out / name for name in names}, {"--urdf": urdf})
         motion = _design(urdf, base, arguments)
         writers = motion_files.writers(motion, out, fraction)
-        write_files(writers | {out / REPORT: partial(_write_report, motion, fraction)})
+        write_files(writers | {out / REPORT: partial(_write_report, motion, fraction, figures)})
     with interruptible(f"wrote {out}"):
         _print(motion, fraction)
         notes.print(f"Wrote {out}: {', '.join(names)}.")
@@ -102,11 +106,13 @@ def _print(motion: DesignedMotion, speed: float) -> None:
         notes.print(line, markup=False)
 
 
-def _write_report(motion: DesignedMotion, speed: float, path: Path) -> None:
+def _write_report(
+    motion: DesignedMotion, speed: float, figures: FigureFormat | None, path: Path
+) -> None:
     with notes.status("drawing"):
         from tactid._show import motion_report  # imports matplotlib, which takes a while to load
 
-        motion_report.write_report(motion, path, "command-line", speed)
+        motion_report.write_report(motion, path, "command-line", speed, figures)
 
 
 option_flags.show(

@@ -20,11 +20,12 @@ from tactid._api.poses import identify_pose_table
 from tactid._api.result import Identification, PaperIdentification
 from tactid._base import terminal
 from tactid._base.errors import ArgumentError, IdentificationError
-from tactid._base.output_files import check_outputs
+from tactid._base.output_files import FigureFormat, check_outputs
 from tactid._base.terminal import printable
 from tactid._cli import option_flags, option_text
 from tactid._cli.console import (
     FLAG,
+    check_figures,
     interruptible,
     notes,
     print_json,
@@ -77,6 +78,8 @@ ACCEPT_CONTRADICTED = _result(
     metavar=FLAG,
 )
 
+FIGURES = _result("Writes the figures of the report beside it, too, in this format.", "--figures")
+
 
 @dataclass(frozen=True)
 class Output:
@@ -87,6 +90,7 @@ class Output:
     accepts_contradicted: bool
     result_file: Path | None
     report: Path | None
+    figures: FigureFormat | None
     estimates: Path | None
     design: str | None
     """The command that designs a better motion; None without a URDF."""
@@ -110,6 +114,7 @@ def identify_recording(
         Path | None, _result("A JSON file with all time series to write.", "--result")
     ] = None,
     report: Annotated[Path | None, _result("An HTML file to write, with plots.")] = None,
+    figures: Annotated[FigureFormat | None, FIGURES] = None,
     within: Annotated[
         str,
         _result(
@@ -130,23 +135,14 @@ def identify_recording(
     """
     precision = option_text.fraction("--within", within)
     chosen, design = Form.JSON if as_json else form, _design_command(options)
-    output = Output(chosen, precision, accept_contradicted, result_file, report, estimates, design)
-    check_outputs(
-        {"--result": result_file, "--report": report, "--estimates": estimates},
-        {
-            **{f"the log {log}" if len(logs) > 1 else "the log": log for log in logs},
-            "--urdf": options["urdf"],
-            "--unloaded": options["unloaded"],
-            "--calibration": options["calibration"],
-            "--known-tool": option_text.tool_file(options["known_tool"]),
-        },
+    output = Output(
+        chosen, precision, accept_contradicted, result_file, report, figures, estimates, design
     )
-    if estimates is not None and len(logs) > 1:
-        raise ArgumentError(
-            f"--estimates writes the estimate over time of one recording, but {len(logs)} are given"
-        )
+    _check(output, logs, options)
     with interruptible("no result"), progress("identifying") as done:
         result = _identified(logs, option_flags.read(options, "log"), done)
+    if estimates is not None and not isinstance(result, Combination):
+        result.check_times()
     with printing_before(_writers(logs[0], result, output)):
         refusal = _print(logs[0], result, output)
     if refusal is not None:
@@ -164,10 +160,34 @@ option_flags.show(
         "accept_contradicted",
         "result_file",
         "report",
+        "figures",
         "within",
         "estimates",
     ),
 )
+
+
+def _check(output: Output, logs: list[Path], options: dict[str, Any]) -> None:
+    """Checks that the files to write can be written, and replace nothing that is read."""
+    check_outputs(
+        {
+            "--result": output.result_file,
+            "--report": output.report,
+            "--estimates": output.estimates,
+        },
+        {
+            **{f"the log {log}" if len(logs) > 1 else "the log": log for log in logs},
+            "--urdf": options["urdf"],
+            "--unloaded": options["unloaded"],
+            "--calibration": options["calibration"],
+            "--known-tool": option_text.tool_file(options["known_tool"]),
+        },
+    )
+    check_figures(output.report, output.figures)
+    if output.estimates is not None and len(logs) > 1:
+        raise ArgumentError(
+            f"--estimates writes the estimate over time of one recording, but {len(logs)} are given"
+        )
 
 
 def _identified(logs: list[Path], options: Options, done: Callable[[float], object]) -> AnyResult:
@@ -302,7 +322,7 @@ def _writers(log: Path, result: AnyResult, output: Output) -> dict[Path, Callabl
     if output.result_file is not None:
         writers[output.result_file] = partial(_write_result, log, result, output.within)
     if output.report is not None:
-        writers[output.report] = partial(_write_report, result, output.within)
+        writers[output.report] = partial(_write_report, result, output)
     if output.estimates is not None and not isinstance(result, Combination):
         writers[output.estimates] = result.write_estimates
     return writers
@@ -315,12 +335,14 @@ def _write_result(log: Path, result: AnyResult, within: float, path: Path) -> No
         result_json.write(result, path, within, "command-line", _checks(log, result))
 
 
-def _write_report(result: AnyResult, within: float, path: Path) -> None:
+def _write_report(result: AnyResult, output: Output, path: Path) -> None:
     with notes.status("drawing"):
         # matplotlib takes a while to load.
         from tactid._show import combination_report, recording_report
 
         if isinstance(result, Combination):
-            combination_report.write_report(result, path, "command-line")
+            combination_report.write_report(result, path, "command-line", output.figures)
         else:
-            recording_report.write_report(result, path, within, "command-line")
+            recording_report.write_report(
+                result, path, output.within, "command-line", output.figures
+            )

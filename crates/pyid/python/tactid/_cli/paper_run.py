@@ -3,13 +3,14 @@
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
+from typing import Any, get_args
 
 from tactid._api.offline import identify
 from tactid._api.result import PaperIdentification
 from tactid._api.simulation import simulate
 from tactid._base.errors import LogError
 from tactid._base.files import write_atomically
+from tactid._base.output_files import FigureFormat
 from tactid._base.values import nested
 from tactid._documents import result_json
 from tactid._native import Experiment, LogInfo
@@ -19,6 +20,7 @@ from tactid._results.identification import Recorded
 from tactid._results.records import RunReport
 from tactid._results.truth import Truth, momentum_drift, read_truth
 from tactid._show import paper_plots, paper_report
+from tactid._show.drawing import Figures
 from tactid._show.remarks import remarks
 
 TITLES: dict[tuple[Method, Estimator], str] = {
@@ -33,6 +35,8 @@ class Files:
     """The files that a run writes into its folder."""
 
     folder: Path
+    form: FigureFormat = "png"
+    """Format of the figures."""
 
     @property
     def log(self) -> Path:
@@ -52,12 +56,16 @@ class Files:
     @property
     def written(self) -> list[Path]:
         """Paths of all files, of which the log is the first."""
-        figures = [self.folder / name for name in paper_plots.FIGURES.values()]
-        return [self.log, self.result, self.report, *figures]
+        return [self.log, self.result, self.report, *self.figures(self.form)]
+
+    def figures(self, form: FigureFormat) -> list[Path]:
+        """Paths of the figures in a format."""
+        return [self.folder / f"{name}.{form}" for name in paper_plots.FIGURES.values()]
 
     def remove_results(self) -> None:
-        """Removes the result, the report and the figures of an earlier run."""
-        for file in self.written[1:]:
+        """Removes the result, the report and the figures of an earlier run, in any format."""
+        earlier = [path for form in get_args(FigureFormat) for path in self.figures(form)]
+        for file in (self.result, self.report, *earlier):
             file.unlink(missing_ok=True)
 
 
@@ -148,12 +156,16 @@ class Outcome:
         """Writes result, figures and report."""
         write_atomically(files.result, result_json.to_json(self.record()))
         history = paper_plots.History.of(self.results[0], driving_phases(self.experiment))
-        figures = paper_plots.figures(history, self.truth)
-        for name, png in figures.items():
-            write_atomically(files.folder / name, png)
+        figures = Figures(files.form)
+        shown = "".join(
+            figures.html(name, drawn, paper_report.CAPTIONS[name])
+            for name, drawn in paper_plots.figures(history, self.truth).items()
+        )
+        for path, content in zip(files.figures(files.form), figures.files.values(), strict=True):
+            write_atomically(path, content)
         experiment = self.experiment.to_toml()
         page = paper_report.Report(
-            self.truth, self.columns, self._facts(), self.remarks, experiment, figures
+            self.truth, self.columns, self._facts(), self.remarks, experiment, shown
         )
         write_atomically(files.report, paper_report.render(page))
 

@@ -116,7 +116,7 @@ def controller_text(result: Identified, maker: str | None = None) -> str:
         raise IdentificationError("no payload for a controller: the recordings have several tools")
     estimate = result.estimate
     tool = None if tools[0] is None else (tools[0], listed(subtracted(runs[0])))
-    payload = (estimate.reported_values, estimate.frame, estimate.uncertain_names, tool)
+    payload = (estimate.reported_values, estimate.frame, estimate.uncertain, tool)
     sources = [sentence(run) for run in runs]
     if maker is None:
         return "\n".join([forms.controller(*payload), "", *sources])

@@ -11,7 +11,8 @@ from collections.abc import Sequence
 
 from tactid._base.bodies import inertia_about_com, inertia_about_origin, why_impossible
 from tactid._base.errors import IdentificationError
-from tactid._base.values import KINDS, NAMES, Values
+from tactid._base.values import KINDS, Values
+from tactid._native import VALUE_NAMES
 
 FIGURES, MOST_DECIMALS = 9, 12
 """Significant figures of the largest number of a kind for a controller, beyond any sensor's; and
@@ -120,13 +121,13 @@ def mass_and_com(values: Values, what: str) -> list[float]:
     return [mass, *com]
 
 
-def unknown(values: Values, upto: int = len(NAMES)) -> list[str]:
+def unknown(values: Values, upto: int = len(VALUE_NAMES)) -> list[str]:
     """Returns the names of the values that are not known."""
-    pairs = zip(NAMES[:upto], values[:upto], strict=True)
+    pairs = zip(VALUE_NAMES[:upto], values[:upto], strict=True)
     return [name for name, value in pairs if value is None or not math.isfinite(value)]
 
 
-def _known(values: Values, what: str, upto: int = len(NAMES)) -> list[float]:
+def _known(values: Values, what: str, upto: int = len(VALUE_NAMES)) -> list[float]:
     if missing := unknown(values, upto):
         raise IdentificationError(f"no {what}: {', '.join(missing)} not identifiable")
     return [float(value) for value in values[:upto] if value is not None]

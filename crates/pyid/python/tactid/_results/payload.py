@@ -6,7 +6,6 @@ from typing import TYPE_CHECKING
 
 from tactid._base.bodies import why_impossible
 from tactid._base.values import (
-    NAMES,
     Array,
     Interval,
     Observability,
@@ -111,7 +110,7 @@ class Payload(records.Record):
         Raises:
             IdentificationError: A value is unknown, or no body can have these values.
         """
-        return forms.urdf(self.reported_values, self.frame, self.uncertain_names)
+        return forms.urdf(self.reported_values, self.frame, self.uncertain)
 
     def to_mujoco(self) -> str:
         """Returns the payload as the ``<inertial>`` of a body in MuJoCo's MJCF.
@@ -126,7 +125,7 @@ class Payload(records.Record):
         Raises:
             IdentificationError: A value is unknown, or no body can have these values.
         """
-        return forms.mujoco(self.reported_values, self.frame, self.uncertain_names)
+        return forms.mujoco(self.reported_values, self.frame, self.uncertain)
 
     def to_ros(self) -> str:
         """Returns the payload as a ``geometry_msgs/msg/InertiaStamped`` in YAML.
@@ -139,7 +138,7 @@ class Payload(records.Record):
         Raises:
             IdentificationError: A value is unknown, or no body can have these values.
         """
-        return forms.ros(self.reported_values, self.frame, self.uncertain_names)
+        return forms.ros(self.reported_values, self.frame, self.uncertain)
 
     def to_controller(self, maker: str | None = None) -> str:
         """Returns what a robot controller asks for, as text with units.
@@ -163,7 +162,7 @@ class Payload(records.Record):
             ArgumentError: The maker is not known.
             IdentificationError: A value that is needed is unknown, or no body can have the values.
         """
-        payload = (self.reported_values, self.frame, self.uncertain_names)
+        payload = (self.reported_values, self.frame, self.uncertain)
         if maker is None:
             return forms.controller(*payload)
         return controllers.controller(maker, *payload)
@@ -184,14 +183,9 @@ class Payload(records.Record):
         found = f"{sum(self.identifiable)} of {len(VALUE_NAMES)} values identifiable"
         return f"{mass} in {self.frame}, {found}"
 
-    def _named(self, *states: Observability, names: Sequence[str] = VALUE_NAMES) -> list[str]:
-        pairs = zip(names, self.observability, strict=True)
+    def _named(self, *states: Observability) -> list[str]:
+        pairs = zip(VALUE_NAMES, self.observability, strict=True)
         return [name for name, each in pairs if each in states]
-
-    @property
-    def uncertain_names(self) -> list[str]:
-        """The names for people of the values that are uncertain."""
-        return self._named("uncertain", names=NAMES)
 
     def _column(self) -> table.Column:
         return table.Column(

@@ -10,13 +10,13 @@ from tactid._base.values import (
     KINDS,
     MOMENT_NAMES,
     MOMENT_UNIT,
-    NAMES,
     UNITS,
     Interval,
     Observability,
     Values,
     digits_of,
 )
+from tactid._native import VALUE_NAMES
 from tactid._results.paper_values import PAPER_ERRORS, PAPER_VALUES, is_the_papers
 from tactid._results.truth import Truth
 
@@ -43,7 +43,7 @@ class Column:
     @property
     def rows(self) -> list["Row"]:
         """The rows of a table, one for each value."""
-        names, units = NAMES + MOMENT_NAMES, UNITS + (MOMENT_UNIT,) * len(MOMENT_NAMES)
+        names, units = (*VALUE_NAMES, *MOMENT_NAMES), UNITS + (MOMENT_UNIT,) * len(MOMENT_NAMES)
         count = len(self.values)
         columns = (
             self.values,
@@ -153,7 +153,7 @@ def _given(index: int, truth: Truth) -> list[str]:
     if not is_the_papers(truth):
         return [number(value)]
     nominal = f"{value:.2f}"
-    if index >= len(NAMES):
+    if index >= len(VALUE_NAMES):
         return [nominal, "–", "–"]
     return [nominal, f"{PAPER_VALUES[index]:.2f}", f"{PAPER_ERRORS[index]:.2f}"]
 
@@ -171,7 +171,7 @@ def html_table(column: Column, title: str) -> str:
     """Returns a small table for a notebook: the ten values with their 95 % intervals."""
     rows = "".join(
         f"<tr><td>{row.name}</td><td>{row.unit}</td><td>{row.number}</td><td>{row.around}</td></tr>"
-        for row in column.rows[: len(NAMES)]
+        for row in column.rows[: len(VALUE_NAMES)]
     )
     heads = "<tr><th>parameter</th><th>unit</th><th>value</th><th>± 95 %</th></tr>"
     return (

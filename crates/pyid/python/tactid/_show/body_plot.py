@@ -13,7 +13,6 @@ from matplotlib.ticker import MaxNLocator
 
 from tactid._base import bodies
 from tactid._base.values import Array, Values
-from tactid._show import drawing
 from tactid._show.drawing import STYLE
 
 AXES = "xyz"
@@ -26,8 +25,8 @@ VIEWS = ((0, 1, "from above"), (0, 2, "from the front"), (1, 2, "from the side")
 """Index of the axis to the right, index of the axis upwards, and name of each view."""
 
 
-def ellipsoid(values: Values, half_widths: Values, *, solid: bool) -> bytes | None:
-    """Draws three views and one in perspective, as PNG; None where the centre of mass is unknown.
+def ellipsoid(values: Values, half_widths: Values, *, solid: bool) -> Figure | None:
+    """Draws three views and one in perspective; None where the centre of mass is unknown.
 
     Only the centre is drawn where the body is not ``solid``: its inertia is unknown or impossible.
     """
@@ -41,7 +40,7 @@ def ellipsoid(values: Values, half_widths: Values, *, solid: bool) -> bytes | No
         lengths, directions = bodies.ellipsoid(known)
         shape = directions * lengths
     with mpl.rc_context(STYLE):
-        return drawing.png(_views(com, half_widths[1:4], shape))
+        return _views(com, half_widths[1:4], shape)
 
 
 def _views(com: Array, half_widths: Values, shape: Array) -> Figure:

@@ -10,12 +10,12 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from tactid._base.files import write_atomically
 from tactid._base.naming import Style
+from tactid._base.output_files import FigureFormat
 from tactid._base.values import Array
 from tactid._results.calibration_data import CalibrationData, CalibrationRecording
 from tactid._show import calibration_text, drawing, page
-from tactid._show.drawing import EARLIER, ESTIMATE, TRUE
+from tactid._show.drawing import EARLIER, ESTIMATE, TRUE, Figures
 
 MEASURED = "#8a94a0"
 STYLE = drawing.STYLE | {"axes.axisbelow": True, "axes.titlelocation": "left"}
@@ -34,21 +34,28 @@ CAPTION = (
 )
 
 
-def write_report(arm: CalibrationData, path: Path, style: Style = "keyword") -> None:
-    """Writes the report of a calibration."""
-    write_atomically(path, render(arm, style))
+def write_report(
+    arm: CalibrationData,
+    path: Path,
+    style: Style = "keyword",
+    form: FigureFormat | None = None,
+) -> None:
+    """Writes the report of a calibration, and its figures beside it in a format."""
+    figures = Figures(form)
+    figures.write(path, render(arm, style, figures))
 
 
-def render(arm: CalibrationData, style: Style = "keyword") -> str:
+def render(arm: CalibrationData, style: Style = "keyword", figures: Figures | None = None) -> str:
     """Returns the report as HTML, figures included."""
     sentences = calibration_text.lines(arm, style)
     items = "".join(f"<li>{html.escape(sentence)}</li>" for sentence in sentences)
-    figures = "".join(
-        page.figure(png, CAPTION.format(joint=name))
-        for name, png in zip(arm.joints, joint_figures(arm), strict=False)
+    figures = figures or Figures()
+    shown = "".join(
+        figures.html(name, drawn, CAPTION.format(joint=name))
+        for name, drawn in zip(arm.joints, joint_figures(arm), strict=False)
     )
-    if not figures:
-        figures = "<p>The calibration was read from a file, which has no recordings.</p>"
+    if not shown:
+        shown = "<p>The calibration was read from a file, which has no recordings.</p>"
     return page.document(
         f"tactid: calibration of the arm to {arm.tip}",
         f"""<h1>Calibration of the arm to <code>{html.escape(arm.tip)}</code></h1>
@@ -57,16 +64,16 @@ def render(arm: CalibrationData, style: Style = "keyword") -> str:
 <h2>Remarks</h2>
 <ul>{items}</ul>
 <h2>Measured and modelled</h2>
-{figures}""",
+{shown}""",
     )
 
 
-def joint_figures(arm: CalibrationData) -> list[bytes]:
-    """Draws a figure of each joint, as PNG; none where the calibration has no recordings."""
+def joint_figures(arm: CalibrationData) -> list[Figure]:
+    """Draws a figure of each joint; none where the calibration has no recordings."""
     if not arm.recordings:
         return []
     with mpl.rc_context(STYLE):
-        return [drawing.png(_joint_figure(arm, joint)) for joint in range(len(arm.joints))]
+        return [_joint_figure(arm, joint) for joint in range(len(arm.joints))]
 
 
 def _joint_figure(arm: CalibrationData, joint: int) -> Figure:

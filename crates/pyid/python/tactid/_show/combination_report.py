@@ -3,11 +3,12 @@
 import html
 from pathlib import Path
 
-from tactid._base.files import write_atomically
 from tactid._base.naming import Style
+from tactid._base.output_files import FigureFormat
 from tactid._results.combination import CombinationData
 from tactid._show import page
 from tactid._show.combination_text import ROW_TITLES, columns, lines, row_cells
+from tactid._show.drawing import Figures
 from tactid._show.forest_plot import forest
 from tactid._show.recording_report import payload_forms
 
@@ -27,17 +28,26 @@ probability is that of at least this distance if noise were the only difference.
 differs while the others agree is the one to look at."""
 
 
-def write_report(result: CombinationData, path: Path, style: Style = "keyword") -> None:
-    """Writes the report of several recordings."""
-    write_atomically(path, render(result, style))
+def write_report(
+    result: CombinationData,
+    path: Path,
+    style: Style = "keyword",
+    form: FigureFormat | None = None,
+) -> None:
+    """Writes the report of several recordings, and its figure beside it in a format."""
+    figures = Figures(form)
+    figures.write(path, render(result, style, figures))
 
 
-def render(result: CombinationData, style: Style = "keyword") -> str:
+def render(
+    result: CombinationData, style: Style = "keyword", figures: Figures | None = None
+) -> str:
     """Returns the report as HTML, figures included.
 
     Args:
         result: The combination.
         style: Who reads the sentences: it decides how they spell options.
+        figures: Draws the figures.
     """
     frame = html.escape(result.estimate.frame)
     remarks = "".join(f"<li>{html.escape(line)}</li>" for line in lines(result, style))
@@ -50,7 +60,7 @@ about the centre of mass.</p>
 <h2>Remarks</h2>
 <ul>{remarks}</ul>
 <h2>The recordings beside the whole</h2>
-{page.figure(forest(result), FOREST)}
+{(figures or Figures()).html("values", forest(result), FOREST)}
 <h2>Agreement</h2>
 {_distances(result)}
 <h2>Formats for other programs</h2>

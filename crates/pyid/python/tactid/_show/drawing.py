@@ -1,13 +1,24 @@
 """Colours, style and functions that all figures share."""
 
 import io
-from typing import Any
+import re
+import warnings
+from pathlib import Path
+from typing import Any, get_args
 
+import matplotlib as mpl
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from tactid._base.errors import ArgumentError
+from tactid._base.files import write_atomically
+from tactid._base.naming import listed
+from tactid._base.output_files import FigureFormat
+from tactid._show import page
+
 ESTIMATE, EARLIER, TRUE, GRID = "#1f5fa8", "#a9b1ba", "#c8502d", "#d9dde2"
 STYLE: Any = {
+    "agg.path.chunksize": 10_000,  # an hour of windows is one line
     "axes.edgecolor": "#5b6570",
     "axes.grid": True,
     "axes.spines.right": False,
@@ -19,8 +30,18 @@ STYLE: Any = {
     "grid.linewidth": 0.6,
     "legend.frameon": False,
     "lines.linewidth": 1.2,
+    "pdf.fonttype": 42,  # text stays text in PDF, and in SVG, too
     "savefig.dpi": 150,
+    "svg.fonttype": "none",
+    "svg.hashsalt": "tactid",
 }
+
+NO_DATE: dict[FigureFormat, dict[str, None]] = {
+    "png": {},
+    "svg": {"Date": None},
+    "pdf": {"CreationDate": None},
+}
+"""What makes a figure the same file each time."""
 
 
 def padded(low: float, high: float, fraction: float) -> tuple[float, float]:
@@ -36,8 +57,37 @@ def remark(axes: Axes, text: str) -> None:
     )
 
 
-def png(figure: Figure) -> bytes:
-    """Returns the figure as a PNG."""
+class Figures:
+    """The figures of a report: as PNG in its page, and in a format of choice as files beside it."""
+
+    def __init__(self, form: FigureFormat | None = None) -> None:
+        if form is not None and form not in get_args(FigureFormat):
+            choices = listed([f"'{each}'" for each in get_args(FigureFormat)])
+            raise ArgumentError(f"`figures` is {form!r}: expected one of {choices}")
+        self.form = form
+        self.files: dict[str, bytes] = {}
+        """Content of the files, by the name of the figure."""
+
+    def html(self, name: str, figure: Figure, caption: str) -> str:
+        """Returns a figure with its caption for the page, and draws it for its file."""
+        png = _saved(figure, "png")
+        if self.form is not None:
+            self.files[name] = png if self.form == "png" else _saved(figure, self.form)
+        return page.figure(png, caption)
+
+    def write(self, path: Path, text: str) -> None:
+        """Writes a page, and its figures beside it: ``report_fit.svg`` beside ``report.html``."""
+        write_atomically(path, text)
+        for name, content in self.files.items():
+            stem = f"{path.stem}_{re.sub(r'[^a-zA-Z0-9]+', '_', name)}"
+            write_atomically(path.with_name(f"{stem}.{self.form}"), content)
+
+
+def _saved(figure: Figure, form: FigureFormat) -> bytes:
+    """Returns a figure as a file."""
     file = io.BytesIO()
-    figure.savefig(file, format="png")
+    with mpl.rc_context(STYLE), warnings.catch_warnings():
+        # A name in a script that the font lacks is drawn as boxes, which needs no warning.
+        warnings.filterwarnings("ignore", message="Glyph")
+        figure.savefig(file, format=form, metadata=NO_DATE[form])
     return file.getvalue()

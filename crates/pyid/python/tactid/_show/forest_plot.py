@@ -5,10 +5,10 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from tactid._base.values import NAMES, UNITS
+from tactid._base.values import UNITS
+from tactid._native import VALUE_NAMES
 from tactid._results.combination import CombinationData
 from tactid._results.payload import PayloadEstimate
-from tactid._show import drawing
 from tactid._show.combination_text import WHOLE
 from tactid._show.drawing import ESTIMATE, remark
 from tactid._show.recording_plots import PANELS, STYLE
@@ -18,13 +18,13 @@ LONGEST_NAME = 24
 """Largest number of characters of a recording's name beside a plot."""
 
 
-def forest(result: CombinationData) -> bytes:
-    """Draws a panel for each of the ten values, as PNG: the recordings, and below them the whole.
+def forest(result: CombinationData) -> Figure:
+    """Draws a panel for each of the ten values: the recordings, and below them the whole.
 
     A value that is unobservable has no mark. The band is the interval of the whole.
     """
     with mpl.rc_context(STYLE):
-        return drawing.png(_figure(result))
+        return _figure(result)
 
 
 def _figure(result: CombinationData) -> Figure:
@@ -66,7 +66,7 @@ def _panel(axes: Axes, index: int, estimates: list[PayloadEstimate]) -> None:
             markersize=5 if whole else 4,
             capsize=3,
         )
-    axes.set_title(f"{NAMES[index]} / {UNITS[index]}")
+    axes.set_title(f"{VALUE_NAMES[index]} / {UNITS[index]}")
     axes.tick_params(axis="y", length=0)
     axes.locator_params(axis="x", nbins=4)
     if not known:

@@ -6,12 +6,12 @@ from pathlib import Path
 import matplotlib as mpl
 from matplotlib.figure import Figure
 
-from tactid._base.files import write_atomically
 from tactid._base.naming import Style
-from tactid._base.values import NAMES
+from tactid._base.output_files import FigureFormat
+from tactid._native import VALUE_NAMES
 from tactid._results.records import DesignedMotion
 from tactid._show import drawing, motion_text, page
-from tactid._show.drawing import ESTIMATE, TRUE
+from tactid._show.drawing import ESTIMATE, TRUE, Figures
 
 MOTION_CAPTION = (
     "Position, velocity and acceleration of the joints that move; in m in place of rad for a"
@@ -28,21 +28,35 @@ BASE_CAPTION = (
 
 
 def write_report(
-    motion: DesignedMotion, path: Path, style: Style = "keyword", speed: float | None = None
+    motion: DesignedMotion,
+    path: Path,
+    style: Style = "keyword",
+    speed: float | None = None,
+    form: FigureFormat | None = None,
 ) -> None:
-    """Writes the report of a designed motion, whose files run at a fraction of its speed."""
-    write_atomically(path, render(motion, style, speed))
+    """Writes the report of a designed motion, and its figures beside it in a format.
+
+    The files of the motion run at a fraction of its speed.
+    """
+    figures = Figures(form)
+    figures.write(path, render(motion, style, speed, figures))
 
 
-def render(motion: DesignedMotion, style: Style = "keyword", speed: float | None = None) -> str:
+def render(
+    motion: DesignedMotion,
+    style: Style = "keyword",
+    speed: float | None = None,
+    figures: Figures | None = None,
+) -> str:
     """Returns the report as HTML, figures included."""
     lines = motion_text.lines(motion, style, speed)
     items = "".join(f"<li>{html.escape(line)}</li>" for line in lines)
+    figures = figures or Figures()
     with mpl.rc_context(drawing.STYLE):
-        figures = page.figure(drawing.png(_motion(motion)), MOTION_CAPTION)
-        figures += page.figure(drawing.png(_intervals(motion)), INTERVALS_CAPTION)
+        shown = figures.html("motion", _motion(motion), MOTION_CAPTION)
+        shown += figures.html("intervals", _intervals(motion), INTERVALS_CAPTION)
         if motion.base_attitude_deg is not None:
-            figures += page.figure(drawing.png(_base(motion)), BASE_CAPTION)
+            shown += figures.html("base", _base(motion), BASE_CAPTION)
     values = _table(("value", "unit", "expected", "± 95 %", "of target"), motion_text.rows(motion))
     margins = [motion_text.margin_cells(margin) for margin in motion_text.most_used(motion)]
     return page.document(
@@ -52,7 +66,7 @@ def render(motion: DesignedMotion, style: Style = "keyword", speed: float | None
 {values}
 <ul>{items}</ul>
 <h2>Motion</h2>
-{figures}
+{shown}
 <h2>Limits</h2>
 {_table(("limit", "used", "at", ""), margins)}""",
     )
@@ -92,7 +106,7 @@ def _intervals(motion: DesignedMotion) -> Figure:
     figure = Figure(figsize=(9.0, 3.2))
     axes = figure.subplots()
     std_devs, ratios = motion.predicted_std_devs.tolist(), motion.interval_ratios.tolist()
-    for k, name in enumerate(NAMES):
+    for k, name in enumerate(VALUE_NAMES):
         # The ratio of an interval to its target is the same fraction of the target at each time.
         of_target = ratios[k] * motion.history.std_devs[:, k] / std_devs[k]
         axes.plot(motion.history.times_s, 100 * motion.within * of_target, label=name)

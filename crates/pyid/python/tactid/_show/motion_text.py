@@ -5,7 +5,8 @@ from typing import TYPE_CHECKING
 
 from tactid._base.naming import Style, abridged, listed, option_name
 from tactid._base.text_table import as_text, empty_table
-from tactid._base.values import NAMES, UNITS, Z95, digits_of
+from tactid._base.values import UNITS, Z95, digits_of
+from tactid._native import VALUE_NAMES
 from tactid._results.records import CollisionFinding, DesignedMotion, Margin
 
 if TYPE_CHECKING:
@@ -47,7 +48,7 @@ def rows(motion: DesignedMotion) -> list[list[str]]:
     expected, ratios = motion.expected_payload.tolist(), motion.interval_ratios.tolist()
     std_devs = motion.predicted_std_devs.tolist()
     cells = []
-    for k, (name, unit) in enumerate(zip(NAMES, UNITS, strict=True)):
+    for k, (name, unit) in enumerate(zip(VALUE_NAMES, UNITS, strict=True)):
         half_width = Z95 * std_devs[k]
         digits = digits_of(half_width)
         value, interval = f"{expected[k]:.{digits}f}", f"{half_width:.{digits}f}"
@@ -94,7 +95,7 @@ def lines(
     """
     ratios = motion.interval_ratios.tolist()
     largest = max(ratios)
-    name = NAMES[ratios.index(largest)]
+    name = VALUE_NAMES[ratios.index(largest)]
     target = f"{100 * motion.within:g} % of the largest of its kind"
     reached = f"every value will be known within {target}"
     if largest > 1:

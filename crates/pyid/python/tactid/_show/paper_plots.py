@@ -10,16 +10,17 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from numpy.typing import NDArray
 
-from tactid._base.values import NAMES, UNITS
+from tactid._base.values import UNITS
+from tactid._native import VALUE_NAMES
 from tactid._results.identification import Recorded
 from tactid._results.truth import Truth
-from tactid._show.drawing import EARLIER, ESTIMATE, STYLE, TRUE, padded, png, remark
+from tactid._show.drawing import EARLIER, ESTIMATE, STYLE, TRUE, padded, remark
 
 PAIRS = {6: (0, 1), 7: (2, 3), 8: (4, 5), 9: (7, 6), 10: (9, 8)}
 """Indices of the two parameters that each of the paper's figures shows."""
 
-FIGURES = {number: f"figure_{number:02}.png" for number in (5, *PAIRS)}
-"""File name of each of the paper's figures; figure 5 shows the convergence."""
+FIGURES = {number: f"figure_{number:02}" for number in (5, *PAIRS)}
+"""Name of each of the paper's figures; figure 5 shows the convergence."""
 
 ENLARGED = 10.0
 """Length of the enlarged end of the time axis, s."""
@@ -60,12 +61,12 @@ class History:
         return cls(passes, result.estimate.identifiable, phases)
 
 
-def figures(history: History, truth: Truth | None) -> dict[str, bytes]:
-    """Draws all figures, as PNG by file name."""
+def figures(history: History, truth: Truth | None) -> dict[str, Figure]:
+    """Draws all figures, by name."""
     with mpl.rc_context(STYLE):
-        drawn = {FIGURES[5]: png(_convergence(history, truth))}
+        drawn = {FIGURES[5]: _convergence(history, truth)}
         for number, indices in PAIRS.items():
-            drawn[FIGURES[number]] = png(parameters(history, truth, indices))
+            drawn[FIGURES[number]] = parameters(history, truth, indices)
     return drawn
 
 
@@ -83,7 +84,7 @@ def parameters(history: History, truth: Truth | None, indices: Sequence[int]) ->
             whole.plot(earlier.time, earlier.values[:, index], color=EARLIER, linewidth=0.8)
         for panel in (whole, close):
             _line(panel, final.time, final.values[:, index], true)
-        whole.set_ylabel(f"{NAMES[index]} / {UNITS[index]}")
+        whole.set_ylabel(f"{VALUE_NAMES[index]} / {UNITS[index]}")
         whole.set_ylim(_settled_limits(history, index, true))
         close.ticklabel_format(axis="y", useOffset=False)
         close.set_ylim(_close_limits(final.values[late, index], true, truth, index))
@@ -171,7 +172,7 @@ def _convergence(history: History, truth: Truth | None) -> Figure:
     figure = Figure(figsize=(9.0, 4.0))
     axes = figure.subplots()
     final = history.passes[-1]
-    for index, name in enumerate(NAMES):
+    for index, name in enumerate(VALUE_NAMES):
         values = final.values[:, index]
         if truth is not None:
             error = 100 * np.abs(values - truth.actual[index]) / truth.scales[index]

@@ -5,20 +5,21 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from tactid._base.values import KINDS, NAMES, UNITS
+from tactid._base.values import KINDS, UNITS
+from tactid._native import VALUE_NAMES
 from tactid._results import table
 from tactid._results.paper_values import PAPER_ERRORS, PAPER_VALUES, is_the_papers
 from tactid._results.truth import Truth
 from tactid._show import page
 
 CAPTIONS = {
-    "figure_05.png": "All ten parameters in the last pass: the largest error within each "
+    "figure_05": "All ten parameters in the last pass: the largest error within each "
     "150th of the run, in percent of the nominal value, or for a zero of the largest of its kind.",
-    "figure_06.png": "Mass and centre of mass along x.",
-    "figure_07.png": "Centre of mass along y and z.",
-    "figure_08.png": "Moment of inertia about x and product xy.",
-    "figure_09.png": "Moment of inertia about y and product xz.",
-    "figure_10.png": "Moment of inertia about z and product yz.",
+    "figure_06": "Mass and centre of mass along x.",
+    "figure_07": "Centre of mass along y and z.",
+    "figure_08": "Moment of inertia about x and product xy.",
+    "figure_09": "Moment of inertia about y and product xz.",
+    "figure_10": "Moment of inertia about z and product yz.",
 }
 
 
@@ -34,14 +35,13 @@ class Report:
     """What a reader must know to trust the numbers."""
     experiment: str
     """The experiment as TOML."""
-    figures: dict[str, bytes]
-    """Figures as PNG, by file name."""
+    figures: str
+    """Figures as HTML."""
 
 
 def render(report: Report) -> str:
     """The report as HTML, figures included."""
     notes = "".join(f"<p>{html.escape(note)}</p>" for note in report.notes)
-    figures = "".join(page.figure(png, CAPTIONS[name]) for name, png in report.figures.items())
     return page.document(
         "tactid: the payload of a free-floating robot",
         f"""<h1>The payload, identified</h1>
@@ -54,7 +54,7 @@ of mass.</p>
 {_table(report)}
 {notes}
 <h2>Over time</h2>
-{figures}
+{report.figures}
 <h2>The run</h2>
 {page.facts(report.facts)}
 <h2>The experiment</h2>
@@ -67,7 +67,7 @@ def _table(report: Report) -> str:
     titles = (["paper"] if with_paper else []) + [column.title for column in report.columns]
     groups = "".join(f'<th colspan="2">{html.escape(title)}</th>' for title in titles)
     heads = "<th>value</th><th>error %</th>" * len(titles)
-    rows = "".join(_row(report, index, with_paper) for index in range(len(NAMES)))
+    rows = "".join(_row(report, index, with_paper) for index in range(len(VALUE_NAMES)))
     worst = "".join(
         f'<td></td><td class="value">{table.percent(table.worst(column.errors or []))}</td>'
         for column in report.columns
@@ -84,7 +84,7 @@ kind.</caption>
 
 def _row(report: Report, index: int, with_paper: bool) -> str:
     cells = [
-        f"<td>{NAMES[index]}</td>",
+        f"<td>{VALUE_NAMES[index]}</td>",
         f'<td class="unit">{UNITS[index]}</td>',
         f"<td>{report.truth.nominal[index]:.2f}</td>",
     ]

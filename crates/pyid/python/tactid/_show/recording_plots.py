@@ -1,6 +1,5 @@
 """Figures of a result: the fit, its residuals, the estimate over time, and the excitation."""
 
-import warnings
 from collections.abc import Callable, Sequence
 from typing import Any
 
@@ -12,8 +11,8 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 from numpy.typing import NDArray
 
-from tactid._base.values import NAMES, UNITS, Z95, Array
-from tactid._native import PARAMETER_NAMES
+from tactid._base.values import UNITS, Z95, Array
+from tactid._native import PARAMETER_NAMES, VALUE_NAMES
 from tactid._results.identification import IdentificationData, Recorded
 from tactid._results.payload import PayloadEstimate
 from tactid._results.records import FitReport
@@ -22,7 +21,6 @@ from tactid._show.drawing import EARLIER, ESTIMATE, TRUE, padded, remark
 from tactid._show.reported import reported_history
 
 STYLE = drawing.STYLE | {
-    "agg.path.chunksize": 10_000,  # an hour of windows is one line
     "axes.axisbelow": True,
     "axes.titlelocation": "left",
 }
@@ -40,8 +38,8 @@ SEGMENT = 256
 """Largest number of windows in a segment of a spectrum."""
 
 
-def figures(result: Recorded) -> dict[str, bytes]:
-    """Draws all figures that there are data for, as PNG by name."""
+def figures(result: Recorded) -> dict[str, Figure]:
+    """Draws all figures that there are data for, by name."""
     drawers: dict[str, Callable[[], Figure]] = {}
     if len(result.history.times_s):
         drawers["parameters"] = lambda: parameters(result)
@@ -52,10 +50,8 @@ def figures(result: Recorded) -> dict[str, bytes]:
             "residuals": lambda: residuals(fit, result.cutoff_hz),
             "excitation": lambda: excitation(fit, observable),
         }
-    with mpl.rc_context(STYLE), warnings.catch_warnings():
-        # A name in a script that the font lacks is drawn as boxes, which needs no warning.
-        warnings.filterwarnings("ignore", message="Glyph")
-        return {name: drawing.png(draw()) for name, draw in drawers.items()}
+    with mpl.rc_context(STYLE):
+        return {name: draw() for name, draw in drawers.items()}
 
 
 def fit_panels(fit: FitReport) -> Figure:
@@ -133,7 +129,7 @@ def parameters(result: Recorded) -> Figure:
                 continue
             index = indices[column]
             _history(axes, result, index, values[:, index], half_widths[:, index])
-            axes.set_title(NAMES[index])
+            axes.set_title(VALUE_NAMES[index])
             axes.set_ylabel(UNITS[index])
             axes.set_xlim(_span(result.history.times_s))
     for axes in panels[-1]:

@@ -11,13 +11,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tactid._base.errors import IdentificationError
-from tactid._base.files import write_atomically
 from tactid._base.naming import Style, option_name
+from tactid._base.output_files import FigureFormat
 from tactid._base.values import Z95, Interval, Values, digits_of
 from tactid._results.formats import Identified, controller_text
 from tactid._results.identification import IdentificationData, Recorded
 from tactid._results.records import FitReport
 from tactid._show import body_plot, page, recording_plots, reported
+from tactid._show.drawing import Figures
 from tactid._show.outlook import WITHIN, outlook
 from tactid._show.remarks import (
     calibration,
@@ -50,8 +51,8 @@ CAPTIONS = {
     "cutoff of the low-pass.",
     "parameters": "The estimate from all data up to each time. The dashed line is the result.",
     "excitation": "Ten directions in the space of the parameters, each named by its largest "
-    "components; the inertia is that about the frame's origin here, and m*ax the first moment "
-    "along x. A faint direction is known badly.",
+    "components; the inertia is that about the frame's origin here, and mass*com x the first "
+    "moment along x. A faint direction is known badly.",
     "ellipsoid": "The uniform solid ellipsoid with this mass and inertia in its place in the "
     "frame. The payload should have about its size and attitude.",
     "point": "The centre of mass in the frame.",
@@ -63,39 +64,51 @@ it."""
 
 
 def write_report(
-    result: Recorded, path: Path, within: float = WITHIN, style: Style = "keyword"
+    result: Recorded,
+    path: Path,
+    within: float = WITHIN,
+    style: Style = "keyword",
+    form: FigureFormat | None = None,
 ) -> None:
-    """Writes the report of a result."""
-    write_atomically(path, render(result, within, style))
+    """Writes the report of a result, and its figures beside it in a format."""
+    figures = Figures(form)
+    figures.write(path, render(result, within, style, figures))
 
 
-def render(result: Recorded, within: float = WITHIN, style: Style = "keyword") -> str:
+def render(
+    result: Recorded,
+    within: float = WITHIN,
+    style: Style = "keyword",
+    figures: Figures | None = None,
+) -> str:
     """Returns the report as HTML, figures included.
 
     Args:
         result: The identification.
         within: Target precision, as :meth:`Identification.remaining` takes it.
         style: Who reads the sentences: it decides how they spell options.
+        figures: Draws the figures.
     """
     values, half_widths = result.estimate.reported_values, result.estimate.half_widths
-    figures = recording_plots.figures(result)
+    figures = figures or Figures()
+    shown = {
+        name: figures.html(name, drawn, CAPTIONS[name])
+        for name, drawn in recording_plots.figures(result).items()
+    }
     frame = html.escape(result.estimate.frame)
-
-    def figure(name: str) -> str:
-        return page.figure(figures[name], CAPTIONS[name]) if name in figures else ""
 
     fit = advice = ""
     if isinstance(result, IdentificationData):
         advice = _advice(result, within)
         fit = f"""<h2>Measured and predicted</h2>
 {_agreement(result.fit)}
-{figure("fit")}
+{shown["fit"]}
 <h2>Residuals</h2>
 {_friction(result, style)}
-{figure("residuals")}"""
+{shown["residuals"]}"""
     over_time = ""
-    if "parameters" in figures:
-        over_time = f"<h2>Over time</h2>\n{figure('parameters')}"
+    if "parameters" in shown:
+        over_time = f"<h2>Over time</h2>\n{shown['parameters']}"
     return page.document(
         f"tactid: the payload at {result.estimate.frame}",
         f"""<h1>The payload at <code>{frame}</code></h1>
@@ -105,12 +118,12 @@ def render(result: Recorded, within: float = WITHIN, style: Style = "keyword") -
 <h2>Remarks</h2>
 {_remarks(result, style)}
 <h2>Position and size</h2>
-{_body(result, values, half_widths)}
+{_body(result, values, half_widths, figures)}
 {fit}
 {over_time}
 <h2>Excitation by the motion</h2>
 {advice}
-{figure("excitation")}
+{shown.get("excitation", "")}
 <h2>Formats for other programs</h2>
 {payload_forms(result)}
 <h2>The identification</h2>
@@ -195,17 +208,16 @@ def _advice(result: IdentificationData, within: float) -> str:
     return f"<p>{html.escape(sentence)} {bias}</p>"
 
 
-def _body(result: Recorded, values: Values, half_widths: Values) -> str:
+def _body(result: Recorded, values: Values, half_widths: Values, figures: Figures) -> str:
     solid = None not in values and result.estimate.is_physical
     drawn = body_plot.ellipsoid(values, half_widths, solid=solid)
     if drawn is None:
         return "<p>The centre of mass is not known.</p>"
     if solid:
-        return page.figure(drawn, CAPTIONS["ellipsoid"])
+        return figures.html("ellipsoid", drawn, CAPTIONS["ellipsoid"])
     reason = "the inertia is not known" if None in values else "no body can have this inertia"
-    return f"<p>There is no ellipsoid to draw: {reason}.</p>" + page.figure(
-        drawn, CAPTIONS["point"]
-    )
+    point = figures.html("point", drawn, CAPTIONS["point"])
+    return f"<p>There is no ellipsoid to draw: {reason}.</p>{point}"
 
 
 def _agreement(fit: FitReport) -> str:

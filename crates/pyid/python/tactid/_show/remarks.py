@@ -178,17 +178,17 @@ def motion_advice(names: Sequence[str], *, moments: bool = True) -> list[str]:
     advice = []
     if "mass" in names:
         advice.append("Accelerate the tool, or hold it still under gravity, for the mass.")
-    axes = [name[-1] for name in names if name.startswith("com.")]
+    axes = [name[-1] for name in names if name.startswith("com ")]
     if len(axes) == 1:
         first, second = (axis for axis in "xyz" if axis not in axes)
         advice.append(
             f"Rotate the tool about its {first} or {second} axis, or tilt its {axes[0]} axis away"
-            f" from the vertical, for com.{axes[0]}."
+            f" from the vertical, for com {axes[0]}."
         )
     elif axes:
         advice.append(
             "Hold the tool at another angle to the vertical, or rotate it about two of its axes,"
-            f" for {listed([f'com.{axis}' for axis in axes])}."
+            f" for {listed([f'com {axis}' for axis in axes])}."
         )
     inertia = [name for name in names if name.startswith("I")]
     if inertia and not moments:

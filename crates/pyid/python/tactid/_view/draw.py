@@ -13,7 +13,8 @@ from numpy.typing import NDArray
 from tactid._base.errors import ArgumentError
 from tactid._base.files import atomic_path
 from tactid._base.naming import abridged
-from tactid._base.values import PATHS
+from tactid._base.values import PATHS, UNITS
+from tactid._native import VALUE_NAMES
 from tactid._view.estimate import Channel, Estimate
 from tactid._view.robot import Frame
 from tactid._view.scene import Force, Scene
@@ -32,8 +33,6 @@ XY, XZ, YZ = (230, 180, 80), (200, 120, 220), (80, 200, 210)
 COLORS: tuple[Color, ...] = (PAYLOAD, X, Y, Z, X, XY, XZ, Y, YZ, Z)
 """Of the ten values: red, green and blue for x, y and z."""
 
-LABELS = ("mass", "x", "y", "z", "Ixx", "Ixy", "Ixz", "Iyy", "Iyz", "Izz")
-UNITS = ("kg", *(("m",) * 3), *(("kg m²",) * 6))
 GROUPS = (
     ("mass", "mass (kg)", slice(0, 1)),
     ("com", "centre of mass (m)", slice(1, 4)),
@@ -246,7 +245,7 @@ class _Drawing:
                 colors=[color, faint, faint][: len(lines)],
                 widths=[2.0, 1.0, 1.0][: len(lines)],
                 # One name is one entry of the legend.
-                names=[LABELS[index], "95 %", "95 %"][: len(lines)],
+                names=[VALUE_NAMES[index], "95 %", "95 %"][: len(lines)],
             )
             values = plottable(np.stack(lines, axis=1))
             _send_lines(recording, entity("estimate", *path), estimate.history_time, values, style)
@@ -349,10 +348,9 @@ def plottable(values: Array) -> Array:
 def summary(estimate: Estimate, notes: Iterable[str]) -> str:
     """The payload in words, as Markdown."""
     cells = []
-    for label, unit, value, half in zip(
-        LABELS, UNITS, estimate.values, estimate.half_width, strict=True
+    for name, unit, value, half in zip(
+        VALUE_NAMES, UNITS, estimate.values, estimate.half_width, strict=True
     ):
-        name = f"com {label}" if unit == "m" else label
         cells.append(f"{name} | {quantity(value, half)} {unit}")
     frame = f"in `{estimate.frame}`" if estimate.frame else ""
     head = "± 95 %" if np.isfinite(estimate.half_width).any() else ""
