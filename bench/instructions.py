@@ -18,7 +18,11 @@ from pathlib import Path
 
 ROOT = Path(__file__).parents[1]
 STORED = Path(__file__).with_name("instructions.json")
-PROGRAMS = {"kernels": "tactid-dynamics", "updates": "tactid-identify"}
+PROGRAMS = {
+    "kernels": "tactid-dynamics",
+    "updates": "tactid-identify",
+    "c_updates": "tactid-capi",
+}
 """Examples that repeat a kernel, and their packages."""
 
 TOLERANCE = 0.05

@@ -8,8 +8,8 @@
 - ``<!-- continues: PAGE -->`` begins in a copy of the folder that another page leaves behind.
 - ``<!-- not run: REASON -->`` above a block leaves it out.
 
-Rust is run by rustdoc: see ``tests/rust/lib.rs``. After a change of what is printed,
-``python tests/python/pages.py PAGE...`` writes the outputs anew.
+Rust is run by rustdoc: see ``tests/rust/lib.rs``; C++ by ``crates/capi/tests/programs.rs``. After a
+change of what is printed, ``python tests/python/pages.py PAGE...`` writes the outputs anew.
 """
 
 import contextlib
@@ -29,7 +29,7 @@ ROOT = Path(__file__).parents[2]
 PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").rglob("*.md"))]
 
 RUN = ("python", "sh")
-SHOWN = ("text", "csv", "toml", "xml", "json", "rust", "math")
+SHOWN = ("text", "csv", "toml", "xml", "json", "rust", "cpp", "cmake", "math")
 OUTPUT = "Output"
 
 FENCE = re.compile(

@@ -1,0 +1,482 @@
+// Copyright the authors of tactid. Licensed under MIT or Apache-2.0, at your option.
+//
+// The C interface of tactid's online identifier: mass, centre of mass and inertia of what a robot holds,
+// sample by sample in its control loop.
+//
+// - Units are SI. Vectors and matrices are rows of doubles; quaternions are x, y, z, w.
+// - A struct begins with its `size`, which the caller sets to `sizeof`. Members that later versions add stand
+//   at its end, and zero in any member means its default: `tactid_options options = {.size = sizeof options};`.
+// - A call answers with a status; negative ones are errors, and nothing has changed then. Nothing aborts or throws.
+// - All memory but the identifier is the caller's. Pointers are read during a call alone.
+// - Calls with different identifiers are independent. One identifier is used by one thread at a time; calls that take it
+//   as `const` may run at the same time as each other.
+// - `tactid_identifier_push`, `_estimate` and what else is documented so allocate nothing.
+
+#ifndef TACTID_H
+#define TACTID_H
+
+// cbindgen writes this file from crates/capi/src; `make header` does so.
+
+#include <stddef.h>
+#include <stdint.h>
+
+/**
+ * The motion excites the value, and 1.96 standard deviations are less than the largest value of its kind.
+ */
+#define TACTID_IDENTIFIABLE 0
+
+/**
+ * The motion excites the value, but noise leaves it a wider interval.
+ */
+#define TACTID_UNCERTAIN 1
+
+/**
+ * The motion does not excite the value. Its number is meaningless.
+ */
+#define TACTID_UNOBSERVABLE 2
+
+/**
+ * Wrenches alone: the default.
+ */
+#define TACTID_METHOD_TACTILE 0
+
+/**
+ * Efforts of the joints alone.
+ */
+#define TACTID_METHOD_EFFORT 1
+
+/**
+ * The momentum of a floating base, from its motion alone.
+ */
+#define TACTID_METHOD_JOINT_SENSING 2
+
+/**
+ * All measurements but the efforts.
+ */
+#define TACTID_METHOD_COMBINED 3
+
+/**
+ * All measurements.
+ */
+#define TACTID_METHOD_COMBINED_WITH_EFFORT 4
+
+/**
+ * Efforts contain all that moves and holds arm and payload: the default.
+ */
+#define TACTID_EFFORT_MEASURED 0
+
+/**
+ * Efforts contain all but what holds the arm itself against gravity.
+ */
+#define TACTID_EFFORT_WITHOUT_GRAVITY 1
+
+/**
+ * Efforts contain what the payload needs alone.
+ */
+#define TACTID_EFFORT_EXTERNAL 2
+
+/**
+ * How a call answers; negative values are errors, and nothing has changed then.
+ */
+enum tactid_status
+#if defined(__cplusplus) || __STDC_VERSION__ >= 202311L
+  : int32_t
+#endif // defined(__cplusplus) || __STDC_VERSION__ >= 202311L
+ {
+  /**
+   * Done. A sample was used.
+   */
+  TACTID_STATUS_OK = 0,
+  /**
+   * The sample starts a new stretch without gaps: it is the first, or comes after a gap.
+   */
+  TACTID_STATUS_STARTED = 1,
+  /**
+   * The sample was used, and shows that the payload has changed: the estimate starts again.
+   */
+  TACTID_STATUS_PAYLOAD_CHANGED = 2,
+  /**
+   * What is asked for is not known, or not known yet; nothing is written.
+   */
+  TACTID_STATUS_UNKNOWN = 3,
+  /**
+   * The sample was ignored: a number is not finite or has a magnitude of 1e30 or more, or the time is not later than that
+   * of the sample before. The estimate counts it as rejected.
+   */
+  TACTID_STATUS_REJECTED = -1,
+  /**
+   * A pointer is null that must not be.
+   */
+  TACTID_STATUS_NULL_POINTER = -2,
+  /**
+   * The `size` of a struct is that of no version, or the struct uses a member that this library does not have.
+   */
+  TACTID_STATUS_WRONG_SIZE = -3,
+  /**
+   * An array does not have one entry for each joint or six for each sensor, or `base` is given for a fixed base.
+   */
+  TACTID_STATUS_WRONG_COUNT = -4,
+  /**
+   * A text is not in UTF-8.
+   */
+  TACTID_STATUS_INVALID_TEXT = -5,
+  /**
+   * The URDF is invalid, or lacks a link or a joint; `tactid_last_error` says which.
+   */
+  TACTID_STATUS_INVALID_ROBOT = -6,
+  /**
+   * An option is out of range, or does not fit the robot or another option; `tactid_last_error` says which.
+   */
+  TACTID_STATUS_INVALID_OPTION = -7,
+  /**
+   * An error of tactid itself, which standard error describes: please report it. Replace the identifier.
+   */
+  TACTID_STATUS_INTERNAL = -8,
+};
+#ifndef __cplusplus
+#if __STDC_VERSION__ >= 202311L
+typedef enum tactid_status tactid_status;
+#else
+typedef int32_t tactid_status;
+#endif // __STDC_VERSION__ >= 202311L
+#endif // __cplusplus
+
+/**
+ * An online identifier of one payload on one robot.
+ */
+typedef struct tactid_identifier tactid_identifier;
+
+/**
+ * How samples are measured and used. Zero in any member but `size` means its default. Names are those of the options of
+ * tactid in Python where both have one.
+ */
+typedef struct tactid_options {
+  /**
+   * `sizeof(tactid_options)`.
+   */
+  size_t size;
+  /**
+   * The measurements that the payload is identified from: one of `TACTID_METHOD_...`.
+   */
+  uint32_t method;
+  /**
+   * Nonzero: the base of the robot floats, and each sample has its state. Default: it is fixed to the ground.
+   */
+  uint32_t floating_base;
+  /**
+   * Names of the links in whose frames the wrenches are measured: `sensor_count` texts. Default: one sensor in the frame
+   * of the tip for the tactile method, none for others.
+   */
+  const char *const *sensors;
+  /**
+   * Number of wrench sensors.
+   */
+  size_t sensor_count;
+  /**
+   * Gravitational acceleration in the inertial frame, m/s², pointing down: three numbers. Default: 9.81 along -z for a
+   * fixed base, none for a floating one.
+   */
+  const double *gravity;
+  /**
+   * Frequency at which the low-pass on both sides of the equations has lost 3 dB, Hz. Default: 10.
+   */
+  double cutoff_hz;
+  /**
+   * Longest time between two samples across which the motion is differentiated, s. Default: 0.1.
+   */
+  double max_gap_s;
+  /**
+   * Nonzero: the wrenches have an unknown constant offset, such as a sensor zero that was not set, which is estimated, too.
+   * Default: they have none.
+   */
+  uint32_t wrench_offset;
+  /**
+   * What efforts contain: one of `TACTID_EFFORT_...`.
+   */
+  uint32_t effort_content;
+  /**
+   * Name of the link along whose axes the wrenches are expressed, or `world`. Default: the axes of each sensor's own
+   * frame. Moments are about the origin of the sensor's frame in any case.
+   */
+  const char *wrench_axes;
+  /**
+   * Standard deviations of the white noise of one sample of each wrench sensor: three forces, N, three moments, N m.
+   * Default: estimated from the data.
+   */
+  const double *wrench_noise;
+  /**
+   * Standard deviation of the white noise of one sample of each joint effort, N m or N. Default: estimated from the data.
+   */
+  double effort_noise;
+  /**
+   * The body whose load was subtracted from the wrenches before they are given here, as controllers do for their
+   * configured payload, in the tip's frame: mass, kg; centre of mass, m; inertia about it, kg m² (xx, xy, xz, yy, yz,
+   * zz). Default: none.
+   */
+  const double *subtracted_body;
+  /**
+   * Nonzero: the forces that accelerate that body were subtracted beside its weight.
+   */
+  uint32_t subtracted_with_inertia;
+  /**
+   * Channels of the only wrench sensor that measure nothing: bit k is channel k of three forces, then three moments.
+   */
+  uint32_t unmeasured;
+} tactid_options;
+
+/**
+ * What a robot measures at one time. Arrays of joints are in the order of the names that the identifier was created with.
+ */
+typedef struct tactid_sample {
+  /**
+   * `sizeof(tactid_sample)`.
+   */
+  size_t size;
+  /**
+   * Time on one clock for all samples, s.
+   */
+  double time_s;
+  /**
+   * Number of joints in each array of joints: that of the names.
+   */
+  size_t joint_count;
+  /**
+   * Positions of the joints, rad, or m for a prismatic joint.
+   */
+  const double *position;
+  /**
+   * Velocities of the joints, rad/s or m/s. Default: differentiated from the positions of neighbouring samples.
+   */
+  const double *velocity;
+  /**
+   * Efforts of the joint motors, N m or N, gravity and payload included. Only methods with efforts use them.
+   */
+  const double *effort;
+  /**
+   * Number of wrenches: that of the sensors.
+   */
+  size_t wrench_count;
+  /**
+   * Wrench of each sensor **on the payload**, in the sensor's frame and about its origin: three forces, N, then three
+   * moments, N m. A sensor that reports what acts on itself has the opposite sign.
+   */
+  const double *wrenches;
+  /**
+   * State of a floating base in the inertial frame, 13 numbers: position, m; orientation as a quaternion x, y, z, w, from
+   * the base to the inertial frame; velocity of its origin, m/s; angular velocity, rad/s. Null for a fixed base.
+   */
+  const double *base;
+  /**
+   * Acceleration of the base's origin without gravity, m/s², and angular acceleration, rad/s², in the inertial frame: six
+   * numbers. Default: differentiated from the velocities of neighbouring samples.
+   */
+  const double *base_acceleration;
+} tactid_sample;
+
+/**
+ * The identified payload. The ten values are mass, kg; centre of mass in the tip's frame, m; inertia about the centre of
+ * mass along the axes of the tip's frame, kg m² (xx, xy, xz, yy, yz, zz).
+ */
+typedef struct tactid_estimate {
+  /**
+   * `sizeof(tactid_estimate)`.
+   */
+  size_t size;
+  /**
+   * The ten values.
+   */
+  double values[10];
+  /**
+   * Standard deviation of each value, in its unit; infinite where the value is unobservable, or divided by a mass that is
+   * not known to a quarter.
+   */
+  double std_devs[10];
+  /**
+   * Limits of the 95 % interval of each value, in its unit; infinite where nothing bounds it.
+   */
+  double intervals[10][2];
+  /**
+   * Covariance of the linear parameters: mass, kg; mass times centre of mass, kg m; inertia about the origin of the tip's
+   * frame, kg m², in the order of the values. An unobservable direction has the variance of parameters of plausible
+   * size. NaN during the first seven windows, in which the noise is not known.
+   */
+  double covariance[10][10];
+  /**
+   * What the motion shows of each value: `TACTID_IDENTIFIABLE`, `TACTID_UNCERTAIN` or `TACTID_UNOBSERVABLE`.
+   */
+  uint32_t observability[10];
+  /**
+   * 1 where a body with these values can exist, within 1 % of its largest principal moment, else 0.
+   */
+  uint32_t is_physical;
+  /**
+   * Always 0.
+   */
+  uint32_t reserved;
+  /**
+   * Time of the last payload change on the samples' clock, s, or minus infinity: the estimate uses the samples after it.
+   */
+  double since_s;
+  /**
+   * Number of payload changes.
+   */
+  uint64_t payload_changes;
+  /**
+   * Number of averaging windows, those before a payload change included.
+   */
+  uint64_t windows;
+  /**
+   * Number of samples that were ignored, because of a number that is not finite or a time that is not later than the one before.
+   */
+  uint64_t rejected;
+  /**
+   * Number of gaps between samples that were too long to be bridged.
+   */
+  uint64_t gaps;
+} tactid_estimate;
+
+/**
+ * A wrench with its uncertainty. Force, N, comes before moment, N m. The sign is that of the measured wrenches, which act on the
+ * payload.
+ */
+typedef struct tactid_wrench {
+  /**
+   * `sizeof(tactid_wrench)`.
+   */
+  size_t size;
+  /**
+   * Force, then moment.
+   */
+  double values[6];
+  /**
+   * Standard deviation of each value, in its unit; infinite where the motion does not determine it, NaN where it is not
+   * estimated.
+   */
+  double std_devs[6];
+} tactid_wrench;
+
+#ifdef __cplusplus
+extern "C" {
+#endif // __cplusplus
+
+/**
+ * Returns the version of the library, such as `0.1.0`. The text is static.
+ */
+const char *tactid_version(void);
+
+/**
+ * Returns what a status means, in English, also of a number that is none. The text is static.
+ */
+const char *tactid_status_text(int32_t status);
+
+/**
+ * Copies why the last `tactid_identifier_new` of this thread failed, in English, and returns the number of bytes that the
+ * whole text needs with the zero at its end. A buffer that is shorter gets the beginning of the text; it may be null where
+ * `size` is 0.
+ *
+ * # Safety
+ * `buffer` is null, or has `size` writable bytes.
+ */
+size_t tactid_last_error(char *buffer,
+                         size_t size);
+
+/**
+ * Creates an identifier for the robot of a URDF, given as its text, whose end-effector frame is the link `tip`.
+ *
+ * `joints` has the `joint_count` names of the joints in the order in which samples have them. It must name all joints that move
+ * the tip or a sensor; others may be missing and count as zero, and names that the robot does not have are ignored. Methods that use
+ * efforts or the momentum of a floating base need all joints. `options` may be null: all then have their defaults.
+ * `*identifier` is the caller's, who ends it with `tactid_identifier_free`; it is null after an error, whose text
+ * `tactid_last_error` returns.
+ *
+ * Allocates; some 1 ms.
+ *
+ * # Safety
+ * Texts end with zero, and pointers are null or point to what is documented.
+ */
+tactid_status tactid_identifier_new(const char *urdf,
+                                    const char *tip,
+                                    const char *const *joints,
+                                    size_t joint_count,
+                                    const struct tactid_options *options,
+                                    struct tactid_identifier **identifier);
+
+/**
+ * Ends an identifier. Null is allowed.
+ *
+ * # Safety
+ * `identifier` is null, or was created here and not ended before, and no call uses it.
+ */
+void tactid_identifier_free(struct tactid_identifier *identifier);
+
+/**
+ * Adds one sample, and answers `TACTID_STATUS_OK`, `TACTID_STATUS_STARTED` or `TACTID_STATUS_PAYLOAD_CHANGED`, or an error.
+ *
+ * Allocates nothing; some 2 µs, and some 100 µs at three samples of the first second.
+ *
+ * # Safety
+ * `identifier` was created here, and the arrays of the sample have the documented lengths.
+ */
+tactid_status tactid_identifier_push(struct tactid_identifier *identifier,
+                                     const struct tactid_sample *sample);
+
+/**
+ * Completes the update by the most recent window at once, so that the estimate includes it: after the last sample of a
+ * recording. In a control loop, the samples that follow do the same. Allocates nothing.
+ *
+ * # Safety
+ * `identifier` was created here.
+ */
+tactid_status tactid_identifier_finish(struct tactid_identifier *identifier);
+
+/**
+ * Writes what is known now into a struct of the caller, as far as its `size` has room. Allocates nothing; some 0.1 µs.
+ *
+ * # Safety
+ * `identifier` was created here, and `estimate` has `size` writable bytes.
+ */
+tactid_status tactid_identifier_estimate(const struct tactid_identifier *identifier,
+                                         struct tactid_estimate *estimate);
+
+/**
+ * Writes the constant offset of the wrenches, which a measured wrench contains. It is expressed in the frame of the sensor where
+ * there is one that does not move relative to the tip, and otherwise it is that of the sum of the wrenches in the tip's frame.
+ * Answers `TACTID_STATUS_UNKNOWN` where the option `wrench_offset` is not set, and before the first window. Allocates nothing.
+ *
+ * # Safety
+ * `identifier` was created here, and `offset` has `size` writable bytes.
+ */
+tactid_status tactid_identifier_wrench_offset(const struct tactid_identifier *identifier,
+                                              struct tactid_wrench *offset);
+
+/**
+ * Copies an identifier, so that another thread can ask the copy for its findings while this one goes on. The copy is the
+ * caller's, who ends it with `tactid_identifier_free`. Allocates; some 0.6 ms.
+ *
+ * # Safety
+ * `identifier` was created here, and `copy` is writable.
+ */
+tactid_status tactid_identifier_clone(const struct tactid_identifier *identifier,
+                                      struct tactid_identifier **copy);
+
+/**
+ * Copies what the most recent samples show about the assumptions: a wrong sign, an offset, velocities in other units. Each
+ * finding is a line that begins with `contradicts: `, `doubts: ` or `notes: `, the gravest first; the text is empty where there is
+ * none. `*needed`, where it is not null, becomes the number of bytes that the whole text needs with the zero at its end. A
+ * buffer that is shorter gets the beginning of the text; it may be null where `size` is 0.
+ *
+ * Allocates; some 20 ms: call it outside of the control loop, with a copy of the identifier.
+ *
+ * # Safety
+ * `identifier` was created here, `buffer` is null or has `size` writable bytes, and `needed` is null or writable.
+ */
+tactid_status tactid_identifier_findings(const struct tactid_identifier *identifier,
+                                         char *buffer,
+                                         size_t size,
+                                         size_t *needed);
+
+#ifdef __cplusplus
+}  // extern "C"
+#endif  // __cplusplus
+
+#endif  /* TACTID_H */
