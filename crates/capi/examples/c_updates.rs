@@ -16,10 +16,11 @@ use std::time::Instant as Clock;
 use common::{Experiment, Instant, Noise, SENSORS, TOOL, URDF, identifier};
 use rand::{SeedableRng, rngs::SmallRng};
 use tactid::{
-    tactid_estimate, tactid_identifier, tactid_identifier_estimate, tactid_identifier_free,
-    tactid_identifier_new, tactid_identifier_push, tactid_options, tactid_sample,
+    tactid_estimate, tactid_identifier, tactid_identifier_contact_wrench,
+    tactid_identifier_estimate, tactid_identifier_free, tactid_identifier_new,
+    tactid_identifier_push, tactid_options, tactid_sample, tactid_wrench,
 };
-use tactid_identify::{EquationSettings, Identifier};
+use tactid_identify::{EquationSettings, Identifier, WrenchFrame};
 
 /// Number of samples before the updates that are counted, in which the noise is estimated several times.
 const FIRST_SAMPLES: usize = 1100;
@@ -60,7 +61,7 @@ fn print_times() {
     let [rust, c] =
         [0, 1].map(|which| later.iter().map(|of| of[which]).sum::<f64>() / later.len() as f64);
     println!(
-        "one update at 1 kHz, sample to estimate with covariance: Rust {rust:.2} µs, C {c:.2} µs, ratio {:.3}",
+        "one update at 1 kHz, sample to estimate with covariance and contact wrench: Rust {rust:.2} µs, C {c:.2} µs, ratio {:.3}",
         c / rust
     );
 }
@@ -73,6 +74,8 @@ struct Updates {
     rust: Identifier,
     c: *mut tactid_identifier,
     estimate: tactid_estimate,
+    contact: tactid_wrench,
+    frame: WrenchFrame,
 }
 
 impl Updates {
@@ -87,11 +90,15 @@ impl Updates {
             .iter()
             .map(|i| noise.on(i, &mut random))
             .collect();
+        let rust = identifier(&experiment, &EquationSettings::default());
+        let frame = rust.wrench_frame(TOOL, None).unwrap();
         Self {
-            rust: identifier(&experiment, &EquationSettings::default()),
+            rust,
             samples: instants.iter().map(plain).collect(),
             c: created(),
             estimate: tactid_estimate::default(),
+            contact: tactid_wrench::default(),
+            frame,
             experiment,
             instants,
         }
@@ -111,6 +118,8 @@ impl Updates {
                 .unwrap(),
         );
         black_box((self.rust.estimate(), self.rust.covariance()));
+        black_box((self.rust.is_settled(), self.rust.estimate_before_change()));
+        black_box(self.rust.contact_wrench(&self.frame));
     }
 
     fn of_c(&mut self, k: usize) {
@@ -131,6 +140,8 @@ impl Updates {
         unsafe { tactid_identifier_push(self.c, black_box(&raw const sample)) };
         // SAFETY: the identifier was created, and the struct has its size.
         unsafe { tactid_identifier_estimate(self.c, black_box(&raw mut self.estimate)) };
+        // SAFETY: as above.
+        unsafe { tactid_identifier_contact_wrench(self.c, black_box(&raw mut self.contact)) };
     }
 }
 

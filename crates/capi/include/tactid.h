@@ -76,6 +76,17 @@
 #define TACTID_EFFORT_EXTERNAL 2
 
 /**
+ * The load is that of the payload that is held, as far as the measurements show.
+ */
+#define TACTID_SETTLED 0
+
+/**
+ * The measurements contradict the load: something touches the payload, or it has changed. The load is held at its last estimate
+ * that nothing contradicted, and the standard deviations of the contact contain all of it.
+ */
+#define TACTID_CHANGING 1
+
+/**
  * How a call answers; negative values are errors, and nothing has changed then.
  */
 enum tactid_status
@@ -99,6 +110,11 @@ enum tactid_status
    * What is asked for is not known, or not known yet; nothing is written.
    */
   TACTID_STATUS_UNKNOWN = 3,
+  /**
+   * The sample was used, and shows that the payload before the last change is held again, or that the change was a contact
+   * which has ended: the estimate before the change continues.
+   */
+  TACTID_STATUS_PAYLOAD_RETURNED = 4,
   /**
    * The sample was ignored: a number is not finite or has a magnitude of 1e30 or more, or the time is not later than that
    * of the sample before. The estimate counts it as rejected.
@@ -222,6 +238,16 @@ typedef struct tactid_options {
    * Channels of the only wrench sensor that measure nothing: bit k is channel k of three forces, then three moments.
    */
   uint32_t unmeasured;
+  /**
+   * Name of the link about whose origin the moments of load and contact are; it does not move relative to the tip. Default:
+   * the tip.
+   */
+  const char *wrench_point;
+  /**
+   * Name of the link along whose axes load and contact are expressed, or `world`; it does not move relative to the tip or to
+   * the ground. Default: the link of `wrench_point`.
+   */
+  const char *wrench_point_axes;
 } tactid_options;
 
 /**
@@ -310,9 +336,18 @@ typedef struct tactid_estimate {
    */
   uint32_t is_physical;
   /**
-   * Always 0.
+   * 1 where the estimate is that of the payload that is held now: at least 32 windows contribute to it, and the most recent
+   * ones show no evidence of a change; else 0.
    */
-  uint32_t reserved;
+  uint32_t is_settled;
+  /**
+   * The ten values of the payload before the last change; NaN before a change, and where it had not been known long enough.
+   */
+  double values_before[10];
+  /**
+   * Standard deviations of those values, as `std_devs`.
+   */
+  double std_devs_before[10];
   /**
    * Time of the last payload change on the samples' clock, s, or minus infinity: the estimate uses the samples after it.
    */
@@ -353,6 +388,23 @@ typedef struct tactid_wrench {
    * estimated.
    */
   double std_devs[6];
+  /**
+   * Covariance of the values; NaN for an offset.
+   */
+  double covariance[6][6];
+  /**
+   * Time to which the wrench belongs, on the clock of the samples, s: earlier than that of the last sample by the latency of
+   * the filter, 28 ms and some samples at a cutoff of 10 Hz. NaN for an offset.
+   */
+  double time_s;
+  /**
+   * `TACTID_SETTLED` or `TACTID_CHANGING`.
+   */
+  uint32_t state;
+  /**
+   * Always 0.
+   */
+  uint32_t reserved;
 } tactid_wrench;
 
 #ifdef __cplusplus
@@ -448,6 +500,41 @@ tactid_status tactid_identifier_estimate(const struct tactid_identifier *identif
  */
 tactid_status tactid_identifier_wrench_offset(const struct tactid_identifier *identifier,
                                               struct tactid_wrench *offset);
+
+/**
+ * Writes the wrench by which the robot carries and accelerates the payload: what the sensors would measure of it without offset,
+ * noise and contact. Frame and answers are those of `tactid_identifier_contact_wrench`. Allocates nothing.
+ *
+ * # Safety
+ * `identifier` was created here, and `load` has `size` writable bytes.
+ */
+tactid_status tactid_identifier_load_wrench(const struct tactid_identifier *identifier,
+                                            struct tactid_wrench *load);
+
+/**
+ * Writes the wrench of a contact: the measured wrench less offset and load, all behind the same causal low-pass with the cutoff
+ * `cutoff_hz`. It is what the payload exerts on what it touches; its negative acts on the payload from outside. Its moment is
+ * about the origin of the link `wrench_point`, and its axes are those of `wrench_point_axes`.
+ *
+ * What the load does not explain may be a contact or a payload change, and the first samples do not show which: `state` is then
+ * `TACTID_CHANGING`. Answers `TACTID_STATUS_UNKNOWN` before 32 windows determine the load for the first time, after a gap, and for
+ * methods without wrenches. Allocates nothing.
+ *
+ * # Safety
+ * `identifier` was created here, and `contact` has `size` writable bytes.
+ */
+tactid_status tactid_identifier_contact_wrench(const struct tactid_identifier *identifier,
+                                               struct tactid_wrench *contact);
+
+/**
+ * Says whether the payload stays what it is (nonzero), as while a gripper is closed. Samples of such a time neither update the
+ * estimate nor show a payload change, and whatever the load does not explain is a contact. Allocates nothing.
+ *
+ * # Safety
+ * `identifier` was created here.
+ */
+tactid_status tactid_identifier_hold_payload(struct tactid_identifier *identifier,
+                                             uint32_t is_held);
 
 /**
  * Copies an identifier, so that another thread can ask the copy for its findings while this one goes on. The copy is the

@@ -109,6 +109,19 @@ class Identifier {
     return known(tactid_identifier_wrench_offset);
   }
 
+  /// Returns the wrench by which the robot carries and accelerates the payload; nothing where it is not known.
+  std::optional<tactid_wrench> load_wrench() const noexcept {
+    return known(tactid_identifier_load_wrench);
+  }
+
+  /// Returns what the payload exerts on what it touches; nothing where it is not known.
+  std::optional<tactid_wrench> contact_wrench() const noexcept {
+    return known(tactid_identifier_contact_wrench);
+  }
+
+  /// Says whether the payload stays what it is, as while a gripper is closed.
+  void hold_payload(bool is_held) noexcept { tactid_identifier_hold_payload(handle_.get(), is_held); }
+
   /// Copies the identifier, for the findings in another thread.
   Result<Identifier> clone() const {
     tactid_identifier* copy = nullptr;

@@ -95,6 +95,20 @@ pub(crate) unsafe fn text<'a>(pointer: *const c_char) -> Result<&'a str, tactid_
     bytes.to_str().map_err(|_| tactid_status::InvalidText)
 }
 
+/// Returns a text that may be absent.
+///
+/// # Safety
+/// As for [`text`].
+pub(crate) unsafe fn optional_text<'a>(
+    pointer: *const c_char,
+) -> Result<Option<&'a str>, tactid_status> {
+    if pointer.is_null() {
+        return Ok(None);
+    }
+    // SAFETY: the caller's promise.
+    unsafe { text(pointer) }.map(Some)
+}
+
 /// Returns the texts of an array.
 ///
 /// # Safety

@@ -1,6 +1,6 @@
 //! The estimate as C reads it.
 
-use tactid_identify::{Identifier, Observability};
+use tactid_identify::{Identifier, Observability, PayloadEstimate};
 
 use crate::border::{self, Extensible};
 
@@ -33,8 +33,13 @@ pub struct tactid_estimate {
     pub observability: [u32; 10],
     /// 1 where a body with these values can exist, within 1 % of its largest principal moment, else 0.
     pub is_physical: u32,
-    /// Always 0.
-    pub reserved: u32,
+    /// 1 where the estimate is that of the payload that is held now: at least 32 windows contribute to it, and the most recent
+    /// ones show no evidence of a change; else 0.
+    pub is_settled: u32,
+    /// The ten values of the payload before the last change; NaN before a change, and where it had not been known long enough.
+    pub values_before: [f64; 10],
+    /// Standard deviations of those values, as `std_devs`.
+    pub std_devs_before: [f64; 10],
     /// Time of the last payload change on the samples' clock, s, or minus infinity: the estimate uses the samples after it.
     pub since_s: f64,
     /// Number of payload changes.
@@ -60,6 +65,7 @@ impl tactid_estimate {
     /// Returns what an identifier knows now.
     pub(crate) fn of(identifier: &Identifier) -> Self {
         let estimate = identifier.estimate();
+        let before = identifier.estimate_before_change();
         Self {
             size: size_of::<Self>(),
             values: estimate.values(),
@@ -74,7 +80,11 @@ impl tactid_estimate {
                 Observability::Unobservable => TACTID_UNOBSERVABLE,
             }),
             is_physical: u32::from(estimate.is_physical),
-            reserved: 0,
+            is_settled: u32::from(identifier.is_settled()),
+            values_before: before
+                .as_ref()
+                .map_or([f64::NAN; 10], PayloadEstimate::values),
+            std_devs_before: before.map_or([f64::NAN; 10], |before| before.std_devs),
             since_s: estimate.since_s,
             payload_changes: estimate.payload_changes,
             windows: estimate.windows,

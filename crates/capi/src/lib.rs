@@ -19,7 +19,7 @@ use std::ffi::{CStr, c_char};
 use std::fmt::Write;
 
 use tactid_identify::dynamics::{Notice, Reader};
-use tactid_identify::{Identifier, Manipulator, PushOutcome};
+use tactid_identify::{Identifier, Manipulator, PushOutcome, WrenchFrame};
 
 pub use estimate::{TACTID_IDENTIFIABLE, TACTID_UNCERTAIN, TACTID_UNOBSERVABLE, tactid_estimate};
 pub use options::{
@@ -29,7 +29,7 @@ pub use options::{
 };
 pub use sample::tactid_sample;
 pub use status::tactid_status;
-pub use wrench::tactid_wrench;
+pub use wrench::{TACTID_CHANGING, TACTID_SETTLED, tactid_wrench};
 
 use border::guarded;
 use sample::Samples;
@@ -40,6 +40,8 @@ use status::{Failure, meaning};
 pub struct tactid_identifier {
     identifier: Identifier,
     samples: Samples,
+    /// The frame of load and contact.
+    wrench_frame: WrenchFrame,
 }
 
 thread_local! {
@@ -147,9 +149,12 @@ unsafe fn created(
     let needs_all = options.method != TACTID_METHOD_TACTILE;
     let samples = Samples::new(&robot, &joints, tip, &sensors, needs_all)?;
     let identifier = Identifier::new(&robot, tip, &sensors, &settings)?;
+    // SAFETY: the caller's promise.
+    let wrench_frame = unsafe { options.wrench_frame(&identifier, tip) }?;
     Ok(tactid_identifier {
         identifier,
         samples,
+        wrench_frame,
     })
 }
 
@@ -184,6 +189,7 @@ pub unsafe extern "C" fn tactid_identifier_push(
         let tactid_identifier {
             identifier,
             samples,
+            ..
         } = unsafe { border::place(identifier) }?;
         // SAFETY: the caller's promise.
         let sample = unsafe { border::read(sample) }?;
@@ -195,6 +201,7 @@ pub unsafe extern "C" fn tactid_identifier_push(
         match outcome {
             PushOutcome::Used => Ok(tactid_status::Ok),
             PushOutcome::PayloadChanged => Ok(tactid_status::PayloadChanged),
+            PushOutcome::PayloadReturned => Ok(tactid_status::PayloadReturned),
             PushOutcome::Started => Ok(tactid_status::Started),
             PushOutcome::Rejected => Err(tactid_status::Rejected),
         }
@@ -255,6 +262,74 @@ pub unsafe extern "C" fn tactid_identifier_wrench_offset(
             .map(tactid_wrench::from);
         // SAFETY: the caller's promise.
         unsafe { written(found, offset) }
+    })
+}
+
+/// Writes the wrench by which the robot carries and accelerates the payload: what the sensors would measure of it without offset,
+/// noise and contact. Frame and answers are those of `tactid_identifier_contact_wrench`. Allocates nothing.
+///
+/// # Safety
+/// `identifier` was created here, and `load` has `size` writable bytes.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn tactid_identifier_load_wrench(
+    identifier: *const tactid_identifier,
+    load: *mut tactid_wrench,
+) -> tactid_status {
+    guarded(|| {
+        // SAFETY: the caller's promise.
+        let of = unsafe { border::reference(identifier) }?;
+        let found = of
+            .identifier
+            .load_wrench(&of.wrench_frame)
+            .map(tactid_wrench::from);
+        // SAFETY: the caller's promise.
+        unsafe { written(found, load) }
+    })
+}
+
+/// Writes the wrench of a contact: the measured wrench less offset and load, all behind the same causal low-pass with the cutoff
+/// `cutoff_hz`. It is what the payload exerts on what it touches; its negative acts on the payload from outside. Its moment is
+/// about the origin of the link `wrench_point`, and its axes are those of `wrench_point_axes`.
+///
+/// What the load does not explain may be a contact or a payload change, and the first samples do not show which: `state` is then
+/// `TACTID_CHANGING`. Answers `TACTID_STATUS_UNKNOWN` before 32 windows determine the load for the first time, after a gap, and for
+/// methods without wrenches. Allocates nothing.
+///
+/// # Safety
+/// `identifier` was created here, and `contact` has `size` writable bytes.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn tactid_identifier_contact_wrench(
+    identifier: *const tactid_identifier,
+    contact: *mut tactid_wrench,
+) -> tactid_status {
+    guarded(|| {
+        // SAFETY: the caller's promise.
+        let of = unsafe { border::reference(identifier) }?;
+        let found = of
+            .identifier
+            .contact_wrench(&of.wrench_frame)
+            .map(tactid_wrench::from);
+        // SAFETY: the caller's promise.
+        unsafe { written(found, contact) }
+    })
+}
+
+/// Says whether the payload stays what it is (nonzero), as while a gripper is closed. Samples of such a time neither update the
+/// estimate nor show a payload change, and whatever the load does not explain is a contact. Allocates nothing.
+///
+/// # Safety
+/// `identifier` was created here.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn tactid_identifier_hold_payload(
+    identifier: *mut tactid_identifier,
+    is_held: u32,
+) -> tactid_status {
+    guarded(|| {
+        // SAFETY: the caller's promise.
+        unsafe { border::place(identifier) }?
+            .identifier
+            .hold_payload(is_held != 0);
+        Ok(tactid_status::Ok)
     })
 }
 

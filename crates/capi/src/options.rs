@@ -5,7 +5,8 @@ use std::ffi::c_char;
 use tactid_identify::dynamics::InertialParameters;
 use tactid_identify::nalgebra::Vector3;
 use tactid_identify::{
-    BaseKind, EffortContent, EquationSettings, Method, SubtractedLoad, body_of_values,
+    BaseKind, EffortContent, EquationSettings, Identifier, Method, SubtractedLoad, WrenchFrame,
+    body_of_values,
 };
 
 use crate::border::{self, Extensible};
@@ -73,6 +74,12 @@ pub struct tactid_options {
     pub subtracted_with_inertia: u32,
     /// Channels of the only wrench sensor that measure nothing: bit k is channel k of three forces, then three moments.
     pub unmeasured: u32,
+    /// Name of the link about whose origin the moments of load and contact are; it does not move relative to the tip. Default:
+    /// the tip.
+    pub wrench_point: *const c_char,
+    /// Name of the link along whose axes load and contact are expressed, or `world`; it does not move relative to the tip or to
+    /// the ground. Default: the link of `wrench_point`.
+    pub wrench_point_axes: *const c_char,
 }
 
 // SAFETY: it is repr(C), begins with its size, and has numbers and pointers alone.
@@ -110,6 +117,22 @@ impl tactid_options {
         unsafe { border::texts(self.sensors, self.sensor_count) }
     }
 
+    /// Returns the frame of load and contact.
+    ///
+    /// # Safety
+    /// Each text is null or ends with zero.
+    pub(crate) unsafe fn wrench_frame(
+        &self,
+        identifier: &Identifier,
+        tip: &str,
+    ) -> Result<WrenchFrame, Failure> {
+        // SAFETY: the caller's promise.
+        let point = unsafe { border::optional_text(self.wrench_point) }?;
+        // SAFETY: the caller's promise.
+        let axes = unsafe { border::optional_text(self.wrench_point_axes) }?;
+        Ok(identifier.wrench_frame(point.unwrap_or(tip), axes)?)
+    }
+
     /// Returns the settings of the equations.
     ///
     /// # Safety
@@ -123,12 +146,8 @@ impl tactid_options {
         let subtracted = unsafe { border::optional::<10>(self.subtracted_body) };
         // SAFETY: the caller's promise.
         let wrench_noise = unsafe { border::optional::<6>(self.wrench_noise) };
-        let wrench_axes = if self.wrench_axes.is_null() {
-            None
-        } else {
-            // SAFETY: the caller's promise.
-            Some(unsafe { border::text(self.wrench_axes) }?.to_owned())
-        };
+        // SAFETY: the caller's promise.
+        let wrench_axes = unsafe { border::optional_text(self.wrench_axes) }?;
         if subtracted.is_some_and(|values| !values.iter().all(|value| value.is_finite())) {
             return Err(Failure::option(
                 "`subtracted_body` has a number that is not finite",
@@ -140,7 +159,7 @@ impl tactid_options {
             cutoff_hz: or_default(self.cutoff_hz, defaults.cutoff_hz),
             max_gap_s: or_default(self.max_gap_s, defaults.max_gap_s),
             effort_content: effort_content(self.effort_content)?,
-            wrench_axes,
+            wrench_axes: wrench_axes.map(str::to_owned),
             wrench_offset: self.wrench_offset != 0,
             subtracted: subtracted.map(|values| SubtractedLoad {
                 body: InertialParameters::from(body_of_values(&values)),

@@ -16,6 +16,9 @@ pub enum tactid_status {
     PayloadChanged = 2,
     /// What is asked for is not known, or not known yet; nothing is written.
     Unknown = 3,
+    /// The sample was used, and shows that the payload before the last change is held again, or that the change was a contact
+    /// which has ended: the estimate before the change continues.
+    PayloadReturned = 4,
     /// The sample was ignored: a number is not finite or has a magnitude of 1e30 or more, or the time is not later than that
     /// of the sample before. The estimate counts it as rejected.
     Rejected = -1,
@@ -42,6 +45,7 @@ pub(crate) fn meaning(status: i32) -> &'static CStr {
         1 => c"the sample starts a new stretch without gaps",
         2 => c"the payload has changed",
         3 => c"not known, or not known yet",
+        4 => c"the payload before the last change is held again",
         -1 => c"the sample was ignored: a number that is not finite, or a time that is not later than the one before",
         -2 => c"a pointer is null that must not be",
         -3 => c"the size of a struct is that of no version, or this library lacks a member that is used",

@@ -13,12 +13,12 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::sync::LazyLock;
 
-use common::{Experiment, Instant, Noise, URDF, identifier, payload};
+use common::{Experiment, Instant, Noise, TOOL, URDF, identifier, payload};
 use nalgebra::UnitQuaternion;
 use rand::{SeedableRng, rngs::SmallRng};
 use tactid::tactid_estimate;
 use tactid_dynamics::MassProperties;
-use tactid_identify::EquationSettings;
+use tactid_identify::{EquationSettings, Identifier};
 
 const CRATE: &str = env!("CARGO_MANIFEST_DIR");
 const FOLDER: &str = env!("CARGO_TARGET_TMPDIR");
@@ -172,29 +172,49 @@ fn c_has_the_numbers_of_rust_and_allocates_nothing() {
         format!("{SAMPLES} samples, 0 allocations, 1 changes\n")
     );
 
-    let mut identifier = identifier(&experiment, &EquationSettings::default());
     let found = std::fs::read(&found).unwrap();
-    let of_c = found.chunks_exact(size_of::<tactid_estimate>() - size_of::<usize>());
+    let of_estimate = size_of::<tactid_estimate>() - size_of::<usize>();
+    let of_c = found.chunks_exact(of_estimate + 6 * size_of::<f64>());
     assert_eq!(of_c.len(), SAMPLES);
+    let mut identifier = identifier(&experiment, &EquationSettings::default());
+    let mut contact = [0.0; 6];
     for (mut instant, bytes) in instants.into_iter().zip(of_c) {
         // C has plain quaternions, which are normalised.
         let rotation = &mut instant.base.pose.rotation;
         *rotation = UnitQuaternion::new_normalize(rotation.into_inner());
         identifier.push(&instant.sample()).unwrap();
-        let estimate = identifier.estimate();
-        let covariance = identifier.covariance();
-        let covariance: [[f64; 10]; 10] = covariance.map_or([[f64::NAN; 10]; 10], Into::into);
-        let of_rust = estimate.values().into_iter().chain(estimate.std_devs);
-        let of_rust = of_rust.chain(estimate.intervals.into_iter().flatten());
-        let of_rust = of_rust.chain(covariance.into_iter().flatten());
-        for (number, bytes) in of_rust.zip(bytes.as_chunks::<8>().0) {
-            assert_eq!(
-                number.to_bits(),
-                u64::from_ne_bytes(*bytes),
-                "at {} s",
-                instant.time_s
-            );
-        }
+        contact = contact_now(&identifier).unwrap_or(contact);
+        let (estimate, touched) = bytes.split_at(of_estimate);
+        assert_same(contact, touched, instant.time_s);
+        assert_same(estimate_now(&identifier), estimate, instant.time_s);
+    }
+}
+
+/// The contact wrench that an identifier knows.
+fn contact_now(identifier: &Identifier) -> Option<[f64; 6]> {
+    let frame = identifier.wrench_frame(TOOL, None).unwrap();
+    let found = identifier.contact_wrench(&frame)?.wrench;
+    let (f, n) = (found.force, found.moment);
+    Some([f.x, f.y, f.z, n.x, n.y, n.z])
+}
+
+/// The first numbers of an estimate, in the order of the struct.
+fn estimate_now(identifier: &Identifier) -> impl IntoIterator<Item = f64> {
+    let (estimate, covariance) = (identifier.estimate(), identifier.covariance());
+    let covariance: [[f64; 10]; 10] = covariance.map_or([[f64::NAN; 10]; 10], Into::into);
+    let limits = estimate.intervals.into_iter().flatten();
+    let both = estimate.values().into_iter().chain(estimate.std_devs);
+    both.chain(limits).chain(covariance.into_iter().flatten())
+}
+
+/// Compares numbers of Rust with the first ones of C to the last digit.
+fn assert_same(of_rust: impl IntoIterator<Item = f64>, of_c: &[u8], time_s: f64) {
+    for (number, bytes) in of_rust.into_iter().zip(of_c.as_chunks::<8>().0) {
+        assert_eq!(
+            number.to_bits(),
+            u64::from_ne_bytes(*bytes),
+            "at {time_s} s"
+        );
     }
 }
 

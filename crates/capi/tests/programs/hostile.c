@@ -84,6 +84,11 @@ static void wrong_options(void) {
   CHECK(try_new(URDF, "tool0", JOINTS, 3, &options) == TACTID_STATUS_INVALID_OPTION);
   options = (tactid_options){.size = sizeof options, .wrench_axes = "\xff"};
   CHECK(try_new(URDF, "tool0", JOINTS, 3, &options) == TACTID_STATUS_INVALID_TEXT);
+  options = (tactid_options){.size = sizeof options, .wrench_point = "base"};
+  CHECK(try_new(URDF, "tool0", JOINTS, 3, &options) == TACTID_STATUS_INVALID_OPTION);
+  expect_error("base");
+  options = (tactid_options){.size = sizeof options, .wrench_point_axes = "\xff"};
+  CHECK(try_new(URDF, "tool0", JOINTS, 3, &options) == TACTID_STATUS_INVALID_TEXT);
   options = (tactid_options){.size = sizeof options, .sensor_count = 1};
   CHECK(try_new(URDF, "tool0", JOINTS, 3, &options) == TACTID_STATUS_NULL_POINTER);
   const size_t sizes[] = {0, sizeof(size_t) - 1, 4097, SIZE_MAX};
@@ -145,6 +150,11 @@ static void wrong_samples(void) {
   tactid_wrench offset = {.size = sizeof offset};
   CHECK(tactid_identifier_wrench_offset(NULL, &offset) == TACTID_STATUS_NULL_POINTER);
   CHECK(tactid_identifier_wrench_offset(identifier, &offset) == TACTID_STATUS_UNKNOWN);
+  CHECK(tactid_identifier_contact_wrench(identifier, &offset) == TACTID_STATUS_UNKNOWN);
+  CHECK(tactid_identifier_contact_wrench(NULL, &offset) == TACTID_STATUS_NULL_POINTER);
+  CHECK(tactid_identifier_load_wrench(identifier, &offset) == TACTID_STATUS_UNKNOWN);
+  CHECK(tactid_identifier_load_wrench(NULL, &offset) == TACTID_STATUS_NULL_POINTER);
+  CHECK(tactid_identifier_hold_payload(NULL, 1) == TACTID_STATUS_NULL_POINTER);
   // An older header has a shorter struct: nothing is written beyond it.
   size_t *shorter = malloc(sizeof *shorter + sizeof(double));
   *shorter = sizeof *shorter + sizeof(double);
@@ -203,6 +213,9 @@ static void two_threads(void) {
   CHECK(memcmp(&estimates[0], &estimates[1], sizeof *estimates) == 0);
   CHECK(estimates[0].windows > 10);
 
+  tactid_wrench contact = {.size = sizeof contact};
+  CHECK(tactid_identifier_contact_wrench(found[0], &contact) == TACTID_STATUS_OK);
+  CHECK(tactid_identifier_contact_wrench(found[0], NULL) == TACTID_STATUS_NULL_POINTER);
   tactid_identifier *copy = NULL;
   CHECK(tactid_identifier_clone(NULL, &copy) == TACTID_STATUS_NULL_POINTER);
   CHECK(tactid_identifier_clone(found[0], NULL) == TACTID_STATUS_NULL_POINTER);

@@ -1,4 +1,4 @@
-// Replays samples in an identifier and writes its estimate after each, for a comparison with Rust.
+// Replays samples in an identifier and writes its estimate and the contact wrench after each, for a comparison with Rust.
 //
 // replay URDF SAMPLES OUT: the samples are rows of doubles: time; position, velocity of each joint; state of the base; six
 // numbers of each of two wrenches. Prints how often memory was allocated between the first sample and the last.
@@ -85,7 +85,9 @@ int main(int argc, char **argv) {
   tactid_sample sample = {.size = sizeof sample, .joint_count = JOINTS + 1, .position = position,
                           .velocity = velocity, .wrench_count = 2};
   tactid_estimate estimate = {.size = sizeof estimate};
-  const size_t bytes = sizeof estimate - sizeof estimate.size;
+  tactid_wrench contact = {.size = sizeof contact};
+  const size_t of_estimate = sizeof estimate - sizeof estimate.size;
+  const size_t bytes = of_estimate + sizeof contact.values;
   char *estimates = malloc(count * bytes);
   const size_t before = allocations;
   for (size_t k = 0; k < count; k++) {
@@ -98,10 +100,12 @@ int main(int argc, char **argv) {
     sample.base = row + 1 + 2 * JOINTS;
     sample.wrenches = sample.base + 13;
     if (tactid_identifier_push(identifier, &sample) < 0 ||
-        tactid_identifier_estimate(identifier, &estimate) != TACTID_STATUS_OK) {
+        tactid_identifier_estimate(identifier, &estimate) != TACTID_STATUS_OK ||
+        tactid_identifier_contact_wrench(identifier, &contact) < 0) {
       return 1;
     }
-    memcpy(estimates + k * bytes, &estimate.values, bytes);
+    memcpy(estimates + k * bytes, &estimate.values, of_estimate);
+    memcpy(estimates + k * bytes + of_estimate, contact.values, sizeof contact.values);
   }
   const size_t during = allocations - before;
   FILE *out = fopen(argv[3], "wb");
