@@ -23,7 +23,19 @@ else:
 
 PACKAGE = Path(tactid.__file__).parent
 ROOT = Path(__file__).parents[2]
-FOLDERS = ["_base", "_view", "_options", "_read", "_results", "_show", "_documents", "_api", "_cli"]
+FOLDERS = [
+    "_base",
+    "_view",
+    "_options",
+    "_read",
+    "_results",
+    "_show",
+    "_documents",
+    "_api",
+    "_live",
+    "_ros",
+    "_cli",
+]
 """The folders of the package: each imports the ones before it."""
 
 

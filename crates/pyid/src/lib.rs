@@ -21,6 +21,7 @@ mod identify;
 mod inertia;
 mod interruption;
 mod joint_arrays;
+mod live;
 mod logs;
 mod motion;
 mod online;
@@ -68,6 +69,8 @@ mod _native {
     use crate::identify::{identify_arrays, identify_log, identify_poses, write_estimates};
     #[pymodule_export]
     use crate::inertia::MassProperties;
+    #[pymodule_export]
+    use crate::live::{LiveSession, LogMessages};
     #[pymodule_export]
     use crate::logs::{LogInfo, Topic, info, set_log_memory};
     #[pymodule_export]

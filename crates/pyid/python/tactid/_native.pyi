@@ -11,6 +11,8 @@ _Array: TypeAlias = NDArray[np.float64]
 _Path: TypeAlias = str | PathLike[str]
 _Source: TypeAlias = _Path | Mapping[str, ArrayLike]
 """A log, or the arrays of a recording by their names."""
+_Robot: TypeAlias = Manipulator | None
+_Sensors: TypeAlias = str | Sequence[str] | None
 _Progress: TypeAlias = Callable[[float], object] | None
 _Data: TypeAlias = dict[str, Any]
 """Values by the names of the fields of a class in ``tactid._results.records``."""
@@ -24,8 +26,10 @@ __all__ = [
     "Experiment",
     "FrameMotion",
     "Identifier",
+    "LiveSession",
     "Lms",
     "LogInfo",
+    "LogMessages",
     "Manipulator",
     "MassProperties",
     "Nlms",
@@ -220,11 +224,7 @@ class OnlineSolver:
 @final
 class Identifier(OnlineSolver):
     def __new__(
-        cls,
-        robot: Manipulator | None,
-        sensors: str | Sequence[str] | None,
-        effort: bool,
-        options: _Data,
+        cls, robot: _Robot, sensors: _Sensors, effort: bool, options: _Data
     ) -> Identifier: ...
     def estimate(self) -> _Data: ...
     def covariance(self) -> _Array | None: ...
@@ -233,15 +233,27 @@ class Identifier(OnlineSolver):
 
 @final
 class PaperFilter(OnlineSolver):
-    def __new__(
-        cls,
-        robot: Manipulator | None,
-        sensors: str | Sequence[str] | None,
-        options: _Data,
-    ) -> PaperFilter: ...
+    def __new__(cls, robot: _Robot, sensors: _Sensors, options: _Data) -> PaperFilter: ...
     def estimate(self) -> _Data: ...
     def rewind(self) -> None: ...
     def singular_values(self) -> _Data: ...
+
+@final
+class LiveSession:
+    def __new__(cls, options: _Data, first_s: float, in_background: bool) -> LiveSession: ...
+    def announce(self, topics: Sequence[tuple[str, str]]) -> None: ...
+    def push(self, messages: Sequence[tuple[str, str, bytes, int]]) -> None: ...
+    def finish(self) -> None: ...
+    def reset(self) -> None: ...
+    def estimate(self) -> _Data | None: ...
+    def wrench_offset(self) -> _Data | None: ...
+    def status(self) -> _Data: ...
+    def notices(self, now_ns: int) -> tuple[list[tuple[str, _Data]], list[_Data]]: ...
+
+@final
+class LogMessages:
+    def __new__(cls, log: _Path) -> LogMessages: ...
+    def read(self, count: int) -> list[tuple[str, str, bytes, int]]: ...
 
 @final
 class ArmModel:
@@ -257,7 +269,7 @@ def calibrate_arm(
     given: _Data,
     options: _Data,
     progress: _Progress = None,
-    robot: Manipulator | None = None,
+    robot: _Robot = None,
 ) -> _Data: ...
 def options() -> tuple[list[_Data], list[_Data], list[_Data]]: ...
 def design_excitation(
@@ -306,7 +318,7 @@ def identify_arrays(
     options: _Data,
     progress: _Progress = None,
     *,
-    robot: Manipulator | None = None,
+    robot: _Robot = None,
     q: ArrayLike | None = None,
     qd: ArrayLike | None = None,
     effort: ArrayLike | None = None,
@@ -314,16 +326,16 @@ def identify_arrays(
     pose: ArrayLike | None = None,
     twist: ArrayLike | None = None,
     acceleration: ArrayLike | None = None,
-    sensors: str | Sequence[str] | None = None,
+    sensors: _Sensors = None,
 ) -> _Data: ...
 def identify_poses(
     options: _Data,
     *,
-    robot: Manipulator | None = None,
+    robot: _Robot = None,
     q: ArrayLike | None = None,
     wrench: ArrayLike | None = None,
     pose: ArrayLike | None = None,
-    sensors: str | Sequence[str] | None = None,
+    sensors: _Sensors = None,
 ) -> _Data: ...
 def write_estimates(
     path: _Path,

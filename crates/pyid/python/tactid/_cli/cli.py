@@ -27,6 +27,7 @@ from tactid._cli.console import (
 )
 from tactid._cli.excite_command import excite
 from tactid._cli.identify_command import identify_recording
+from tactid._cli.live_command import LiveCommand, run_live
 from tactid._cli.number_lists import NumberListCommand
 from tactid._cli.simulate_command import run_simulation
 from tactid._native import VERSION, Experiment, set_log_memory
@@ -193,6 +194,7 @@ app.command("simulate")(run_simulation)
 app.command("identify", cls=NumberListCommand, epilog=EXIT_CODES)(identify_recording)
 app.command("calibrate", cls=NumberListCommand)(calibrate_arm)
 app.command("excite", cls=NumberListCommand)(excite)
+app.command("live", cls=LiveCommand)(run_live)
 app.command("compare", cls=NumberListCommand)(compare_recording)
 
 

@@ -1,0 +1,105 @@
+"""A live session: messages in, the payload and what was noticed at any time."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import TypeAlias
+
+from tactid import _native
+from tactid._base.findings import DataFault, Finding
+from tactid._options.options import Options
+from tactid._results.payload import PayloadEstimate
+from tactid._results.records import WrenchOffset
+
+FIRST_S = 5.0
+"""Length of the messages from which an identification first begins, s."""
+
+Message: TypeAlias = tuple[str, str, bytes, int]
+"""Topic, type, data as CDR, and time of arrival in ns since the epoch of a message."""
+
+
+@dataclass(frozen=True)
+class LiveStatus:
+    """What a live session does at the moment."""
+
+    is_running: bool
+    """Whether an identification runs."""
+    problem: str | None
+    """Why the latest attempt to begin one has failed; None where it has not."""
+    topics: list[str]
+    """Topics that are used; none before an identification runs."""
+    messages: int
+    """Number of messages, also those of topics that are not used."""
+    samples: int
+    """Number of samples that the identification was given."""
+    last_ns: int
+    """Time of the last sample on the clock of the messages, ns since the epoch."""
+    delay_s: float
+    """Delay that is subtracted from the times of the wrenches, s."""
+    cutoff_hz: float
+    """Cutoff of the filter, Hz."""
+    restarts: int
+    """Number of times that the session has started again: messages no longer gave samples."""
+
+
+class Session:
+    """Identifies a payload from messages while they come.
+
+    What the options leave open is chosen from the first seconds, as for a recording, and once more
+    from 30 s.
+
+    Args:
+        options: The options of the identification.
+        in_background: Whether what is left open is chosen in another thread, while
+            :meth:`push` returns at once. Results then depend on how fast the machine is.
+    """
+
+    def __init__(self, options: Options, *, in_background: bool) -> None:
+        self._native = _native.LiveSession(options.plain(), FIRST_S, in_background)
+
+    def announce(self, topics: Sequence[tuple[str, str]]) -> None:
+        """Notes that there are topics, each with its type: one that is not used is reported."""
+        self._native.announce(topics)
+
+    def push(self, messages: Sequence[Message]) -> None:
+        """Takes messages in the order in which they came."""
+        self._native.push(messages)
+
+    def finish(self) -> None:
+        """Completes a session without further messages.
+
+        Raises:
+            TactidError: No identification could begin.
+        """
+        self._native.finish()
+
+    def reset(self) -> None:
+        """Forgets what was identified, and begins again with the next message."""
+        self._native.reset()
+
+    def estimate(self) -> PayloadEstimate | None:
+        """Returns the payload as known now; None before an identification runs."""
+        estimate = self._native.estimate()
+        return None if estimate is None else PayloadEstimate(**estimate)
+
+    def wrench_offset(self) -> WrenchOffset | None:
+        """Returns the offset of the wrenches; None where it is not an unknown."""
+        offset = self._native.wrench_offset()
+        return None if offset is None else WrenchOffset(**offset)
+
+    def status(self) -> LiveStatus:
+        """Returns what the session does at the moment."""
+        return LiveStatus(**self._native.status())
+
+    def notices(self, now_ns: int | None = None) -> tuple[list[Finding], list[DataFault]]:
+        """Returns findings, the gravest first, and faults of messages; it takes some 20 ms.
+
+        Args:
+            now_ns: Time at which topics are asked for messages, ns since the epoch: now by default.
+        """
+        found, faults = self._native.notices(time.time_ns() if now_ns is None else now_ns)
+        findings = [Finding(kind, data, "command-line") for kind, data in found]
+        findings.sort(key=lambda finding: finding.rank)
+        return findings, [DataFault(**fault) for fault in faults]

@@ -1,0 +1,103 @@
+"""A live session: a recording that is played message by message."""
+
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import tactid
+from conftest import TactidCommand
+from moving_arm import record
+from tactid._live.replay import played
+from tactid._live.session import Message, Session
+
+
+@pytest.fixture(scope="module")
+def bag(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return record(tmp_path_factory.mktemp("arm") / "bag", duration=8.0, joint_hz=100)
+
+
+def _played(messages: list[list[Message]], **options: object) -> Session:
+    session = Session(tactid.Options(tip="tool0", **options), in_background=False)
+    for batch in messages:
+        session.push(batch)
+    session.finish()
+    return session
+
+
+def test_a_played_recording_gives_its_payload(bag: Path) -> None:
+    """Every sample counts, and each value is within the interval of that of the recording."""
+    session = _played(list(played(bag, rate=None)))
+    offline = tactid.identify(bag, tip="tool0")
+    estimate = session.estimate()
+    assert estimate is not None
+    far = np.abs(estimate.values - offline.estimate.values)
+    assert np.all(far < 1.96 * offline.estimate.std_devs)
+    status = session.status()
+    assert status.is_running
+    assert status.problem is None
+    assert status.messages == 3201
+    # An average of the wrenches reaches over the joints beside it.
+    assert 797 <= status.samples <= 800
+    assert status.topics == offline.setup.topics
+
+
+def test_what_is_missing_is_named(bag: Path) -> None:
+    messages = [[each for each in batch if "String" not in each[1]] for batch in played(bag, None)]
+    with pytest.raises(tactid.TactidError, match="no robot description"):
+        _played(messages)
+    with pytest.raises(tactid.ArgumentError, match="does not apply to a live session"):
+        Session(tactid.Options(known_mass_kg=1.0), in_background=False)
+
+
+def test_silence_and_new_topics_are_reported(bag: Path) -> None:
+    session = _played(list(played(bag, rate=None)))
+    session.announce([("/wrist/wrench", "geometry_msgs/msg/WrenchStamped")])
+    findings, faults = session.notices(time.time_ns())
+    kinds = {finding.kind for finding in findings}
+    assert {"topic_silent", "topics_not_used"} <= kinds
+    assert faults == []
+    session.reset()
+    assert session.estimate() is None
+
+
+def test_a_rate_is_that_of_the_recording(bag: Path) -> None:
+    begun = time.monotonic()
+    assert sum(len(batch) for batch in played(bag, rate=16.0)) > 1000
+    assert time.monotonic() - begun > 7.5 / 16.0
+
+
+def test_the_command_prints_a_table(command: TactidCommand, bag: Path) -> None:
+    done = command("live", "--replay", bag, "--tip", "tool0")
+    assert done.returncode == 0, done.stderr
+    assert "Payload in the frame tool0" in done.stdout
+    assert "inertia zz" in done.stdout
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (["--rate", 1], "--rate is the speed of --replay, which is missing"),
+        (["--replay", "none", "--rate", 0], "--rate is 0: expected a finite number greater than 0"),
+        (["--replay", "none"], "none"),
+    ],
+)
+def test_wrong_input_is_one_line(
+    command: TactidCommand, arguments: list[object], message: str
+) -> None:
+    done = command("live", *arguments)
+    assert done.returncode == 2
+    assert message in done.stderr
+    assert done.stderr.count("\n") == 1
+
+
+def test_without_ros_the_error_says_what_to_do(command: TactidCommand) -> None:
+    try:
+        import rclpy  # noqa: F401
+    except ModuleNotFoundError:
+        done = command("live", "--tip", "tool0")
+        assert done.returncode == 2
+        assert "source the setup file of ROS 2" in done.stderr
+    else:
+        pytest.skip("ROS 2 is there")
