@@ -25,7 +25,8 @@ Run = Callable[..., str]
 IMPORT_ALL = """
 import importlib, pkgutil, tactid
 for module in pkgutil.walk_packages(tactid.__path__, "tactid."):
-    if not module.name.startswith("tactid._view"):  # which needs the extra
+    # The viewer needs the extra, and the node needs ROS 2.
+    if not module.name.startswith(("tactid._view", "tactid._ros")):
         importlib.import_module(module.name)
 """
 

@@ -1,0 +1,1 @@
+"""The ROS 2 node, on the ``rclpy`` of the user's installation."""

@@ -1,0 +1,260 @@
+"""The ROS 2 node: topics in; the payload, diagnostics and services out."""
+
+from __future__ import annotations
+
+import json
+import threading
+import time
+from collections.abc import Callable, Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import rclpy
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
+from geometry_msgs.msg import InertiaStamped
+from rcl_interfaces.msg import ParameterDescriptor
+from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
+from rclpy.node import Node
+from rclpy.signals import SignalHandlerOptions
+from rclpy.time import Time
+from std_srvs.srv import Trigger
+
+from tactid._base.errors import TactidError
+from tactid._base.files import write_atomically
+from tactid._base.values import nested
+from tactid._live.session import LiveStatus, Session
+from tactid._options.options import Options, options_for
+from tactid._results.payload import PayloadEstimate
+from tactid._ros.inputs import MEASURED, Inputs
+
+TAKEN_EVERY_S = 0.002
+"""Time between two looks into the queues, s."""
+SPUN_EVERY = 10
+"""Number of looks after which services and events have their turn."""
+PUBLISHED_EVERY_S = 0.05
+"""Time between two estimates, s."""
+REPORTED_EVERY_S = 1.0
+"""Time between two diagnostics, and between two looks for new topics, s."""
+
+SAVED = "tactid-payload.json"
+"""Default of the parameter ``save_to``."""
+
+_LEVELS = {"contradicts": DiagnosticStatus.ERROR, "doubts": DiagnosticStatus.WARN}
+"""Levels of diagnostics by the severity of a finding; others are OK."""
+
+
+class LiveNode(Node):
+    """Identifies the payload from the topics of a robot.
+
+    Args:
+        given: The options that the command line gives, which parameters of the node replace.
+        read: Turns parameters into options, where these are written as on the command line.
+    """
+
+    def __init__(self, given: Options, read: Callable[[Mapping[str, Any]], Options]) -> None:
+        super().__init__("tactid")
+        self._options = self._with_parameters(given, read)
+        dynamic = ParameterDescriptor(dynamic_typing=True)
+        self.declare_parameter("save_to", SAVED, dynamic)
+        self._session = Session(self._options, in_background=True)
+        self._inputs = Inputs(self, _named_topics(self._options))
+        self._payload = self.create_publisher(InertiaStamped, "~/payload", 10)
+        self._diagnostics = self.create_publisher(DiagnosticArray, "~/diagnostics", 10)
+        self._status = self.create_publisher(DiagnosticStatus, "~/status", 10)
+        self.create_service(Trigger, "~/reset", self._on_reset)
+        self.create_service(Trigger, "~/save", self._on_save)
+        self._reporting: threading.Thread | None = None
+
+    def run(self, executor: SingleThreadedExecutor) -> None:
+        """Takes messages and publishes until the context is shut down."""
+        executor.add_node(self)
+        looks, published_s, reported_s = 0, 0.0, 0.0
+        while rclpy.ok(context=self.context):
+            begun_s = time.monotonic()
+            if messages := self._inputs.take():
+                self._session.push(messages)
+            looks += 1
+            if looks % SPUN_EVERY == 0:
+                executor.spin_once(timeout_sec=0.0)
+            if begun_s - published_s >= PUBLISHED_EVERY_S:
+                self._publish()
+                published_s = begun_s
+            if begun_s - reported_s >= REPORTED_EVERY_S:
+                self._look_around()
+                reported_s = begun_s
+            time.sleep(max(0.0, begun_s + TAKEN_EVERY_S - time.monotonic()))
+
+    def _with_parameters(
+        self, given: Options, read: Callable[[Mapping[str, Any]], Options]
+    ) -> Options:
+        """Returns options with the parameters of the node in place of some."""
+        dynamic = ParameterDescriptor(dynamic_typing=True)
+        parameters = {}
+        for option in options_for("live"):
+            value = self.declare_parameter(option.name, None, dynamic).value
+            if value is not None:
+                parameters[option.name] = value
+        return given.replace(**read(parameters).given)
+
+    def _publish(self) -> None:
+        estimate = self._session.estimate()
+        if estimate is None:
+            return
+        message = InertiaStamped()
+        message.header.stamp = _stamp(self._session.status().last_ns)
+        message.header.frame_id = estimate.frame
+        values = [float("nan") if value is None else value for value in estimate.reported_values]
+        inertia = message.inertia
+        inertia.m = values[0]
+        inertia.com.x, inertia.com.y, inertia.com.z = values[1:4]
+        inertia.ixx, inertia.ixy, inertia.ixz, inertia.iyy, inertia.iyz, inertia.izz = values[4:]
+        self._payload.publish(message)
+
+    def _look_around(self) -> None:
+        """Looks for topics, and reports in another thread, because findings take their time."""
+        status = self._session.status()
+        is_settled = status.is_running and status.problem is None
+        self._session.announce(self._inputs.update(status.topics if is_settled else []))
+        if self._reporting is None or not self._reporting.is_alive():
+            self._reporting = threading.Thread(target=self._report, args=(status,), daemon=True)
+            self._reporting.start()
+
+    def _report(self, status: LiveStatus) -> None:
+        findings, faults = self._session.notices()
+        own = self._own_status(status)
+        array = DiagnosticArray()
+        array.header.stamp = self.get_clock().now().to_msg()
+        of_findings = [
+            _diagnostic(finding.kind, _LEVELS.get(finding.severity, DiagnosticStatus.OK), finding)
+            for finding in findings
+        ]
+        of_faults = [
+            _diagnostic(f"{fault.topic}: {fault.kind}", DiagnosticStatus.WARN, fault)
+            for fault in faults
+        ]
+        array.status = [own, *of_findings, *of_faults, *self._of_inputs()]
+        self._diagnostics.publish(array)
+        self._status.publish(own)
+
+    def _own_status(self, status: LiveStatus) -> DiagnosticStatus:
+        """Returns what the node does, with the estimate in words."""
+        estimate = self._session.estimate()
+        if estimate is not None:
+            level, words = DiagnosticStatus.OK, estimate.summary
+            if status.problem is not None:
+                level, words = DiagnosticStatus.WARN, status.problem
+        else:
+            waits = "waiting for messages"
+            level, words = DiagnosticStatus.WARN, status.problem or waits
+        own = _diagnostic("status", level, words)
+        facts = {
+            "running": status.is_running,
+            "topics": ", ".join(status.topics or self._inputs.topics),
+            "messages": status.messages,
+            "samples": status.samples,
+            "delay_s": status.delay_s,
+            "cutoff_hz": status.cutoff_hz,
+            "restarts": status.restarts,
+        }
+        if estimate is not None:
+            facts |= {"windows": estimate.windows, "payload_changes": estimate.payload_changes}
+        own.values = [KeyValue(key=key, value=str(value)) for key, value in facts.items()]
+        return own
+
+    def _of_inputs(self) -> list[DiagnosticStatus]:
+        """Returns what the middleware reports of the topics."""
+        lost = [
+            _diagnostic(f"{topic}: lost", DiagnosticStatus.WARN, f"{count} messages were lost.")
+            for topic, count in self._inputs.lost.items()
+        ]
+        incompatible = "A publisher offers another quality of service than the node requests."
+        unfit = [
+            _diagnostic(f"{topic}: incompatible_qos", DiagnosticStatus.ERROR, incompatible)
+            for topic in sorted(self._inputs.incompatible)
+        ]
+        unknown = [
+            _diagnostic(
+                f"{topic}: unknown_type", DiagnosticStatus.WARN, "Its type is not installed."
+            )
+            for topic in sorted(self._inputs.unknown)
+        ]
+        return [*lost, *unfit, *unknown]
+
+    def _on_reset(self, _: Any, response: Any) -> Any:
+        self._session.reset()
+        response.success, response.message = True, "begins again with the next message"
+        return response
+
+    def _on_save(self, _: Any, response: Any) -> Any:
+        path = Path(str(self.get_parameter("save_to").value))
+        estimate = self._session.estimate()
+        try:
+            if estimate is None:
+                raise TactidError("nothing is identified yet")
+            write_atomically(path, self._document(estimate))
+        except (TactidError, OSError) as error:
+            response.success, response.message = False, str(error)
+        else:
+            response.success, response.message = True, f"wrote {path.absolute()}"
+        return response
+
+    def _document(self, estimate: PayloadEstimate) -> str:
+        """Returns the estimate as JSON, which the option ``known_tool`` reads."""
+        findings, _ = self._session.notices()
+        document = {
+            "schema": "tactid.live/1",
+            "is_contradicted": any(finding.contradicts_result for finding in findings),
+            "estimate": {
+                "frame": estimate.frame,
+                "values": nested(estimate.reported_values),
+                "std_devs": nested(estimate.std_devs.tolist()),
+                "windows": estimate.windows,
+            },
+            "findings": [str(finding) for finding in findings],
+        }
+        return json.dumps(document, indent=2, ensure_ascii=False) + "\n"
+
+
+def run(
+    given: Options,
+    read: Callable[[Mapping[str, Any]], Options],
+    ros_arguments: Sequence[str],
+) -> None:
+    """Runs the node until it is shut down or interrupted.
+
+    Args:
+        given: The options that the command line gives.
+        read: Turns parameters into options, where these are written as on the command line.
+        ros_arguments: Arguments for ROS, from ``--ros-args`` on.
+    """
+    rclpy.init(args=["tactid", *ros_arguments], signal_handler_options=SignalHandlerOptions.NO)
+    try:
+        node = LiveNode(given, read)
+        executor = SingleThreadedExecutor()
+        try:
+            node.run(executor)
+        except ExternalShutdownException:
+            pass
+        finally:
+            executor.shutdown()
+            node.destroy_node()
+    finally:
+        rclpy.try_shutdown()
+
+
+def _named_topics(options: Options) -> dict[str, list[str]]:
+    """Returns the topics that options name, by the option."""
+    named = {}
+    for option in MEASURED:
+        given = getattr(options, option)
+        if given is not None:
+            named[option] = [given] if isinstance(given, str) else list(given)
+    return named
+
+
+def _diagnostic(name: str, level: bytes, words: object) -> DiagnosticStatus:
+    return DiagnosticStatus(level=level, name=f"tactid: {name}", message=str(words))
+
+
+def _stamp(time_ns: int) -> Any:
+    return Time(nanoseconds=max(time_ns, 0)).to_msg()

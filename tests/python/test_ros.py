@@ -1,0 +1,146 @@
+"""The ROS 2 node beside publishers in other processes; needs the extra ``ros-test``."""
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import tactid
+from moving_arm import record
+from tactid._base.values import entries
+from tactid._live.replay import played
+from tactid._live.session import Session
+
+rclpy = pytest.importorskip(
+    "rclpy", reason="needs ROS 2: pip install '.[ros-test]', with Python 3.11"
+)
+# rclpy warns of itself.
+pytestmark = pytest.mark.filterwarnings("ignore::DeprecationWarning")
+
+WAIT_S = 30.0
+MEASURED = ("/joint_states", "/wrench")
+OPTIONS = {"tip": "tool0", "cutoff_hz": 10.0, "delay_s": 0.0, "wrench_offset": "no"}
+# A domain of its own, so that parallel tests and other nodes do not meet.
+DOMAIN = {"ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST", "ROS_DOMAIN_ID": str(os.getpid() % 100)}
+
+
+@pytest.fixture(scope="module")
+def bag(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return record(tmp_path_factory.mktemp("arm") / "bag", duration=8.0, joint_hz=400)
+
+
+@pytest.fixture
+def node(tmp_path: Path) -> Iterator["subprocess.Popen[str]"]:
+    """The node, with two of its options as parameters."""
+    given = ["--tip", "tool0", "--cutoff-hz", "10", "--delay-s", "0", "--ros-args"]
+    parameters = ["-p", "wrench_offset:=no", "-p", f"save_to:={tmp_path / 'payload.json'}"]
+    command = [sys.executable, "-m", "tactid", "live", *given, *parameters]
+    environment = os.environ | DOMAIN
+    with subprocess.Popen(command, env=environment, stderr=subprocess.PIPE, text=True) as process:
+        yield process
+        process.send_signal(signal.SIGTERM)
+        assert process.wait(timeout=WAIT_S) == 143, process.stderr and process.stderr.read()
+
+
+class Listener:
+    """Hears what the node publishes."""
+
+    def __init__(self) -> None:
+        from diagnostic_msgs.msg import DiagnosticArray
+        from geometry_msgs.msg import InertiaStamped
+        from std_srvs.srv import Trigger
+
+        os.environ.update(DOMAIN)
+        rclpy.init()
+        self.node = rclpy.create_node("listener")
+        self.masses: list[float] = []
+        self.reports: dict[str, Any] = {}
+        diagnostics = "/tactid/diagnostics"
+        self.node.create_subscription(InertiaStamped, "/tactid/payload", self._payload, 10)
+        self.node.create_subscription(DiagnosticArray, diagnostics, self._report, 10)
+        self.trigger = Trigger
+        self.client = self.node.create_client(Trigger, "/tactid/save")
+
+    def _payload(self, message: Any) -> None:
+        self.masses.append(message.inertia.m)
+
+    def _report(self, message: Any) -> None:
+        self.reports = {each.name.removeprefix("tactid: "): each for each in message.status}
+
+    def wait(self, for_what: Callable[[], object]) -> None:
+        """Listens until something is there."""
+        until = time.monotonic() + WAIT_S
+        while not for_what():
+            assert time.monotonic() < until, self.reports
+            rclpy.spin_once(self.node, timeout_sec=0.1)
+
+    def facts(self) -> dict[str, str]:
+        """The numbers of the status."""
+        status = self.reports.get("status")
+        return {each.key: each.value for each in status.values} if status else {}
+
+    def save(self) -> Any:
+        """Calls the service that saves the payload."""
+        answer = self.client.call_async(self.trigger.Request())
+        self.wait(answer.done)
+        return answer.result()
+
+
+@pytest.fixture
+def listener() -> Iterator[Listener]:
+    found = Listener()
+    yield found
+    found.node.destroy_node()
+    rclpy.shutdown()
+
+
+def _from_log(bag: Path) -> Any:
+    """Returns the values that the same messages give when they are read from the log."""
+    session = Session(tactid.Options(**OPTIONS), in_background=False)
+    for batch in played(bag, rate=None):
+        session.push(batch)
+    session.finish()
+    estimate = session.estimate()
+    assert estimate is not None
+    return estimate.values
+
+
+@pytest.mark.usefixtures("node")
+def test_the_node_identifies_what_is_published(
+    bag: Path, listener: Listener, tmp_path: Path
+) -> None:
+    """No message is lost, the payload is that of the recording, and what ends or comes is named."""
+    player = Path(__file__).with_name("ros_player.py")
+    command = [sys.executable, str(player), str(bag), *MEASURED]
+    environment = os.environ | DOMAIN
+    done = subprocess.run(
+        command, env=environment, stdout=subprocess.PIPE, text=True, timeout=90, check=True
+    )
+    published = int(done.stdout.split()[-1])
+    listener.wait(lambda: "topic_silent" in listener.reports)
+    facts = listener.facts()
+    assert int(facts["messages"]) == published + 1
+    assert facts["topics"] == ", ".join(MEASURED)
+    assert not any("lost" in name for name in listener.reports)
+    offline = tactid.identify(bag, **OPTIONS).estimate
+    answer = listener.save()
+    assert answer.success, answer.message
+    saved = json.loads((tmp_path / "payload.json").read_text())
+    values = np.array(entries(saved["estimate"]["values"]))
+    assert np.all(np.abs(values - offline.values) < 1.96 * offline.std_devs)
+    assert np.all(np.abs(values - _from_log(bag)) < 1e-3 * offline.std_devs)
+    assert listener.masses[-1] == pytest.approx(values[0], rel=1e-9)
+
+    from geometry_msgs.msg import WrenchStamped
+
+    listener.node.create_publisher(WrenchStamped, "/another/wrench", 10)
+    listener.wait(lambda: "topics_not_used" in listener.reports)
+    assert "/another/wrench" in listener.reports["topics_not_used"].message
