@@ -100,8 +100,8 @@ pub use tactid_dynamics::{BaseKind, Manipulator, ModelError, Wrench};
 
 pub use batch::{BatchIdentifier, BatchResult, BatchSettings, FitReport, Forecast};
 pub use equations::{
-    BaseState, Channel, Channels, EffortContent, EquationSettings, EquationStream, MotionRows,
-    PushOutcome, Sample, SubtractedLoad, Unknowns, WORLD, states_of_poses,
+    ActsOn, BaseState, Channel, Channels, EffortContent, EquationSettings, EquationStream,
+    MotionRows, PushOutcome, Sample, SubtractedLoad, Unknowns, WORLD, states_of_poses,
 };
 pub use error::{IdentifyError, digits, three_digits};
 pub use finding::{
@@ -113,7 +113,7 @@ pub use fit::{Delay, GainErrors};
 pub use known_bodies::{KnownBodies, KnownTool};
 pub use linear_estimate::{LinearEstimate, SharedErrors};
 pub use method::Method;
-pub use online::{ContactState, Identifier, WrenchEstimate, WrenchFrame};
+pub use online::{ContactState, Identifier, OnlineSettings, WrenchEstimate, WrenchFrame};
 pub use poses::RestIdentifier;
 pub use prior::{BoundingBox, KnownMass, PriorKnowledge};
 pub use range::Range;

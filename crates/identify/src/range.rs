@@ -12,6 +12,12 @@ pub struct Range {
 }
 
 impl Range {
+    /// Range of a delay online, s.
+    pub const ONLINE_DELAY_S: Self = Self {
+        contains: |delay_s| delay_s.abs() <= 1.0,
+        expected: "between -1 and 1",
+    };
+
     /// Every number, also those that are not finite.
     pub const ANY: Self = Self {
         contains: |_| true,

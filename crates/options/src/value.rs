@@ -7,7 +7,7 @@ use nalgebra::{Matrix3, Vector3};
 use serde::de::Error;
 use serde::{Deserialize, Deserializer};
 use tactid_dynamics::{MassProperties, Urdf};
-use tactid_identify::{BoundingBox, EffortContent, Method};
+use tactid_identify::{ActsOn, BoundingBox, EffortContent, Method};
 
 use crate::Kind;
 
@@ -91,6 +91,14 @@ impl Value for f64 {
 
     fn is_effective(&self) -> bool {
         *self != 0.0
+    }
+}
+
+impl Value for ActsOn {
+    read_as!(Kind::Choice(&["payload", "sensor"]), Self);
+
+    fn is_effective(&self) -> bool {
+        *self == Self::Sensor
     }
 }
 

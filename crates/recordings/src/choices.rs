@@ -28,26 +28,6 @@ impl Value for EstimatorKind {
     read_as!(Kind::Choice(&["least-squares", "nlms"]), Self);
 }
 
-/// Body on which a measured wrench acts.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
-#[serde(rename_all = "lowercase")]
-pub enum ActsOn {
-    /// The payload: the wrench that the robot exerts on it.
-    #[default]
-    Payload,
-    /// The sensor: the wrench that the payload exerts on it, as most force-torque sensors report
-    /// it.
-    Sensor,
-}
-
-impl Value for ActsOn {
-    read_as!(Kind::Choice(&["payload", "sensor"]), Self);
-
-    fn is_effective(&self) -> bool {
-        *self == Self::Sensor
-    }
-}
-
 /// Whether the wrenches have an unknown constant offset.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "lowercase")]

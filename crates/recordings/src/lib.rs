@@ -112,7 +112,7 @@ pub use calibration::{
     CalibrationSources, RecordingRole, calibrate_arm,
 };
 pub use choices::{
-    ActsOn, ConfiguredPayload, EstimatorKind, GravityChoice, OffsetChoice, SensorFrame, WrenchIs,
+    ConfiguredPayload, EstimatorKind, GravityChoice, OffsetChoice, SensorFrame, WrenchIs,
 };
 pub use clock::Clock;
 pub use combination::{CombinedRun, combine, combine_runs};
@@ -136,8 +136,8 @@ pub use recording_report::RecordingReport;
 pub use request::Request;
 pub use setup::Setup;
 pub use tactid_identify::{
-    BoundingBox, Delay, EffortContent, FitReport, Forecast, HALF_WIDTH_95, HistoryPoint, KnownMass,
-    LinearEstimate, Method, Observability, PayloadEstimate, PrincipalMoments, PriorKnowledge,
-    VALUE_NAMES,
+    ActsOn, BoundingBox, Delay, EffortContent, FitReport, Forecast, HALF_WIDTH_95, HistoryPoint,
+    KnownMass, LinearEstimate, Method, Observability, PayloadEstimate, PrincipalMoments,
+    PriorKnowledge, VALUE_NAMES,
 };
 pub use tactid_options::{Declaration, Kind, Use};

@@ -1,12 +1,12 @@
 //! What an online solver is created from.
 
 use tactid_dynamics::{BaseKind, Manipulator};
-use tactid_identify::{EquationSettings, Identifier, IdentifyError, Method};
+use tactid_identify::{EquationSettings, Identifier, IdentifyError, Method, OnlineSettings};
 
 use crate::defaults::DEFAULT_TIP;
 use crate::paper::{PaperFilter, PaperSettings};
-use crate::sources::SENSOR_FRAME;
-use crate::{RecordingError, Request};
+use crate::sources::{SENSOR_FRAME, place_sensor};
+use crate::{EstimatorKind, RecordingError, Request};
 
 /// What an online solver is created from, with the defaults of a request for what it leaves open.
 ///
@@ -21,6 +21,8 @@ pub struct OnlineSetup {
     pub sensors: Vec<String>,
     /// Settings of the equations.
     pub settings: EquationSettings,
+    /// What is known of load and wrenches.
+    pub online: OnlineSettings,
 }
 
 impl OnlineSetup {
@@ -56,15 +58,27 @@ impl OnlineSetup {
             SENSOR_FRAME
         };
         let tip = request.tip.as_deref().unwrap_or(default_tip);
+        request.tool_at(tip, EstimatorKind::LeastSquares)?;
         let at_the_tip = if method == Method::Tactile {
             &[tip][..]
         } else {
             &[]
         };
         let sensors = sensors.unwrap_or(at_the_tip).iter();
+        let mut sensors: Vec<String> = sensors.map(|&name| name.to_owned()).collect();
+        let mut robot = robot.map_or_else(|| Manipulator::lone_body(tip), Clone::clone);
+        if let Some(given) = &request.sensor_frame {
+            let (placed, sensor) = place_sensor(&robot, given, &sensors)?;
+            (robot, sensors) = (placed, vec![sensor]);
+        }
         Ok(Self {
-            robot: robot.map_or_else(|| Manipulator::lone_body(tip), Clone::clone),
-            sensors: sensors.map(|&name| name.to_owned()).collect(),
+            robot,
+            sensors,
+            online: OnlineSettings {
+                known_tool: request.known_tool(),
+                wrench_acts_on: request.wrench_acts_on.unwrap_or_default(),
+                delay_s: request.delay_s.unwrap_or(0.0),
+            },
             tip: tip.to_owned(),
             settings,
         })
@@ -73,9 +87,11 @@ impl OnlineSetup {
     /// Creates the identifier by least squares.
     ///
     /// # Errors
-    /// Returns the errors of [`Identifier::new`].
+    /// Returns the errors of [`Identifier::with_settings`].
     pub fn identifier(&self) -> Result<Identifier, IdentifyError> {
-        Identifier::new(&self.robot, &self.tip, &self.sensor_names(), &self.settings)
+        let sensors = self.sensor_names();
+        let (settings, online) = (&self.settings, &self.online);
+        Identifier::with_settings(&self.robot, &self.tip, &sensors, settings, online)
     }
 
     /// Creates the paper's filter.

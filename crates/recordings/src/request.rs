@@ -6,14 +6,14 @@ use std::path::PathBuf;
 use tactid_calibrate::CalibrationSettings;
 use tactid_dynamics::{InertialParameters, Urdf};
 use tactid_identify::{
-    BoundingBox, EffortContent, EquationSettings, KnownMass, Method, Range, SubtractedLoad,
+    ActsOn, BoundingBox, EffortContent, EquationSettings, KnownMass, Method, Range, SubtractedLoad,
     Unknowns,
 };
 use tactid_options::{About, Kind, options};
 
 use crate::arm_calibration::ArmCalibration;
 use crate::choices::{
-    ActsOn, ConfiguredPayload, EstimatorKind, GravityChoice, OffsetChoice, SensorFrame, WrenchIs,
+    ConfiguredPayload, EstimatorKind, GravityChoice, OffsetChoice, SensorFrame, WrenchIs,
 };
 use crate::clock::LONGEST_STAMP_DELAY_S;
 use crate::known_tool::GivenTool;

@@ -10,8 +10,14 @@ pub(crate) const MODEL: &[Use] = &[
     Use::Poses,
     Use::Calibration,
 ];
-pub(crate) const WRENCHES: &[Use] = &[Use::Log, Use::Live, Use::Arrays, Use::Poses];
-pub(crate) const TOOL: &[Use] = &[Use::Log, Use::Arrays, Use::Poses];
+pub(crate) const WRENCHES: &[Use] = &[
+    Use::Log,
+    Use::Live,
+    Use::Arrays,
+    Use::Poses,
+    Use::Online,
+];
+pub(crate) const TOOL: &[Use] = &[Use::Log, Use::Arrays, Use::Poses, Use::Online];
 pub(crate) const OFFSET: &[Use] = &[
     Use::Log,
     Use::Live,
@@ -32,7 +38,7 @@ pub(crate) const FRAME: &[Use] = &[
 ];
 pub(crate) const LOGS: &[Use] = &[Use::Log, Use::Live, Use::Calibration];
 pub(crate) const RECORDING: &[Use] = &[Use::Log, Use::Arrays];
-pub(crate) const DELAY: &[Use] = &[Use::Log, Use::Live, Use::Arrays];
+pub(crate) const DELAY: &[Use] = &[Use::Log, Use::Live, Use::Arrays, Use::Online];
 pub(crate) const EFFORTS: &[Use] = &[Use::Log, Use::Live, Use::Arrays, Use::Calibration];
 pub(crate) const LEAST_SQUARES: &[Use] =
     &[Use::Log, Use::Live, Use::Arrays, Use::Online, Use::Design];

@@ -6,7 +6,6 @@ mod signs;
 mod unexplained;
 
 use nalgebra::{SMatrix, SVector};
-use tactid_dynamics::InertialParameters;
 
 pub use self::known_mass::{mass_finding, without_repetition};
 pub(crate) use self::signs::mass_findings;
@@ -49,15 +48,14 @@ pub const LEAST_WINDOWS: usize = 10;
 pub(crate) fn findings_without_prior(
     equations: &[Equation],
     stream: &EquationStream,
-    gripper: Option<InertialParameters>,
+    known: &KnownBodies,
 ) -> Vec<Finding> {
     let of_model = stream.model_findings().into_iter().map(Finding::Model);
     let channels = stream.channels();
     let Some(fit) = least_squares::fit(equations, FitOptions::new(&channels)) else {
         return of_model.collect();
     };
-    let known = KnownBodies::new(gripper, None);
-    let consistent = consistent_payload(&fit, &known, None);
+    let consistent = consistent_payload(&fit, known, None);
     let mut findings: Vec<Finding> = consistent.contradiction.into_iter().collect();
     let explanation = wrong_assumptions(equations, &fit, None, stream);
     findings.extend(data_findings(
@@ -246,7 +244,7 @@ mod tests {
                 center_of_mass: Vector3::zeros(),
                 inertia: Matrix3::from_diagonal(&Vector3::new(0.01, 0.02, 0.03 + excess)),
             };
-            *InertialParameters::from(body).as_vector()
+            *tactid_dynamics::InertialParameters::from(body).as_vector()
         };
         let std_dev: f64 = 1e-4;
         let covariance = SMatrix::identity() * std_dev.powi(2);

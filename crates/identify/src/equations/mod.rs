@@ -13,6 +13,7 @@ mod differentiation;
 mod equation;
 mod geometry;
 mod instant;
+mod interpolation;
 mod model;
 mod motion_rows;
 mod motion_stream;
@@ -33,12 +34,13 @@ pub(crate) use continuation::{Step, are_angles};
 pub use equation::{Equation, Row};
 pub(crate) use geometry::Geometry;
 pub use instant::Instant;
+pub use interpolation::{InterpolationAt, interpolation};
 pub(crate) use model::Model;
 pub use motion_rows::MotionRows;
 pub use motion_stream::{MotionStep, MotionStream};
 pub use multi_cutoff::MultiCutoffStream;
 pub(crate) use offset_frame::OffsetFrame;
-pub use sample::{BaseState, Sample, states_of_poses};
+pub use sample::{ActsOn, BaseState, Sample, states_of_poses};
 pub use settings::{EffortContent, EquationSettings, SubtractedLoad, Unknowns, WORLD};
 pub(crate) use sources::{
     MOTION_TERMS, WrenchRegressor, acceleration_columns, columns_expressed_in,

@@ -1,6 +1,8 @@
 //! What a robot measures at one time.
 
 use nalgebra::{Isometry3, Quaternion, Vector3};
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
 use tactid_dynamics::Wrench;
 
 use super::differentiation::{MIN_NODES, weighted_rotation_sum, weights};
@@ -81,6 +83,18 @@ pub fn states_of_poses(times_s: &[f64], poses: &[Isometry3<f64>]) -> Vec<BaseSta
         }
     };
     (0..count).map(state).collect()
+}
+
+/// Body on which a measured wrench acts.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "lowercase")]
+pub enum ActsOn {
+    /// The payload: the wrench that the robot exerts on it.
+    #[default]
+    Payload,
+    /// The sensor: the wrench that the payload exerts on it, as most force-torque sensors report
+    /// it.
+    Sensor,
 }
 
 /// What a robot measures at one time. Slices are in the order of the robot's joints and of the wrench

@@ -94,7 +94,7 @@ pub struct WrenchEstimate {
     /// Time to which the wrench belongs, on the clock of the samples, s: that of the last sample less the
     /// [latency](crate::Identifier::contact_latency_s).
     pub time_s: f64,
-    /// Force, N, and moment, N m, with the sign of the measured wrenches, which act on the payload.
+    /// Force, N, and moment, N m, with the sign of the measured wrenches.
     pub wrench: Wrench,
     /// Covariance of force, N, then moment, N m.
     pub covariance: Matrix6<f64>,
@@ -103,6 +103,17 @@ pub struct WrenchEstimate {
 }
 
 impl WrenchEstimate {
+    /// Returns the same wrench times a sign.
+    pub(crate) fn with_sign(self, sign: f64) -> Self {
+        Self {
+            wrench: Wrench {
+                force: self.wrench.force * sign,
+                moment: self.wrench.moment * sign,
+            },
+            ..self
+        }
+    }
+
     /// Returns the standard deviations of force, N, then moment, N m.
     #[must_use]
     pub fn std_devs(&self) -> [f64; 6] {

@@ -1,8 +1,10 @@
-//! The wrenches of load and contact, as a controller reads them.
+//! The wrenches of load and contact and the zero of the sensor, as a controller reads them.
+
+use nalgebra::SMatrix;
 
 use super::contact::{WrenchEstimate, WrenchFrame};
 use super::identifier::Identifier;
-use crate::IdentifyError;
+use crate::{IdentifyError, WrenchOffset};
 
 impl Identifier {
     /// Says whether the payload stays what it is, as while a gripper is closed. Windows of such a time neither update the
@@ -57,13 +59,47 @@ impl Identifier {
 
     fn wrenches(&self, frame: &WrenchFrame) -> Option<[WrenchEstimate; 2]> {
         let estimator = self.update.estimator();
-        self.contact.wrenches(estimator, frame, self.is_held)
+        let wrenches = self.contact.wrenches(estimator, frame, self.is_held)?;
+        Some(wrenches.map(|wrench| wrench.with_sign(self.sign)))
     }
 
     /// Returns the time by which [`contact_wrench`](Self::contact_wrench) lags the last sample, s: some samples for the
     /// differentiation, and the delay of the low-pass, 28 ms at a cutoff of 10 Hz. `None` before the first instant.
     #[must_use]
     pub fn contact_latency_s(&self) -> Option<f64> {
-        Some(self.stream.time_s() - self.contact.time_s()?)
+        Some(self.newest_s() - self.contact.time_s()?)
+    }
+
+    /// Returns the constant offset of the wrenches with its standard deviations, without allocation; `None` unless
+    /// [`EquationSettings::wrench_offset`](crate::EquationSettings::wrench_offset) makes it an unknown, and before the first window. It is the sensor's, so that
+    /// what is known of it outlives a payload change.
+    #[must_use]
+    pub fn wrench_offset(&self) -> Option<WrenchOffset> {
+        let estimator = self.update.estimator();
+        let estimate = estimator.joint_estimate();
+        let frame = self.stream.offset_frame();
+        let offsets = estimate.offsets?.mapped(frame.map());
+        let std_devs = offsets.std_devs(&estimate.covariance, &estimator.null_space());
+        Some(frame.offset(&(offsets.values * self.sign), Some(std_devs)))
+    }
+
+    /// Returns the joint covariance of the payload's linear parameters and of the wrench's offset in the end-effector
+    /// frame, 16x16: the parameters as in [`covariance`](Self::covariance), then force, N, and moment, N m; without
+    /// allocation. `None` where there is no [offset](Self::wrench_offset), or the noise is not known yet.
+    #[must_use]
+    pub fn joint_covariance(&self) -> Option<SMatrix<f64, 16, 16>> {
+        let of_load = self.update.estimator().covariance()?;
+        let offsets = self.update.estimator().joint_estimate().offsets?;
+        let of_payload = of_load + self.update.known().covariance;
+        let crossed = offsets.covariance_with(&of_load) * self.sign;
+        let of_offsets = offsets.covariance(&of_load);
+        let mut joint = SMatrix::<f64, 16, 16>::zeros();
+        joint.fixed_view_mut::<10, 10>(0, 0).copy_from(&of_payload);
+        joint.fixed_view_mut::<6, 10>(10, 0).copy_from(&crossed);
+        joint
+            .fixed_view_mut::<10, 6>(0, 10)
+            .copy_from(&crossed.transpose());
+        joint.fixed_view_mut::<6, 6>(10, 10).copy_from(&of_offsets);
+        Some(joint)
     }
 }

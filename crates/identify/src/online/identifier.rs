@@ -2,10 +2,11 @@
 
 use std::sync::Arc;
 
-use nalgebra::{SMatrix, Vector3};
+use nalgebra::Vector3;
 use tactid_dynamics::Manipulator;
 
 use super::contact::ContactObserver;
+use super::inputs::Inputs;
 use super::least_squares::Assessment;
 use super::readout::Readout;
 use super::recent_equations::RecentEquations;
@@ -17,11 +18,27 @@ use crate::diagnosis::findings_without_prior;
 use crate::equations::{EquationSettings, EquationStream, PushOutcome, Sample};
 use crate::solve::report::estimate;
 use crate::solve::subspace::Matrix;
-use crate::{Finding, IdentifyError, PayloadEstimate, WrenchOffset};
+use crate::{ActsOn, Finding, IdentifyError, KnownTool, PayloadEstimate, Range};
 
 /// Fewest samples from the end of one window to the end of the next for which the update is divided into stages:
 /// twice the stages. With fewer samples, all stages run with the sample that ends the window.
 const MIN_SAMPLES_TO_DEFER: u32 = 2 * Identifier::DEFERRED_STAGES as u32;
+
+/// What is known of the load and of the wrenches beside the settings of the equations. The names are those of the options
+/// of a recording, and mean the same.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct OnlineSettings {
+    /// A known body that the measured load contains besides the payload, in the tool frame: it is subtracted, and its
+    /// uncertainty is part of that of the payload. Default: none.
+    pub known_tool: Option<KnownTool>,
+    /// Body on which the measured wrenches act. Wrenches that an identifier returns have the sign of the measured ones.
+    /// Default: the payload.
+    pub wrench_acts_on: ActsOn,
+    /// Delay of the wrenches relative to the motion of the same sample, s: it is subtracted from their times, between which
+    /// they are interpolated. An estimate lags the samples by as much. Between -1 and 1, at up to 4000 samples per second.
+    /// Default: 0.
+    pub delay_s: f64,
+}
 
 /// Identifies the payload of one robot from its samples, online.
 ///
@@ -139,6 +156,10 @@ const MIN_SAMPLES_TO_DEFER: u32 = 2 * Identifier::DEFERRED_STAGES as u32;
 /// ```
 #[derive(Clone, Debug)]
 pub struct Identifier {
+    /// `None` where samples are used as they are.
+    inputs: Option<Box<Inputs>>,
+    /// Sign of the measured wrenches, relative to that of those on the payload.
+    pub(super) sign: f64,
     frame: Arc<str>,
     pub(super) stream: EquationStream,
     pub(super) update: StagedUpdate,
@@ -150,6 +171,8 @@ pub struct Identifier {
     /// Number of samples since the end of the most recent window.
     samples: u32,
     windows: u64,
+    /// Number of samples that were rejected before they were aligned.
+    refused: u64,
     payload_changes: u64,
     /// Time of the last payload change, s.
     changed_s: f64,
@@ -181,12 +204,36 @@ impl Identifier {
         sensors: &[&str],
         settings: &EquationSettings,
     ) -> Result<Self, IdentifyError> {
+        Self::with_settings(robot, tool, sensors, settings, &OnlineSettings::default())
+    }
+
+    /// Creates an identifier as [`new`](Self::new) does, with what is known beside the settings of the equations.
+    ///
+    /// # Errors
+    /// Returns the errors of [`new`](Self::new), and [`IdentifyError::Option`] for a delay of more than a second.
+    pub fn with_settings(
+        robot: &Manipulator,
+        tool: &str,
+        sensors: &[&str],
+        settings: &EquationSettings,
+        online: &OnlineSettings,
+    ) -> Result<Self, IdentifyError> {
         settings.check_known()?;
+        Range::ONLINE_DELAY_S.check("delay_s", &[online.delay_s])?;
+        let counts = [robot.dof(), sensors.len()];
+        let OnlineSettings {
+            delay_s,
+            wrench_acts_on,
+            ..
+        } = *online;
+        let inputs = Inputs::new(counts, wrench_acts_on, delay_s, settings.max_gap_s);
         let stream = EquationStream::new(robot, tool, sensors, settings)?;
         let channels = stream.channels();
         Ok(Self {
             frame: tool.into(),
-            update: StagedUpdate::new(&channels, stream.gripper_to_subtract())?,
+            sign: inputs.sign(),
+            inputs: (!inputs.are_direct()).then(|| Box::new(inputs)),
+            update: StagedUpdate::new(&channels, stream.gripper_to_subtract(), online.known_tool)?,
             recent: RecentEquations::new(channels.count()),
             checks: OnlineChecks::new(robot, sensors, settings),
             is_held: false,
@@ -194,6 +241,7 @@ impl Identifier {
             stream,
             samples: 0,
             windows: 0,
+            refused: 0,
             payload_changes: 0,
             changed_s: f64::NEG_INFINITY,
             since_s: f64::NEG_INFINITY,
@@ -217,6 +265,37 @@ impl Identifier {
     /// Returns [`IdentifyError::State`] if a slice does not fit the robot, and [`IdentifyError::Wrenches`] if the
     /// wrenches do not fit the sensors. Bad data are no error: see [`PushOutcome`].
     pub fn push(&mut self, sample: &Sample<'_>) -> Result<PushOutcome, IdentifyError> {
+        let Some(mut inputs) = self.inputs.take() else {
+            return self.push_aligned(sample);
+        };
+        let outcome = self.push_to(&mut inputs, sample);
+        self.inputs = Some(inputs);
+        outcome
+    }
+
+    /// Pushes the samples that are complete with this one.
+    fn push_to(
+        &mut self,
+        inputs: &mut Inputs,
+        sample: &Sample<'_>,
+    ) -> Result<PushOutcome, IdentifyError> {
+        self.stream.model().check_lengths(sample)?;
+        if !inputs.push(sample) {
+            self.refused += 1;
+            return Ok(PushOutcome::Rejected);
+        }
+        let mut outcome = PushOutcome::Used;
+        while let Some(sample) = inputs.pop() {
+            match self.push_aligned(&sample)? {
+                PushOutcome::Used => {}
+                other => outcome = other,
+            }
+        }
+        Ok(outcome)
+    }
+
+    /// Adds one sample whose wrenches act on the payload at the time of the motion.
+    fn push_aligned(&mut self, sample: &Sample<'_>) -> Result<PushOutcome, IdentifyError> {
         let (outcome, equation) = self.stream.push(sample)?;
         if outcome != PushOutcome::Rejected {
             self.samples = self.samples.saturating_add(1);
@@ -308,7 +387,13 @@ impl Identifier {
     /// Returns the time from the last payload change to the last sample, s; infinite before a change.
     #[must_use]
     pub fn time_since_change_s(&self) -> f64 {
-        self.stream.time_s() - self.changed_s
+        self.newest_s() - self.changed_s
+    }
+
+    /// Time of the last sample, s.
+    pub(super) fn newest_s(&self) -> f64 {
+        let inputs = self.inputs.as_ref();
+        inputs.map_or(self.stream.time_s(), |inputs| inputs.newest_s())
     }
 
     fn estimate_of(&self, readout: &Readout, since_s: f64) -> PayloadEstimate {
@@ -318,7 +403,7 @@ impl Identifier {
             windows: self.windows,
             payload_changes: self.payload_changes,
             since_s,
-            rejected: self.stream.rejected(),
+            rejected: self.stream.rejected() + self.refused,
             gaps: self.stream.gaps(),
             ..estimate(frame, readout.body, readout.is_physical, of_values, None)
         }
@@ -353,43 +438,9 @@ impl Identifier {
         if self.windows == 0 && sampling.samples + sampling.rejected >= FEWEST_SAMPLES {
             findings.push(Finding::NoEquations(sampling));
         }
-        let gripper = self.stream.gripper_to_subtract();
+        let known = self.update.known();
         let equations = self.recent.in_order();
-        findings.extend(findings_without_prior(&equations, &self.stream, gripper));
+        findings.extend(findings_without_prior(&equations, &self.stream, &known));
         findings
-    }
-
-    /// Returns the constant offset of the wrenches with its standard deviations, without allocation; `None` unless
-    /// [`EquationSettings::wrench_offset`] makes it an unknown, and before the first window. It is the sensor's, so that
-    /// what is known of it outlives a payload change.
-    #[must_use]
-    pub fn wrench_offset(&self) -> Option<WrenchOffset> {
-        let estimator = self.update.estimator();
-        let estimate = estimator.joint_estimate();
-        let frame = self.stream.offset_frame();
-        let offsets = estimate.offsets?.mapped(frame.map());
-        let std_devs = offsets.std_devs(&estimate.covariance, &estimator.null_space());
-        Some(frame.offset(&offsets.values, Some(std_devs)))
-    }
-
-    /// Returns the joint covariance of the payload's linear parameters and of the wrench's offset in the end-effector
-    /// frame, 16x16: the parameters as in [`covariance`](Self::covariance), then force, N, and moment, N m; without
-    /// allocation. `None` where there is no [offset](Self::wrench_offset), or the noise is not known yet.
-    #[must_use]
-    pub fn joint_covariance(&self) -> Option<SMatrix<f64, 16, 16>> {
-        let of_parameters = self.update.estimator().covariance()?;
-        let offsets = self.update.estimator().joint_estimate().offsets?;
-        let mut joint = SMatrix::<f64, 16, 16>::zeros();
-        let crossed = offsets.covariance_with(&of_parameters);
-        joint
-            .fixed_view_mut::<10, 10>(0, 0)
-            .copy_from(&of_parameters);
-        joint.fixed_view_mut::<6, 10>(10, 0).copy_from(&crossed);
-        joint
-            .fixed_view_mut::<10, 6>(0, 10)
-            .copy_from(&crossed.transpose());
-        let of_offsets = offsets.covariance(&of_parameters);
-        joint.fixed_view_mut::<6, 6>(10, 10).copy_from(&of_offsets);
-        Some(joint)
     }
 }

@@ -6,6 +6,7 @@ mod contact;
 mod contact_wrench;
 mod identifier;
 mod innovation;
+mod inputs;
 mod least_squares;
 mod noise_tracker;
 mod readout;
@@ -17,4 +18,4 @@ mod staged_update;
 mod trusted;
 
 pub use contact::{ContactState, WrenchEstimate, WrenchFrame};
-pub use identifier::Identifier;
+pub use identifier::{Identifier, OnlineSettings};

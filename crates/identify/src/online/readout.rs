@@ -1,8 +1,9 @@
 //! What the identifier reports between two updates.
 
-use tactid_dynamics::{InertialParameters, MassProperties};
+use tactid_dynamics::MassProperties;
 
 use super::least_squares::OnlineLeastSquares;
+use crate::KnownBodies;
 use crate::result::{is_physical, values_of_body};
 use crate::solve::consistency::ProjectionTracker;
 use crate::solve::report::body_of;
@@ -47,20 +48,21 @@ impl Readout {
         Self::new(body_of(&Vector::zeros()), None, uncertainty)
     }
 
-    /// Returns the report of an estimate with the projection onto consistent parameters. `gripper` is the part of
-    /// the estimated body that is not the payload.
+    /// Returns the report of an estimate with the projection onto consistent parameters. `known` is the part of
+    /// the estimated body that is not the payload, and `has_gripper` whether links of the robot are in it.
     pub(crate) fn of_estimate(
         estimator: &OnlineLeastSquares,
         projection: &ProjectionTracker,
-        gripper: Option<&InertialParameters>,
+        known: &KnownBodies,
+        has_gripper: bool,
     ) -> Self {
         let reported = projection.parameters();
-        let estimate = match gripper {
-            _ if !projection.is_far() => reported,
-            Some(gripper) => estimator.parameters() - gripper.as_vector(),
-            None => *estimator.parameters(),
+        let estimate = match !projection.is_far() {
+            true => reported,
+            false => estimator.parameters() - known.parameters,
         };
         let covariance = estimator.covariance();
+        let covariance = covariance.map(|covariance| covariance + known.covariance);
         let linear = covariance.map_or(ValueStdDevs::UNKNOWN, |covariance| {
             std_devs(&estimate, &covariance, &estimator.null_space())
         });
@@ -75,7 +77,7 @@ impl Readout {
             linear: linear.std_devs,
             covariance,
         };
-        let composite = gripper.map(|_| body_of(estimator.parameters()));
+        let composite = has_gripper.then(|| body_of(estimator.parameters()));
         Self::new(body, composite, uncertainty)
     }
 

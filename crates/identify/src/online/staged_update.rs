@@ -8,6 +8,7 @@ use super::readout::Readout;
 use super::stage::Stage;
 use crate::equations::{Channels, Equation};
 use crate::solve::consistency::ProjectionTracker;
+use crate::{KnownBodies, KnownTool};
 
 /// The online estimate with the one machine that updates it: a window is assessed at once, and the
 /// [stages](Stage) of its update follow one by one.
@@ -22,6 +23,7 @@ pub(crate) struct StagedUpdate {
     stage: Option<Stage>,
     /// Links below the tool that are part of the estimated body, as of the end of the most recent window.
     gripper: Option<InertialParameters>,
+    tool: Option<KnownTool>,
     readout: Readout,
     /// The report of the last estimate that nothing contradicted.
     trusted: Option<Readout>,
@@ -37,12 +39,14 @@ impl StagedUpdate {
     pub(crate) fn new(
         channels: &Channels,
         gripper: Option<InertialParameters>,
+        tool: Option<KnownTool>,
     ) -> Result<Self, SettingError> {
         let mut update = Self {
             estimator: OnlineLeastSquares::new(channels)?,
             projection: ProjectionTracker::new(),
             stage: Some(Stage::StartProjection),
             gripper,
+            tool,
             readout: Readout::unknown(),
             trusted: None,
             before_change: None,
@@ -120,17 +124,22 @@ impl StagedUpdate {
         &self.estimator
     }
 
+    /// The known bodies that the estimated load contains besides the payload.
+    pub(crate) fn known(&self) -> KnownBodies {
+        KnownBodies::new(self.gripper, self.tool)
+    }
+
     /// Sets the estimated payload as the target of the projection.
     fn start_projection(&mut self) {
-        let gripper = self.gripper.unwrap_or_else(InertialParameters::zero);
-        let payload = self.estimator.parameters() - gripper.as_vector();
+        let payload = self.estimator.parameters() - self.known().parameters;
         self.projection
             .set_estimate(&payload, &self.estimator.information());
     }
 
     fn report(&mut self) {
-        self.readout =
-            Readout::of_estimate(&self.estimator, &self.projection, self.gripper.as_ref());
+        let known = self.known();
+        let has_gripper = self.gripper.is_some();
+        self.readout = Readout::of_estimate(&self.estimator, &self.projection, &known, has_gripper);
     }
 
     /// Takes one more step of the projection, unless it has settled, and reports the body that it leads to.
@@ -174,7 +183,7 @@ mod tests {
     #[test]
     fn the_report_changes_after_the_deferred_stages() {
         let mut random = SmallRng::seed_from_u64(4);
-        let mut update = StagedUpdate::new(&Channels::of_wrench(), None).unwrap();
+        let mut update = StagedUpdate::new(&Channels::of_wrench(), None, None).unwrap();
         for count in 0..100 {
             let assessment = update.begin(&window(&mut random));
             assert!(matches!(assessment, Assessment::Accepted(_)), "{count}");

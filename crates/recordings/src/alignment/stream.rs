@@ -2,6 +2,8 @@
 
 use std::collections::VecDeque;
 
+use tactid_identify::equations::{InterpolationAt, interpolation};
+
 use super::averaging::{REACH, weights};
 use super::interpolation::Interpolate;
 
@@ -92,44 +94,24 @@ impl<T: Interpolate> Stream<T> {
     /// Returns the value at a time: that of a sample; of the cubic through two samples before and two after;
     /// or of the line between the two neighbours where an end is beside them, or two of the four are far apart.
     fn interpolated(&self, time_s: f64) -> ValueAt<T> {
-        let right = self.samples.partition_point(|(time, _)| *time <= time_s);
-        let Some(left) = right.checked_sub(1) else {
-            return if self.samples.is_empty() {
-                ValueAt::NotYet
-            } else {
-                ValueAt::Never
-            };
-        };
-        let (before_s, before) = &self.samples[left];
-        if *before_s == time_s {
-            return ValueAt::Known(before.clone());
-        }
-        let Some((after_s, after)) = self.samples.get(right) else {
-            return ValueAt::NotYet;
-        };
-        if after_s - before_s > self.max_gap_s {
-            return ValueAt::Never;
-        }
-        let beyond = self.samples.get(right + 1);
-        if left > 0 && beyond.is_none() {
-            return ValueAt::NotYet;
-        }
-        let first = left.checked_sub(1).map(|k| &self.samples[k]);
-        ValueAt::Known(match (first, beyond) {
-            (Some(first), Some(last))
-                if !(self.is_wide(first.0, *before_s)
-                    || self.is_wide(*before_s, *after_s)
-                    || self.is_wide(*after_s, last.0)) =>
-            {
-                let nodes = [first.0, *before_s, *after_s, last.0];
-                let [w0, w1, w2, w3] = cubic_weights(&nodes, time_s);
-                T::weighted_sum(&[(w0, &first.1), (w1, before), (w2, after), (w3, &last.1)])
+        let samples = &self.samples;
+        let longest_s = self.averaged_s.unwrap_or(f64::INFINITY).min(self.max_gap_s);
+        let time_of = |k: usize| samples[k].0;
+        match interpolation(samples.len(), time_of, time_s, self.max_gap_s, longest_s) {
+            InterpolationAt::Sample(index) => ValueAt::Known(samples[index].1.clone()),
+            InterpolationAt::Between {
+                first,
+                count,
+                weights,
+            } => {
+                let values =
+                    std::array::from_fn(|k| (weights[k], &samples[first + k.min(count - 1)].1));
+                let values: [(f64, &T); 4] = values;
+                ValueAt::Known(T::weighted_sum(&values[..count]))
             }
-            _ => {
-                let fraction = (time_s - before_s) / (after_s - before_s);
-                T::weighted_sum(&[(1.0 - fraction, before), (fraction, after)])
-            }
-        })
+            InterpolationAt::NotYet => ValueAt::NotYet,
+            InterpolationAt::Never => ValueAt::Never,
+        }
     }
 
     /// Discards all samples but the last two that are not later than a time.
@@ -142,15 +124,6 @@ impl<T: Interpolate> Stream<T> {
             self.samples.pop_front();
         }
     }
-}
-
-/// Weights of the values at four different times for the value of the cubic through them (Lagrange).
-fn cubic_weights(times_s: &[f64; 4], time_s: f64) -> [f64; 4] {
-    std::array::from_fn(|k| {
-        let others = times_s.iter().enumerate().filter(|(other, _)| *other != k);
-        let factors = others.map(|(_, other_s)| (time_s - other_s) / (times_s[k] - other_s));
-        factors.product()
-    })
 }
 
 #[cfg(test)]
