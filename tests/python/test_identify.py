@@ -172,6 +172,65 @@ def test_the_papers_filter_sees_the_same_samples_again(
     assert (filter_.singular_values().mass >= 0).all()
 
 
+def test_a_contact_is_what_the_load_does_not_explain(
+    robot: tactid.Manipulator, rng: np.random.Generator
+) -> None:
+    """15 N are no change of a payload that is held, and else are within the interval of either."""
+    body = tactid.MassProperties(7.0, [0.1, -0.2, 0.3], np.diag([0.4, 0.5, 0.6]))
+    time = np.arange(0, 6, 2e-3)
+    q, qd, regressor = carried(robot, time, rng)
+    force = np.array([9.0, -12.0, 0, 0, 0, 0])
+    wrench = regressor @ body.parameters + np.where(time[:, None] < 4, 0, force)
+    wrench += np.repeat([0.1, 0.01], 3) * rng.standard_normal(wrench.shape)
+    for hold in (True, False):
+        identifier = tactid.Identifier(robot, ["tool0"], gravity=[0, 0, 0], wrench_acts_on="sensor")
+        assert identifier.contact_wrench("tool0") is None
+        assert identifier.estimate_before_change() is None
+        for rows in np.split(np.arange(3000), [2000]):
+            rest = at_rest(len(rows))
+            identifier.push(time[rows], q[rows], qd[rows], -wrench[rows, None], **rest)
+            if rows[0] == 0:
+                assert identifier.is_settled()
+                identifier.hold_payload(hold)
+        found = identifier.contact_wrench("tool0")
+        latency = identifier.contact_latency()
+        assert found is not None
+        assert latency is not None
+        np.testing.assert_allclose(found.time, time[-1] - latency)
+        assert found.is_changing is not hold
+        assert (np.abs(found.values + force) < 6 * found.std_devs).all()
+        assert bool(found.std_devs[:3].max() < 0.2) is hold
+        load = identifier.load_wrench("tool0", "world")
+        assert load is not None
+        assert load.covariance.shape == (6, 6)
+        before = identifier.estimate_before_change()
+        assert (before is None) is hold
+        if before is not None:
+            np.testing.assert_allclose(before.values[0], 7.0, atol=0.01)
+            assert identifier.time_since_change() < 2
+    with pytest.raises(tactid.ArgumentError, match="moves relative to the end-effector"):
+        identifier.contact_wrench("base_link")
+
+
+def test_payload_and_offset_have_a_joint_covariance(
+    robot: tactid.Manipulator, rng: np.random.Generator
+) -> None:
+    body = tactid.MassProperties(7.0, [0.1, -0.2, 0.3], np.diag([0.4, 0.5, 0.6]))
+    time = np.arange(0, 4, 2e-3)
+    q, qd, regressor = carried(robot, time, rng)
+    wrench = regressor @ body.parameters + np.array([5.0, 3.0, -2.0, 0.1, 0.2, 0.3])
+    wrench += np.repeat([0.1, 0.01], 3) * rng.standard_normal(wrench.shape)
+    identifier = tactid.Identifier(robot, ["tool0"], wrench_offset="yes")
+    assert identifier.joint_covariance() is None
+    identifier.push(time, q, qd, wrench[:, None], **at_rest(len(time)))
+    joint, offset = identifier.joint_covariance(), identifier.wrench_offset()
+    assert joint is not None
+    assert offset is not None
+    np.testing.assert_allclose(joint[:10, :10], identifier.covariance())
+    np.testing.assert_allclose(np.sqrt(np.diagonal(joint)[10:]), offset.std_devs)
+    assert (np.abs(offset.values[:3] - [5, 3, -2]) < 6 * offset.std_devs[:3]).all()
+
+
 def test_online_estimates_know_their_uncertainty_and_detect_a_payload_change(
     robot: tactid.Manipulator, rng: np.random.Generator
 ) -> None:

@@ -7,7 +7,9 @@ use numpy::PyArrayDyn;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use tactid_dynamics::{BaseKind, Wrench};
-use tactid_identify::{BaseState, IdentifyError, PushOutcome, Sample};
+use tactid_identify::{
+    BaseState, ContactState, IdentifyError, PushOutcome, Sample, WrenchEstimate,
+};
 use tactid_recordings::{OnlineSetup, Request, base_is_fixed};
 
 use crate::arguments::{borrowed, read_joints, read_robot, read_sensors, read_wrenches};
@@ -116,6 +118,63 @@ impl Identifier {
         rows.transpose()
     }
 
+    /// Returns the payload before the last change; None before a change.
+    fn estimate_before_change<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyDict>>> {
+        let estimate = detached(py, || lock(&self.0).estimate_before_change())?;
+        estimate.map(|estimate| fields(py, &estimate)).transpose()
+    }
+
+    /// Returns whether the estimate is one of the payload that is held now.
+    fn is_settled(&self, py: Python<'_>) -> PyResult<bool> {
+        detached(py, || lock(&self.0).is_settled())
+    }
+
+    /// Returns the time since the last payload change, s.
+    fn time_since_change(&self, py: Python<'_>) -> PyResult<f64> {
+        detached(py, || lock(&self.0).time_since_change_s())
+    }
+
+    /// Says whether the payload stays what it is.
+    fn hold_payload(&self, py: Python<'_>, is_held: bool) -> PyResult<()> {
+        detached(py, || lock(&self.0).hold_payload(is_held))
+    }
+
+    /// Returns the joint covariance of the payload and of the offset, (16, 16); None where there is no offset.
+    fn joint_covariance<'py>(
+        &self,
+        py: Python<'py>,
+    ) -> PyResult<Option<Bound<'py, PyArrayDyn<f64>>>> {
+        let covariance = detached(py, || lock(&self.0).joint_covariance())?;
+        let rows = covariance.map(|matrix| output(py, matrix.as_slice().to_vec(), None, &[16, 16]));
+        rows.transpose()
+    }
+
+    /// Returns the wrenches of load and contact about the origin of a link: time, wrench, covariance, and whether the
+    /// payload may have changed, of each; None before the estimate has settled.
+    fn wrenches<'py>(
+        &self,
+        py: Python<'py>,
+        point: &str,
+        axes: Option<&str>,
+    ) -> PyResult<Option<[WrenchData<'py>; 2]>> {
+        let found = detached(py, || {
+            let identifier = lock(&self.0);
+            let frame = identifier.wrench_frame(point, axes)?;
+            let load = identifier.load_wrench(&frame);
+            Ok(load.zip(identifier.contact_wrench(&frame)))
+        })?;
+        let found = found.map_err(|error: IdentifyError| error.into_py_err())?;
+        let Some((load, contact)) = found else {
+            return Ok(None);
+        };
+        Ok(Some([wrench_data(py, &load)?, wrench_data(py, &contact)?]))
+    }
+
+    /// Returns the time by which the wrenches of load and contact lag the last sample, s.
+    fn contact_latency(&self, py: Python<'_>) -> PyResult<Option<f64>> {
+        detached(py, || lock(&self.0).contact_latency_s())
+    }
+
     /// Returns the offset of the wrenches; None where it is not an unknown.
     fn wrench_offset<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyDict>>> {
         let offset = detached(py, || lock(&self.0).wrench_offset())?;
@@ -131,6 +190,27 @@ impl Identifier {
         let data = findings.iter().map(|finding| finding_data(py, finding));
         data.collect()
     }
+}
+
+/// Time, s, force and moment, their covariance, and whether the payload may have changed.
+type WrenchData<'py> = (
+    f64,
+    Bound<'py, PyArrayDyn<f64>>,
+    Bound<'py, PyArrayDyn<f64>>,
+    bool,
+);
+
+fn wrench_data<'py>(py: Python<'py>, of: &WrenchEstimate) -> PyResult<WrenchData<'py>> {
+    let Wrench { force, moment } = &of.wrench;
+    let values = force.iter().chain(moment).copied().collect();
+    // Symmetric: row by row and column by column are the same.
+    let covariance = of.covariance.as_slice().to_vec();
+    Ok((
+        of.time_s,
+        output(py, values, None, &[6])?,
+        output(py, covariance, None, &[6, 6])?,
+        of.state == ContactState::Changing,
+    ))
 }
 
 /// The paper's filter: see :class:`tactid.PaperFilter`.

@@ -47,7 +47,7 @@ from tactid._api.comparison import Attempt, compare
 from tactid._api.designed_motion import DesignedMotion
 from tactid._api.excitation import Grip, design_excitation
 from tactid._api.offline import identify
-from tactid._api.online import Identifier, PaperFilter
+from tactid._api.online import Identifier, PaperFilter, WrenchEstimate
 from tactid._api.poses import identify_poses
 from tactid._api.result import Identification, PaperIdentification
 from tactid._api.simulation import simulate
@@ -193,6 +193,7 @@ __all__ = [
     "Topic",
     "ValueDifference",
     "WeightEstimate",
+    "WrenchEstimate",
     "WrenchOffset",
     "__version__",
     "calibrate",

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 from typing import Any
 
+import numpy as np
 from numpy.typing import ArrayLike
 
 from tactid import _native
@@ -16,6 +18,25 @@ from tactid._options.declaration import documented
 from tactid._options.options import OPTIONS, Options, collect
 from tactid._results.payload import PaperEstimate, PayloadEstimate
 from tactid._results.records import SingularValues, WrenchOffset
+
+
+@dataclass(frozen=True)
+class WrenchEstimate:
+    """A wrench of a load or of a contact with its uncertainty."""
+
+    time: float
+    """Time to which the wrench belongs, on the clock of the samples, s."""
+    values: Array
+    """Force, N, and moment, N m, (6,), with the sign of the measured wrenches."""
+    covariance: Array
+    """Covariance of the values, (6, 6)."""
+    is_changing: bool
+    """Whether the payload may have changed: the covariance then contains the contact itself."""
+
+    @property
+    def std_devs(self) -> Array:
+        """Standard deviations of the values, (6,)."""
+        return np.sqrt(np.diagonal(self.covariance))
 
 
 class _Online:
@@ -112,13 +133,103 @@ class Identifier(_Online):
         """
         return self._native.covariance()
 
+    def estimate_before_change(self) -> PayloadEstimate | None:
+        """Returns the payload before the last change, without the windows that showed the change.
+
+        None stands before a change, and where that payload had not been known for 32 windows.
+        """
+        estimate = self._native.estimate_before_change()
+        return None if estimate is None else PayloadEstimate(**estimate)
+
+    def is_settled(self) -> bool:
+        """Returns whether the estimate is one of the payload that is held now.
+
+        At least 32 windows contribute to it, 1 s at a cutoff of 10 Hz, and the most recent ones
+        show no evidence of a change.
+        """
+        return self._native.is_settled()
+
+    def time_since_change(self) -> float:
+        """Returns the time from the last payload change to the last sample, s, or infinity."""
+        return self._native.time_since_change()
+
+    def hold_payload(self, is_held: bool = True) -> None:
+        """Says whether the payload stays what it is, as while a gripper is closed.
+
+        Samples of such a time neither update the estimate nor show a payload change: whatever the
+        load does not explain is a contact.
+
+        Args:
+            is_held: Whether the payload stays what it is from now on.
+        """
+        self._native.hold_payload(is_held)
+
+    def contact_wrench(self, point: str, axes: str | None = None) -> WrenchEstimate | None:
+        """Returns the wrench of a contact: the measured wrench less offset and load.
+
+        It has the sign of the measured wrenches: where these act on the payload, it is what the
+        payload exerts on what it touches. It passes a causal low-pass with the cutoff of the
+        identifier, and belongs to the time :attr:`WrenchEstimate.time`. What the load does not
+        explain may also be a payload change: ``is_changing`` is then true, and the covariance
+        contains the contact itself, until the samples decide or :meth:`hold_payload` does.
+
+        Args:
+            point: The link about whose origin the moment is; it moves with the tip.
+            axes: The link along whose axes the wrench is, which moves with the tip or is fixed to
+                the ground, or "world". Default: those of ``point``.
+
+        Returns:
+            The wrench; None before 32 windows determine the load, and after a gap.
+
+        Raises:
+            ModelError: The robot has no such link.
+            ArgumentError: The link does not move with the tip.
+        """
+        wrenches = self._native.wrenches(point, axes)
+        return None if wrenches is None else WrenchEstimate(*wrenches[1])
+
+    def load_wrench(self, point: str, axes: str | None = None) -> WrenchEstimate | None:
+        """Returns the wrench by which the robot carries and accelerates payload and known tool.
+
+        It is what the sensor would measure of them without offset, noise and contact, with the
+        sign of the measured wrenches.
+
+        Args:
+            point: As for :meth:`contact_wrench`.
+            axes: As for :meth:`contact_wrench`.
+
+        Returns:
+            The wrench; None as for :meth:`contact_wrench`.
+
+        Raises:
+            ModelError: The robot has no such link.
+            ArgumentError: The link does not move with the tip.
+        """
+        wrenches = self._native.wrenches(point, axes)
+        return None if wrenches is None else WrenchEstimate(*wrenches[0])
+
+    def contact_latency(self) -> float | None:
+        """Returns the time by which the wrenches of contact and load lag the last sample, s.
+
+        None stands before the first of them.
+        """
+        return self._native.contact_latency()
+
+    def joint_covariance(self) -> Array | None:
+        """Returns the joint covariance of the payload's parameters and of the offset, (16, 16).
+
+        The parameters are those of :meth:`covariance`; the offset of the wrenches follows in the
+        tip's frame, N and N m. None stands where the offset is not an unknown.
+        """
+        return self._native.joint_covariance()
+
     def wrench_offset(self) -> WrenchOffset | None:
         """Returns the constant offset of the wrenches: what the sensor measures without a load.
 
         It is in the sensor's own frame and about its origin where there is one sensor that does not
-        move relative to the tip, and otherwise in the tip's frame. None
-        stands where the option ``wrench_offset`` does not make it an unknown. Standard
-        deviations are not estimated online.
+        move relative to the tip, and otherwise in the tip's frame. It is the sensor's, so that
+        what is known of it outlives a payload change. None stands where the option
+        ``wrench_offset`` does not make it an unknown.
         """
         offset = self._native.wrench_offset()
         return None if offset is None else WrenchOffset(**offset)
