@@ -57,10 +57,11 @@ fn center_far_away(found: &FarCenter, reader: Reader) -> String {
 
 fn too_few_poses(poses: usize, reader: Reader) -> String {
     format!(
-        "{} are too few to tell a load of zero from a wrong assumption, such as gravity in another \
+        "{} {} too few to tell a load of zero from a wrong assumption, such as gravity in another \
          direction (a base on a wall) or orientations in another form: measure in four attitudes or \
          more, or state {}.",
         counted(poses, "pose"),
+        if poses == 1 { "is" } else { "are" },
         reader.option("gravity")
     )
 }
@@ -69,8 +70,9 @@ fn consists_of_rests(found: &Rests, reader: Reader) -> String {
     if found.is_one_attitude() {
         return format!(
             "The recording rests in one attitude, in which the weight of the payload and a zero of the sensor \
-             that was never set are one: the mass is that of both. Record at least three attitudes; {} \
-             accepts a sensor that reads zero without the payload.",
+             that was never set are one: the mass is that of both, or unknown where the zero is \
+             identified, too. Record at least three attitudes; {} accepts a sensor that reads zero \
+             without the payload.",
             reader.choice("wrench_offset", "no")
         );
     }
