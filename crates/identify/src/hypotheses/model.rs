@@ -328,6 +328,7 @@ impl Model {
     pub(super) fn moved(&self, step: &DVector<f64>, active: &[Hypothesis]) -> Self {
         let mut moved = self.clone();
         moved.parameters += step.fixed_rows::<10>(0);
+        let mut of_gravity = Vector3::zeros();
         let mut first = 10;
         for each in active {
             let count = each.columns(self.zeros.len());
@@ -335,12 +336,7 @@ impl Model {
             match each {
                 Hypothesis::Offset => moved.offset += own,
                 Hypothesis::Weight => moved.weight += own,
-                Hypothesis::Gravity => {
-                    // The force is linear in the mass and in the weight.
-                    let ratio = moved.felt_mass() / self.felt_mass();
-                    let is_near = ratio.abs() > SLIGHT && ratio.is_finite();
-                    moved.gravity += own / if is_near { ratio } else { 1.0 };
-                }
+                Hypothesis::Gravity => of_gravity += own,
                 Hypothesis::SensorPlace => moved.place += own,
                 Hypothesis::SensorRotation => {
                     let turn = Vector3::new(own[0], own[1], own[2]);
@@ -353,6 +349,10 @@ impl Model {
             }
             first += count;
         }
+        // The force is linear in the mass and in the weight, both of which have moved.
+        let ratio = moved.felt_mass() / self.felt_mass();
+        let is_near = ratio.abs() > SLIGHT && ratio.is_finite();
+        moved.gravity += of_gravity / if is_near { ratio } else { 1.0 };
         moved
     }
 
