@@ -142,7 +142,7 @@ const KNOWN: &[Known] = &[
         value: Value::Fixed("external"),
     },
     Known {
-        ends: &["tool_external_wrench", "tool_wrench"],
+        ends: &["tool_external_wrench"],
         joint: None,
         content: "Kinova's estimate from the joint torques, without the forces of arm and configured tool",
         option: "wrench_is",
