@@ -9,7 +9,9 @@ use crate::equations::EquationStream;
 use crate::finding::{CHANNELS, Hypothesis, WrongAssumption};
 use crate::fit::Fit;
 use crate::result::VALUE_NAMES;
-use crate::solve::uncertainty::{HALF_WIDTH_95, value_jacobian, values_of};
+use crate::solve::uncertainty::{
+    self, HALF_WIDTH_95, propagated, std_devs, value_jacobian, values_of,
+};
 
 /// A cause that was found.
 pub(super) struct Cause {
@@ -128,17 +130,18 @@ fn intervals(
     Some((values_of(parameters)?, half_widths))
 }
 
-/// Returns the largest change of a value between a fit and that with the causes, relative to half
-/// of its interval, the larger one of both.
+/// Returns the [change of the values](uncertainty::value_change) between a fit and that with the
+/// causes; zero for a mass of zero.
 fn value_change(given: &Fit, found: &Fitted, measurements: f64) -> f64 {
+    let parameters = &found.model.parameters;
     let covariance = found.parameter_covariance(measurements);
-    let both = intervals(&given.parameters, &given.covariance)
-        .zip(intervals(&found.model.parameters, &covariance));
-    let Some(((old, of_old), (new, of_new))) = both else {
-        return 0.0;
-    };
-    let changes = (0..10).map(|k| (new[k] - old[k]).abs() / of_old[k].max(of_new[k]));
-    changes.fold(0.0, f64::max)
+    let of_given = std_devs(&given.parameters, &given.covariance, &given.null_space).std_devs;
+    let of_found = value_jacobian(parameters)
+        .map(|slopes| std::array::from_fn(|k| propagated(&slopes.row(k).into(), &covariance)));
+    let old = values_of(&given.parameters).zip(Some(of_given));
+    let new = values_of(parameters).zip(of_found);
+    old.zip(new)
+        .map_or(0.0, |(old, new)| uncertainty::value_change([old, new]))
 }
 
 /// What the data show of a cause, an entry for each of its values.

@@ -14,7 +14,7 @@ use crate::finding::{Hypothesis, WrongAssumption};
 use crate::fit::{FitOptions, further};
 use crate::hypotheses::MATERIAL;
 use crate::result::KINDS;
-use crate::solve::uncertainty::{HALF_WIDTH_95, value_jacobian, values_of};
+use crate::solve::uncertainty::{HALF_WIDTH_95, value_change, values_of};
 
 /// Returns the equation of a pose in the tool frame: that of a window whose samples are all the
 /// last instant of the model.
@@ -95,21 +95,16 @@ fn other_direction(poses: &Poses<'_>, kept: &[bool], given: &RestFit) -> Option<
     if !is_far_better(&other, given, ANGLES.len()) {
         return None;
     }
-    let value = |fit: &RestFit, k: usize| values_of(&fit.parameters).map_or(f64::NAN, |all| all[k]);
-    let slopes = value_jacobian(&other.parameters)?;
-    let half_width = |fit: &RestFit, k: usize| HALF_WIDTH_95 * fit.std_dev(&slopes.row(k).into());
+    let old = values_of(&given.parameters).unwrap_or([f64::NAN; 10]);
+    let (new, std_devs) = (values_of(&other.parameters)?, other.value_std_devs());
     let distance = |values: Range<usize>| {
         let squares = values.map(|k| {
-            let distance = value(&other, k) - value(given, k);
-            Vector2::new(distance.powi(2), half_width(&other, k).powi(2))
+            let half_width = HALF_WIDTH_95 * std_devs[k];
+            Vector2::new((new[k] - old[k]).powi(2), half_width.powi(2))
         });
         let squares: Vector2<f64> = squares.sum();
         (squares[0].sqrt() - squares[1].sqrt()).max(0.0)
     };
-    let change = (KINDS[0].start..KINDS[1].end).map(|k| {
-        let widest = half_width(given, k).max(half_width(&other, k));
-        (value(&other, k) - value(given, k)).abs() / widest
-    });
     let mass_kg = other.parameters[0];
     Some(WrongAssumption {
         cause: Hypothesis::Gravity,
@@ -121,10 +116,10 @@ fn other_direction(poses: &Poses<'_>, kept: &[bool], given: &RestFit) -> Option<
         frame: poses.frame.name().clone(),
         residual_ratio: (other.squares(&other) / given.squares(&other)).sqrt(),
         mass_kg,
-        mass_std_dev_kg: half_width(&other, 0) / HALF_WIDTH_95,
+        mass_std_dev_kg: std_devs[0],
         mass_change: distance(KINDS[0].clone()) / mass_kg.abs(),
         shift_m: distance(KINDS[1].clone()),
-        value_change: change.fold(0.0, f64::max),
+        value_change: value_change([(old, given.value_std_devs()), (new, std_devs)]),
         is_applied: false,
     })
 }

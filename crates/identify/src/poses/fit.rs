@@ -337,6 +337,14 @@ impl RestFit {
         std_dev(gradient, covariance, null_space) * self.t_factor(self.shares(gradient))
     }
 
+    /// Returns the [standard deviation](Self::std_dev) of each of the ten values; infinite for a mass
+    /// of zero.
+    pub(super) fn value_std_devs(&self) -> [f64; 10] {
+        value_jacobian(&self.parameters).map_or([f64::INFINITY; 10], |slopes| {
+            std::array::from_fn(|k| self.std_dev(&slopes.row(k).into()))
+        })
+    }
+
     /// Returns the standard deviation of each offset, widened as those of the values; infinite
     /// where the poses do not distinguish the offset from the payload.
     pub(super) fn offset_std_devs(&self) -> [f64; WRENCH] {

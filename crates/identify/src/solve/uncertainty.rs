@@ -157,16 +157,31 @@ pub(crate) fn std_dev(
     covariance: &Matrix,
     null_space: &NullSpace,
 ) -> f64 {
-    if !null_space.determines(gradient) {
-        return f64::INFINITY;
+    if null_space.determines(gradient) {
+        propagated(gradient, covariance)
+    } else {
+        f64::INFINITY
     }
-    // Most derivatives are zero.
+}
+
+/// Returns the standard deviation of a quantity with this gradient in the parameters; infinite where a variance of a
+/// parameter that it depends on is.
+pub(crate) fn propagated(gradient: &RowSVector<f64, 10>, covariance: &Matrix) -> f64 {
+    // Most derivatives are zero, and so do not count.
     let pairs = gradient.iter().zip(covariance.column_iter());
     let product: Vector = pairs
         .filter(|(slope, _)| **slope != 0.0)
         .map(|(slope, column)| column * *slope)
         .sum();
     (gradient * product)[0].max(0.0).sqrt()
+}
+
+/// Returns the largest change of a value between two fits, relative to half of its interval, the larger one of both,
+/// given the ten values of each fit with their standard deviations. Values that one of them does not determine do not
+/// count.
+pub(crate) fn value_change([old, new]: [([f64; 10], [f64; 10]); 2]) -> f64 {
+    let change = |k: usize| (new.0[k] - old.0[k]).abs() / (HALF_WIDTH_95 * old.1[k].max(new.1[k]));
+    (0..10).map(change).fold(0.0, f64::max)
 }
 
 /// Returns the observability of each value, given its standard deviation and whether the motion excites it: it is
