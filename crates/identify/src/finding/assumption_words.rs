@@ -6,7 +6,8 @@ use tactid_dynamics::Reader;
 use tactid_dynamics::words::{general, listed, percent, with_interval};
 
 use super::{CHANNELS, CONTRADICTION, Hypothesis, MOST_LEFT, WrongAssumption};
-use crate::solve::subspace::LEVER_ARM_M;
+use crate::solve::subspace::is_out_of_reach;
+use crate::solve::uncertainty::HALF_WIDTH_95;
 
 /// Says which assumption the data contradict, what they show instead, and what to do.
 pub(super) fn wrong_assumption(found: &WrongAssumption, reader: Reader) -> String {
@@ -200,11 +201,13 @@ fn far_from(found: &WrongAssumption, factor: f64, unit: &str) -> Vec<String> {
     }
 }
 
-/// Returns whether a place is farther away than anything on an arm, by two
-/// lever arms: 2 m.
-fn is_out_of_reach(found: &WrongAssumption) -> bool {
-    let squares = found.values.iter().map(|value| value * value);
-    squares.sum::<f64>().sqrt() > 2.0 * LEVER_ARM_M
+/// Returns whether a place is certainly farther away than anything on an arm.
+fn is_place_out_of_reach(found: &WrongAssumption) -> bool {
+    let length = |entries: &[f64]| entries.iter().map(|x| x * x).sum::<f64>().sqrt();
+    is_out_of_reach(
+        length(&found.values),
+        HALF_WIDTH_95 * length(&found.std_devs),
+    )
 }
 
 /// Says what to do.
@@ -237,7 +240,7 @@ fn remedy(found: &WrongAssumption, reader: Reader) -> String {
             let unknown = reader.choice("gravity", "unknown");
             format!("{check} {unknown} identifies its direction together with the payload.")
         }
-        Hypothesis::SensorPlace if is_out_of_reach(found) => format!(
+        Hypothesis::SensorPlace if is_place_out_of_reach(found) => format!(
             "No sensor is that far away: the moments are too large for the forces, as of points or \
              lever arms in millimetres. Give lengths in m and moments in N m{}.",
             if online {

@@ -79,6 +79,12 @@ pub(crate) fn is_observable_pivot(pivot: f64, of_noise: f64, alone: f64, plausib
 /// mass and the inertia show together is far above this arm or far below it.
 pub(crate) const LEVER_ARM_M: f64 = 1.0;
 
+/// Returns whether a distance from the tool frame, m, is certainly one at which an arm has no sensor and holds nothing:
+/// beyond two lever arms, 2 m.
+pub(crate) fn is_out_of_reach(distance_m: f64, half_width_m: f64) -> bool {
+    distance_m - half_width_m > 2.0 * LEVER_ARM_M
+}
+
 /// Returns the lengths of the columns of the parameters, at least `least` of what is usual for their kind (mass, first
 /// moments, inertia). The result depends on units by [`LEVER_ARM_M`] alone. Lengths may be infinite.
 ///
