@@ -168,8 +168,14 @@ fn replaces(residual_ratio: f64, result: &mut BatchResult) -> bool {
     let is_ambiguous = residual_ratio > CLEARLY_LESS * others_leave;
     result.findings.retain(|finding| match finding {
         Data::WrongAssumption(_) => is_ambiguous,
-        Data::PosesAtRest(_) | Data::ConstantChannels { .. } | Data::Model(_) => true,
-        _ => false,
+        Data::NothingHeld { .. }
+        | Data::NegativeMass { .. }
+        | Data::KnownBodiesTooHeavy { .. }
+        | Data::Inconsistent { .. }
+        | Data::TooFewPoses { .. }
+        | Data::CenterFarAway(_)
+        | Data::OutlyingPose(_) => false,
+        _ => true,
     });
     true
 }
