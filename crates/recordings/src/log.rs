@@ -129,6 +129,10 @@ impl Recording for LogRecording {
         true
     }
 
+    fn measures_poses(&self) -> bool {
+        self.sources.streams.base
+    }
+
     /// The events of the unloaded recording are not among those of the beginning.
     fn beginning(&self, observer: &mut Observer<'_>) -> Result<Vec<Event>, RecordingError> {
         let topics = self.topics(true);

@@ -18,11 +18,11 @@ pub fn unit_quaternion(quaternion: Quaternion<f64>) -> Option<UnitQuaternion<f64
     is_unit.then(|| UnitQuaternion::new_normalize(quaternion))
 }
 
-/// What recorded orientations are, if not `world_from_tool` by quaternions in the order x, y, z, w.
+/// What recorded orientations are, if not `world_from_tool`, or `world_from_base`, by quaternions in the order x, y, z, w.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum OrientationReading {
-    /// The inverse, `tool_from_world`.
+    /// The inverse, `tool_from_world` or `base_from_world`.
     Inverse,
     /// Quaternions in the order w, x, y, z.
     ScalarFirst,
@@ -55,7 +55,12 @@ impl PoseReading {
         }
     }
 
-    /// Returns the pose `world_from_tool` of a recorded one.
+    /// Whether the entries of quaternions are in the order x, y, z, w.
+    pub(crate) fn keeps_order(self) -> bool {
+        self.orientation == OrientationReading::Inverse
+    }
+
+    /// Returns the pose of the body in the world of a recorded one.
     pub(crate) fn read(self, recorded: &Isometry3<f64>) -> Isometry3<f64> {
         let [x, y, z, w]: [f64; 4] = recorded.rotation.coords.into();
         let scalar_first = UnitQuaternion::new_unchecked(Quaternion::new(x, y, z, w));

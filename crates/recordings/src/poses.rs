@@ -11,6 +11,7 @@ use tactid_identify::{
 use crate::alignment::{Event, Measured};
 use crate::arrays::ArrayRecording;
 use crate::beginning::identifying;
+use crate::defaults::Motion;
 use crate::fault::FaultCounts;
 use crate::identification::negate_offsets;
 use crate::orientation::{ALL_READINGS, PoseReading};
@@ -72,7 +73,8 @@ pub fn identify_poses(
     let unfilled = identifier.clone();
     let faults = push_samples(&recording, &mut identifier, OtherReading::None)?;
     let mut result = identifier.solve()?;
-    let reading = contradicted_reading(&recording, &identifier, &unfilled)?
+    let is_partial = equations.unmeasured.contains(&true);
+    let reading = contradicted_reading(&recording, &identifier, &unfilled, is_partial)?
         .filter(|(ratio, _)| replaces(*ratio, &mut result))
         .map(|(_, finding)| finding);
     if request.wrench_acts_on == Some(ActsOn::Sensor) {
@@ -125,15 +127,19 @@ enum OtherReading {
 }
 
 /// Returns the residual of another reading of the poses that explains the wrenches far better than the `given` one,
-/// relative to that, with the finding about it. `unfilled` is an identifier without samples.
+/// relative to that, with the finding about it. `unfilled` is an identifier without samples; `is_partial`: some channels are
+/// not measured, which exchanged ones would fill.
 fn contradicted_reading(
     recording: &ArrayRecording<'_>,
     given: &RestIdentifier,
     unfilled: &RestIdentifier,
+    is_partial: bool,
 ) -> Result<Option<(f64, Finding)>, RecordingError> {
     let mut best: Option<(f64, Finding)> = None;
     let of_poses = ALL_READINGS.map(OtherReading::Pose).into_iter();
-    for reading in of_poses.chain([OtherReading::Exchanged]) {
+    let of_poses = of_poses.filter(|_| recording.measures_poses());
+    let exchanged = (!is_partial).then_some(OtherReading::Exchanged);
+    for reading in of_poses.chain(exchanged) {
         let mut other = unfilled.clone();
         push_samples(recording, &mut other, reading)?;
         let is_exchanged = matches!(reading, OtherReading::Exchanged);
@@ -145,6 +151,7 @@ fn contradicted_reading(
         let finding = match reading {
             OtherReading::Pose(reading) => Finding::OrientationContradicted {
                 reading: reading.orientation,
+                of_base: recording.sources().contents.motion == Motion::Joints,
                 residual_ratio,
             },
             _ => Finding::ForcesAndMomentsExchanged { residual_ratio },

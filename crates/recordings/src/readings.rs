@@ -6,7 +6,7 @@ use tactid_dynamics::{BaseKind, Manipulator};
 use tactid_identify::{BaseState, EffortContent, EquationSettings, WORLD, states_of_poses};
 
 use crate::alignment::{Event, JointValues, Measured};
-use crate::defaults::Options;
+use crate::defaults::{Motion, Options};
 use crate::orientation::{ALL_READINGS, PoseReading};
 use crate::plan::Plan;
 use crate::preview::Preview;
@@ -57,8 +57,11 @@ pub(crate) fn contradicted_reading(
     let mut others: Vec<Reading> = other_axes(plan).into_iter().map(with).collect();
     others.extend(other_contents(plan).into_iter().map(with));
     others.extend(other_point(plan, &given));
-    if plan.streams.base && plan.equations.method.uses_wrench() {
-        others.extend(ALL_READINGS.map(|poses| Reading {
+    if recording.measures_poses() && plan.equations.method.uses_wrench() {
+        let readings = ALL_READINGS.into_iter();
+        // Messages name the entries of their quaternions as they do their joints.
+        let readings = readings.filter(|poses| poses.keeps_order() || !recording.names_joints());
+        others.extend(readings.map(|poses| Reading {
             poses: Some(poses),
             ..given.clone()
         }));
@@ -83,8 +86,7 @@ pub(crate) fn contradicted_reading(
             (least, best) = (size, Some(other));
         }
     }
-    let names = plan.sources.robot.joint_names();
-    Ok(best.map(|other| finding(&given, other, names, least / assumed)))
+    Ok(best.map(|other| finding(plan.sources, &given, other, least / assumed)))
 }
 
 /// Returns the size of the residuals of the beginning with a reading; `None` where it is too short.
@@ -182,9 +184,10 @@ fn with_poses(events: &[Event], reading: PoseReading) -> Vec<Event> {
     events
 }
 
-/// Returns the finding that another reading explains the recording better than the `given` one, with the `names` of joints.
-fn finding(given: &Reading, other: Reading, names: &[String], residual_ratio: f64) -> Finding {
+/// Returns the finding that another reading explains a recording better than the `given` one.
+fn finding(sources: &Sources, given: &Reading, other: Reading, residual_ratio: f64) -> Finding {
     if !other.exchanged.is_empty() {
+        let names = sources.robot.joint_names();
         let joints = other.exchanged.iter();
         return Finding::JointsExchanged {
             joints: joints.map(|index| names[*index].clone()).collect(),
@@ -194,6 +197,7 @@ fn finding(given: &Reading, other: Reading, names: &[String], residual_ratio: f6
     if let Some(poses) = other.poses {
         return Finding::OrientationContradicted {
             reading: poses.orientation,
+            of_base: sources.contents.motion == Motion::Joints,
             residual_ratio,
         };
     }

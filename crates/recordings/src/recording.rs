@@ -75,6 +75,9 @@ pub(crate) trait Recording {
     /// Returns whether the joints have names, not only an order.
     fn names_joints(&self) -> bool;
 
+    /// Returns whether poses of the tool or of the base are recorded.
+    fn measures_poses(&self) -> bool;
+
     /// Returns the events of at least the first [`BEGINNING_S`].
     fn beginning(&self, observer: &mut Observer<'_>) -> Result<Vec<Event>, RecordingError>;
 

@@ -77,6 +77,10 @@ fn what_is_not_measured_is_left_out() {
                     _ => None,
                 });
             assert_eq!(left_out, Some((unmeasured.len(), true)));
+            let is_exchanged =
+                |finding: &Finding| matches!(finding, Finding::ForcesAndMomentsExchanged { .. });
+            let mut findings = found.recording.findings.iter();
+            assert!(!findings.any(is_exchanged), "{unmeasured:?}");
         }
     }
     let whole = identify(6, &[], 0.0);

@@ -113,6 +113,10 @@ impl Recording for ArrayRecording<'_> {
         false
     }
 
+    fn measures_poses(&self) -> bool {
+        !self.samples.arrays.pose.is_empty()
+    }
+
     fn beginning(&self, _: &mut Observer<'_>) -> Result<Vec<Event>, RecordingError> {
         let mut reader = SampleReader::new(&self.samples, f64::INFINITY);
         let mut events = Vec::new();

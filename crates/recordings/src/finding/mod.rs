@@ -122,6 +122,10 @@ pub enum Finding {
     OrientationContradicted {
         /// What they are.
         reading: OrientationReading,
+        /// Whether they are those of the base, `world_from_base`; otherwise they are those of the
+        /// tool, `world_from_tool`.
+        #[serde(default)]
+        of_base: bool,
         /// Residual with this reading relative to that with the given one, without a unit.
         residual_ratio: f64,
     },

@@ -7,6 +7,9 @@ use tactid_identify::EffortContent;
 use super::Finding;
 use crate::OrientationReading;
 
+/// The order in which quaternions are read.
+const ORDER: &str = ", quaternions in the order x, y, z, w";
+
 impl Finding {
     /// Says how frames, axes and efforts are read, or should be; nothing for other findings.
     pub(super) fn of_readings(&self, reader: Reader) -> String {
@@ -55,8 +58,9 @@ impl Finding {
             } => joints_exchanged(joints, *residual_ratio),
             Self::OrientationContradicted {
                 reading,
+                of_base,
                 residual_ratio,
-            } => orientation_contradicted(*reading, *residual_ratio),
+            } => orientation_contradicted(*reading, *of_base, *residual_ratio),
             Self::HeavyLoad {
                 mass_kg,
                 std_dev_kg,
@@ -124,24 +128,33 @@ fn joints_exchanged(joints: &[String], residual_ratio: f64) -> String {
     )
 }
 
-fn orientation_contradicted(reading: OrientationReading, residual_ratio: f64) -> String {
-    let (meant, remedy) = match reading {
+fn orientation_contradicted(
+    reading: OrientationReading,
+    of_base: bool,
+    residual_ratio: f64,
+) -> String {
+    let body = if of_base { "base" } else { "tool" };
+    let inverse = format!("the inverse, `{body}_from_world`");
+    let (order, meant, remedy) = match reading {
         OrientationReading::Inverse => (
-            "the inverse, `tool_from_world`",
+            "",
+            inverse,
             "invert them (of a quaternion, negate x, y and z)",
         ),
         OrientationReading::ScalarFirst => (
-            "quaternions in the order w, x, y, z",
+            ORDER,
+            "quaternions in the order w, x, y, z".to_owned(),
             "give w as the last of the four",
         ),
         OrientationReading::InverseScalarFirst => (
-            "the inverse, `tool_from_world`, by quaternions in the order w, x, y, z",
+            ORDER,
+            format!("{inverse}, by quaternions in the order w, x, y, z"),
             "negate x, y and z, and give w as the last of the four",
         ),
     };
     format!(
-        "The orientations are read as `world_from_tool`, quaternions in the order x, y, z, w, but \
-         they seem to be {meant}: read so, residuals are {} as large; {remedy}.",
+        "The orientations are read as `world_from_{body}`{order}, but they seem to be {meant}: read \
+         so, residuals are {} as large; {remedy}.",
         percent(residual_ratio)
     )
 }
