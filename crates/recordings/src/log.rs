@@ -133,6 +133,10 @@ impl Recording for LogRecording {
         self.sources.streams.base
     }
 
+    fn without_numbers(&self) -> &[[bool; 6]] {
+        self.decoding.without_numbers()
+    }
+
     /// The events of the unloaded recording are not among those of the beginning.
     fn beginning(&self, observer: &mut Observer<'_>) -> Result<Vec<Event>, RecordingError> {
         let topics = self.topics(true);

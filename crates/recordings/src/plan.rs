@@ -9,7 +9,7 @@ use crate::preview::{DelayEstimate, Preview, is_significant};
 use crate::rates::contradicted_rates;
 use crate::recording::{Recording, Selection, Sources};
 use crate::steps::{Steps, are_mixed};
-use crate::wrench_channels::unmeasured_channels;
+use crate::wrench_channels::{unmeasured_channels, without_channels};
 use crate::{EstimatorKind, Finding, Observer, OffsetChoice, RecordingError, Request, WrenchIs};
 
 /// How a recording is identified.
@@ -22,6 +22,8 @@ pub(crate) struct Plan<'a> {
     /// The streams that are used.
     pub(crate) streams: Streams,
     pub(crate) equations: EquationSettings,
+    /// Channels that each sensor does not measure in the beginning.
+    pub(crate) unmeasured: Vec<[bool; 6]>,
     /// Period of the slowest stream that is used, s.
     pub(crate) period_s: f64,
     /// Delay to subtract from the times of the wrenches, s.
@@ -51,7 +53,7 @@ impl<'a> Plan<'a> {
             let max_gap_s = options.equations.max_gap_s;
             findings.extend(contradicted_rates(sources, &events, max_gap_s));
         }
-        set_channels(&mut options, &streams, sources, &events);
+        let unmeasured = set_channels(&mut options, &streams, recording, &events);
         let preview = Preview {
             sources,
             options: &options,
@@ -88,6 +90,7 @@ impl<'a> Plan<'a> {
                 cutoff_hz,
                 ..options.equations
             },
+            unmeasured,
             estimator: options.estimator,
             period_s: options.period_s,
             tip: options.tip,
@@ -167,12 +170,20 @@ fn checked(
 }
 
 /// Sets what the beginning shows of the channels of the wrenches: the noise of averages and of
-/// interpolations, and which of them measure nothing.
-fn set_channels(options: &mut Options, streams: &Streams, sources: &Sources, events: &[Event]) {
+/// interpolations, and which of them measure nothing. Returns the latter of each sensor.
+fn set_channels(
+    options: &mut Options,
+    streams: &Streams,
+    recording: &impl Recording,
+    events: &[Event],
+) -> Vec<[bool; 6]> {
     let equations = &mut options.equations;
     equations.wrench_noise = streams.averaging.of_averages(&equations.wrench_noise);
     equations.shared_noise_s = streams.averaging.shared_noise_s();
-    equations.unmeasured = unmeasured_channels(sources, &options.tip, equations, events);
+    let unmeasured = unmeasured_channels(recording.without_numbers(), events);
+    equations.unmeasured =
+        without_channels(recording.sources(), &options.tip, equations, &unmeasured);
+    unmeasured
 }
 
 /// Chooses whether measured accelerations are used, and resolves the options accordingly. The streams are

@@ -16,7 +16,7 @@ use crate::fault::FaultCounts;
 use crate::identification::negate_offsets;
 use crate::orientation::{ALL_READINGS, PoseReading};
 use crate::recording::{Recording, Sources};
-use crate::wrench_channels::{left_out_channels, unmeasured_in_all};
+use crate::wrench_channels::{left_out_channels, unmeasured_in_all, without_channels};
 use crate::{
     ActsOn, Arrays, Clock, EstimatorKind, Finding, GravityChoice, Identification, OffsetChoice,
     RecordingError, RecordingReport, Request, Setup,
@@ -63,7 +63,10 @@ pub fn identify_poses(
     };
     let recording = ArrayRecording::new(&arrays, request)?;
     let sources = recording.sources();
-    let equations = equations(request, &arrays, sources);
+    let six = arrays.wrench.chunks_exact(6);
+    let six = six.filter_map(|wrench| wrench.try_into().ok());
+    let unmeasured = unmeasured_in_all(sources, six);
+    let equations = equations(request, sources, &unmeasured);
     let sensors: Vec<&str> = sources.sensors.iter().map(String::as_str).collect();
     let (robot, tip) = (&sources.robot, &sources.options.tip);
     let of_tool = request.tool_at(tip, EstimatorKind::LeastSquares)?;
@@ -80,7 +83,7 @@ pub fn identify_poses(
     if request.wrench_acts_on == Some(ActsOn::Sensor) {
         negate_offsets(&mut result);
     }
-    let left_out = left_out_channels(&equations, sources, tip);
+    let left_out = left_out_channels(&equations, sources, tip, &unmeasured);
     let of_size = heavy_load(&result);
     let noticed = result.findings.drain(..).map(Finding::Data);
     let report = RecordingReport {
@@ -232,7 +235,8 @@ fn rows(arrays: &Arrays<'_>) -> Result<usize, RecordingError> {
         .ok_or_else(|| RecordingError::Arrays(missing.to_owned()))
 }
 
-fn equations(request: &Request, arrays: &Arrays<'_>, sources: &Sources) -> EquationSettings {
+/// Returns the settings of the equations, given the channels that each sensor does not measure.
+fn equations(request: &Request, sources: &Sources, unmeasured: &[[bool; 6]]) -> EquationSettings {
     let given = request.gravity.and_then(GravityChoice::vector);
     let down = || BaseKind::Fixed.default_gravity();
     let mut equations = EquationSettings {
@@ -240,9 +244,8 @@ fn equations(request: &Request, arrays: &Arrays<'_>, sources: &Sources) -> Equat
         wrench_offset: request.wrench_offset != Some(OffsetChoice::No),
         ..request.equation_settings(Method::Tactile)
     };
-    let six = arrays.wrench.chunks_exact(6);
-    let six = six.filter_map(|wrench| wrench.try_into().ok());
-    equations.unmeasured = unmeasured_in_all(sources, &sources.options.tip, &equations, six);
+    let tip = &sources.options.tip;
+    equations.unmeasured = without_channels(sources, tip, &equations, unmeasured);
     equations
 }
 

@@ -78,6 +78,9 @@ pub(crate) trait Recording {
     /// Returns whether poses of the tool or of the base are recorded.
     fn measures_poses(&self) -> bool;
 
+    /// Returns the channels of each sensor that have no number: they are read as zero.
+    fn without_numbers(&self) -> &[[bool; 6]];
+
     /// Returns the events of at least the first [`BEGINNING_S`].
     fn beginning(&self, observer: &mut Observer<'_>) -> Result<Vec<Event>, RecordingError>;
 

@@ -253,7 +253,13 @@ impl Pass {
     fn totals(&self, plan: &Plan<'_>) -> Totals {
         let mut findings = self.steps.findings(plan.sources);
         let (equations, tip) = (&plan.equations, &plan.tip);
-        let constant = constant_channels(&self.channels, equations, plan.sources, tip);
+        let constant = constant_channels(
+            &self.channels,
+            equations,
+            plan.sources,
+            tip,
+            &plan.unmeasured,
+        );
         findings.extend(constant);
         Totals {
             findings,

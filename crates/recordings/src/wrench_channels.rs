@@ -95,44 +95,51 @@ fn in_all(
     }
 }
 
-/// Returns the channels that the equations are without because some sensor does not measure them:
-/// they are zero or no number in every one of its wrenches, which follow each other, one of each
-/// sensor in turn.
+/// Returns the channels that each sensor does not measure: they are zero or no number in every one
+/// of its wrenches, which follow each other, one of each sensor in turn.
 pub(crate) fn unmeasured_in_all(
     sources: &Sources,
-    tip: &str,
-    equations: &EquationSettings,
     wrenches: impl Iterator<Item = [f64; 6]> + Clone,
-) -> [bool; 6] {
+) -> Vec<[bool; 6]> {
     let count = sources.sensors.len();
     let of_sensor = |sensor| {
         let wrenches = wrenches.clone().skip(sensor).step_by(count);
         in_all(wrenches, |value| value == 0.0 || !value.is_finite())
     };
-    let of_sensors: Vec<_> = (0..count).map(of_sensor).collect();
-    ChannelAxes::of(sources, tip, equations).left_out(&of_sensors)
+    (0..count).map(of_sensor).collect()
 }
 
-/// Returns the channels that the equations are without because they are zero in the beginning of a
-/// recording.
-pub(crate) fn unmeasured_channels(
+/// Returns the channels that the equations are without because some sensor does not measure them,
+/// given those of each sensor.
+pub(crate) fn without_channels(
     sources: &Sources,
     tip: &str,
     equations: &EquationSettings,
-    events: &[Event],
+    of_sensors: &[[bool; 6]],
 ) -> [bool; 6] {
-    let mut monitor = ChannelMonitor::new(sources.sensors.len());
+    ChannelAxes::of(sources, tip, equations).left_out(of_sensors)
+}
+
+/// Returns the channels that each sensor does not measure in the beginning of a recording: they are
+/// zero there, as those that have `no_numbers` are read.
+pub(crate) fn unmeasured_channels(no_numbers: &[[bool; 6]], events: &[Event]) -> Vec<[bool; 6]> {
+    let mut monitor = ChannelMonitor::new(no_numbers.len());
     for event in events {
         if let Measured::Wrench(sensor, wrench) = &event.measured {
             monitor.push(*sensor, event.time_s, wrench);
         }
     }
-    // A sensor of which all channels are zero feels nothing: no contact, as of a finger.
-    let zero: Vec<_> = zero_channels(&monitor)
-        .filter(|(_, zero)| *zero != [true; 6])
-        .map(|(_, zero)| zero)
-        .collect();
-    ChannelAxes::of(sources, tip, equations).left_out(&zero)
+    let mut unmeasured = vec![[false; 6]; no_numbers.len()];
+    for (sensor, zero) in zero_channels(&monitor) {
+        // A sensor of which all channels are zero feels nothing: no contact, as of a finger. What has
+        // no number is not measured all the same.
+        unmeasured[sensor] = if zero == [true; 6] {
+            no_numbers[sensor]
+        } else {
+            zero
+        };
+    }
+    unmeasured
 }
 
 /// Returns the channels of each sensor that are zero in all samples, if there are any.
@@ -144,15 +151,17 @@ fn zero_channels(monitor: &ChannelMonitor) -> impl Iterator<Item = (usize, [bool
 }
 
 /// Reports the channels of each sensor that never changed, and those that were left out because
-/// they measured nothing in the beginning.
+/// they measured nothing in the beginning: of those, `unmeasured` are a sensor's own.
 pub(crate) fn constant_channels(
     monitor: &ChannelMonitor,
     equations: &EquationSettings,
     sources: &Sources,
     tip: &str,
+    unmeasured: &[[bool; 6]],
 ) -> Vec<Finding> {
     let left_out = &equations.unmeasured;
     let both = |a: &[bool; 6], b: &[bool; 6]| std::array::from_fn(|k| a[k] && b[k]);
+    let axes = ChannelAxes::of(sources, tip, equations);
     let zero: Vec<_> = zero_channels(monitor).collect();
     let mut reported: Vec<_> = zero
         .iter()
@@ -163,13 +172,12 @@ pub(crate) fn constant_channels(
             )
         })
         .collect();
-    let mut later = std::array::from_fn(|k| left_out[k] && !zero.iter().any(|(_, zero)| zero[k]));
-    let axes = ChannelAxes::of(sources, tip, equations);
-    if axes == ChannelAxes::Turning && later != MOMENTS {
-        // One moment is missing, without which the others are not used.
-        later = [false; 6];
-    }
-    reported.push((ConstantChannels::new(0, later, false), true));
+    reported.extend(unmeasured.iter().enumerate().map(|(sensor, own)| {
+        let zero = zero.iter().find(|(index, _)| *index == sensor);
+        let is_zero = zero.map_or([false; 6], |(_, zero)| *zero);
+        let later = both(&both(own, left_out), &is_zero.map(|is_zero| !is_zero));
+        (ConstantChannels::new(sensor, later, false), true)
+    }));
     let others = monitor.constant_channels(f64::INFINITY).into_iter();
     let used = left_out.map(|is_left_out| !is_left_out);
     reported.extend(others.map(|each| {
@@ -186,15 +194,23 @@ pub(crate) fn constant_channels(
         .collect()
 }
 
-/// Reports channels that were left out because they are zero, or no number, in all wrenches.
+/// Reports the channels of each sensor that were left out because they are zero, or no number, in
+/// all wrenches.
 pub(crate) fn left_out_channels(
     equations: &EquationSettings,
     sources: &Sources,
     tip: &str,
-) -> Option<Finding> {
-    let channels = ConstantChannels::new(0, equations.unmeasured, true);
+    unmeasured: &[[bool; 6]],
+) -> Vec<Finding> {
     let axes = ChannelAxes::of(sources, tip, equations);
-    (!channels.channels.is_empty()).then(|| finding(channels, true, axes, sources))
+    let of_sensors = unmeasured.iter().enumerate().map(|(sensor, own)| {
+        let own = std::array::from_fn(|k| own[k] && equations.unmeasured[k]);
+        ConstantChannels::new(sensor, own, true)
+    });
+    of_sensors
+        .filter(|channels| !channels.channels.is_empty())
+        .map(|channels| finding(channels, true, axes, sources))
+        .collect()
 }
 
 fn finding(

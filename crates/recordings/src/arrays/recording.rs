@@ -117,6 +117,10 @@ impl Recording for ArrayRecording<'_> {
         !self.samples.arrays.pose.is_empty()
     }
 
+    fn without_numbers(&self) -> &[[bool; 6]] {
+        &self.samples.unmeasured
+    }
+
     fn beginning(&self, _: &mut Observer<'_>) -> Result<Vec<Event>, RecordingError> {
         let mut reader = SampleReader::new(&self.samples, f64::INFINITY);
         let mut events = Vec::new();

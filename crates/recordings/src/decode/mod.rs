@@ -95,6 +95,11 @@ impl Decoding {
         })
     }
 
+    /// Channels of each sensor that have no number.
+    pub(crate) fn without_numbers(&self) -> &[[bool; 6]] {
+        &self.unmeasured
+    }
+
     pub(crate) fn clock(&self) -> &LogClock {
         &self.clock
     }
