@@ -75,6 +75,7 @@ impl<'a> Plan<'a> {
         };
         let estimated_delay = delay.found();
         findings.extend(delay.doubt());
+        options.equations.cutoff_hz = cutoff_hz;
         let significant = estimated_delay.filter(|delay| is_significant(*delay));
         Ok(Self {
             request,
@@ -86,10 +87,7 @@ impl<'a> Plan<'a> {
                 unloaded: sources.streams.unloaded,
                 ..streams
             },
-            equations: EquationSettings {
-                cutoff_hz,
-                ..options.equations
-            },
+            equations: options.equations,
             unmeasured,
             estimator: options.estimator,
             period_s: options.period_s,

@@ -63,9 +63,7 @@ pub fn identify_poses(
     };
     let recording = ArrayRecording::new(&arrays, request)?;
     let sources = recording.sources();
-    let six = arrays.wrench.chunks_exact(6);
-    let six = six.filter_map(|wrench| wrench.try_into().ok());
-    let unmeasured = unmeasured_in_all(sources, six);
+    let unmeasured = unmeasured_in_all(sources, arrays.wrench);
     let equations = equations(request, sources, &unmeasured);
     let sensors: Vec<&str> = sources.sensors.iter().map(String::as_str).collect();
     let (robot, tip) = (&sources.robot, &sources.options.tip);

@@ -97,11 +97,10 @@ fn in_all(
 
 /// Returns the channels that each sensor does not measure: they are zero or no number in every one
 /// of its wrenches, which follow each other, one of each sensor in turn.
-pub(crate) fn unmeasured_in_all(
-    sources: &Sources,
-    wrenches: impl Iterator<Item = [f64; 6]> + Clone,
-) -> Vec<[bool; 6]> {
+pub(crate) fn unmeasured_in_all(sources: &Sources, wrenches: &[f64]) -> Vec<[bool; 6]> {
     let count = sources.sensors.len();
+    let six = wrenches.chunks_exact(6);
+    let wrenches = six.filter_map(|wrench| <[f64; 6]>::try_from(wrench).ok());
     let of_sensor = |sensor| {
         let wrenches = wrenches.clone().skip(sensor).step_by(count);
         in_all(wrenches, |value| value == 0.0 || !value.is_finite())

@@ -65,11 +65,9 @@ impl Finding {
                 mass_kg,
                 std_dev_kg,
             } => heavy_load(*mass_kg, *std_dev_kg, reader),
-            Self::ForcesAndMomentsExchanged { residual_ratio } => format!(
-                "Forces and moments are exchanged: read so, residuals are {} as large. Of a wrench, \
-                 the three forces come first.",
-                percent(*residual_ratio)
-            ),
+            Self::ForcesAndMomentsExchanged { residual_ratio } => {
+                forces_and_moments_exchanged(*residual_ratio)
+            }
             _ => String::new(),
         }
     }
@@ -82,6 +80,14 @@ fn frame_followed(frame: &str, link: &str, origin_m: [f64; 3]) -> String {
     format!(
         "The frame `{frame}` is in no description of the robot: /tf shows it fixed to `{link}`, at \
          ({origin}) mm."
+    )
+}
+
+fn forces_and_moments_exchanged(residual_ratio: f64) -> String {
+    format!(
+        "Forces and moments are exchanged: read so, residuals are {} as large. Of a wrench, the \
+         three forces come first.",
+        percent(residual_ratio)
     )
 }
 
