@@ -12,7 +12,13 @@ from tactid._results.combination import CombinationData
 from tactid._results.provenance import sentence
 from tactid._results.table import Column, heading, html_table, plain_text
 from tactid._show import reported
-from tactid._show.remarks import assumptions, remarks, uncertain_values, unobservable_values
+from tactid._show.remarks import (
+    assumptions,
+    measures_moments,
+    remarks,
+    uncertain_values,
+    unobservable_values,
+)
 
 if TYPE_CHECKING:
     from rich.table import Table
@@ -108,7 +114,9 @@ def _unknown_values(result: CombinationData, *, advised: bool) -> list[str]:
     estimate = result.estimate
     if result.agreement.agree:
         return [
-            *unobservable_values(estimate, advised=advised),
+            *unobservable_values(
+                estimate, advised=advised, moments=any(map(measures_moments, result.runs))
+            ),
             *uncertain_values(estimate, advised=advised),
         ]
     unknown = unobservable_values(estimate, advised=False)

@@ -72,20 +72,25 @@ def _of_the_unknown(result: Recorded, style: Style) -> list[str]:
         return unobservable
     is_advised = advised and bool(result.estimate.uncertain)
     more = [*_longer(result), *_in_a_box(result, style)] if is_advised else []
-    showing = "poses" if is_at_rest(result) else "motion"
-    uncertain = uncertain_values(result.estimate, advised=advised, more=more, showing=showing)
+    at_rest = is_at_rest(result)
+    uncertain = uncertain_values(result.estimate, advised=advised, more=more, at_rest=at_rest)
     return unobservable + uncertain
 
 
 def measures_moments(result: Recorded) -> bool:
-    """Returns whether a sensor measures moments, as far as its channels were not left out."""
-    left_out = [
-        channel
+    """Returns whether moments are measured: joint efforts are, and those of wrenches are used.
+
+    Those of a wrench may be left out. Without one of a sensor, the others may be left out, too.
+    """
+    left_out = (
+        each.data
         for each in result.findings
         if each.kind == "constant_channels" and each.data["is_left_out"]
-        for channel in each.data["channels"]
-    ]
-    return sum(str(channel).startswith("moment") for channel in left_out) < 3
+    )
+    return result.method != "tactile" or not any(
+        data["without_moments"] or {"moment x", "moment y", "moment z"} <= {*data["channels"]}
+        for data in left_out
+    )
 
 
 def unobservable_values(estimate: Payload, *, advised: bool, moments: bool = True) -> list[str]:
@@ -106,13 +111,13 @@ def uncertain_values(
     *,
     advised: bool,
     more: Sequence[str] = (),
-    showing: str = "motion",
+    at_rest: bool = False,
 ) -> list[str]:
     """Says which values are uncertain, with ``advised`` the motion that helps, then ``more``."""
     uncertain = estimate.uncertain
     if not uncertain:
         return []
-    excites = "motion excites" if showing == "motion" else "poses show"
+    excites = "poses show" if at_rest else "motion excites"
     sentences = [
         f"Uncertain: {', '.join(uncertain)}. The {excites} them, but noise leaves wide"
         " intervals: 1.96 standard deviations of each are more than the largest value of its kind."
