@@ -51,6 +51,14 @@ def rtde(folder: Path, rows: np.ndarray) -> tuple[Path, dict[str, Any]]:
     return write(folder / "rtde.csv", names, every, " "), {}
 
 
+def test_a_motion_with_poses_of_the_tool_needs_the_robot(tmp_path: Path, rows: np.ndarray) -> None:
+    kinds = ("actual_q", "actual_TCP_pose", "actual_TCP_force")
+    names = ["timestamp", *(f"{kind}_{k}" for kind in kinds for k in range(6))]
+    every = np.hstack([rows[:, :7], rows[:, 1:7], rows[:, 13:]])
+    with pytest.raises(tactid.ArgumentError, match="give `urdf`"):
+        tactid.identify(write(tmp_path / "rtde.csv", names, every))
+
+
 def named_joints(folder: Path, rows: np.ndarray) -> tuple[Path, dict[str, Any]]:
     """In another order than that of the robot, with the opening of a gripper, and in ms."""
     names = ["time_ms", *JOINTS[::-1], "gripper", *(f"{name}_vel" for name in JOINTS[::-1]), *AXES]

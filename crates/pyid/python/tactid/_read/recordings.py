@@ -211,7 +211,8 @@ class _Reader:
         """
         options = self._options
         if options.urdf is None:
-            _check_motion(table, {}, self._columns)
+            names = {array: on for array, on in (self._columns or {}).items() if array == "q"}
+            _check_motion(table, columns.find(table, ["q"], names), self._columns)
             raise ArgumentError(
                 f"{table.path} is a table, which has no robot whose joints it records: give `urdf`",
                 option="urdf",
@@ -259,8 +260,9 @@ def _check_motion(table: Table, found: Mapping[str, Quantity], given: Any) -> No
     if "q" not in found:
         raise ArgumentError(
             f"{table.path} has times ({poses['time'].words}) beside poses ({poses['pose'].words}),"
-            " but a table of a motion has positions of joints. If its rows are poses at rest, leave"
-            " out the times; a motion of poses is read from arrays or odometry",
+            " but a table of a motion has positions of joints, which may have the names of those of"
+            " `urdf`. If its rows are poses at rest, leave out the times; a motion of poses is read"
+            " from arrays or odometry",
             option="columns",
         )
 
