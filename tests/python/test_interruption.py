@@ -96,7 +96,15 @@ def test_ctrl_c_while_files_are_written_names_them(
         assert [path.exists() for path in paths] == [index < stopped for index in range(3)]
         for path in paths:
             path.unlink(missing_ok=True)
-    assert console.write_files({}) == ""
+    assert console.write_files({}) == []
+
+
+def test_files_beside_another_are_named(capsys: pytest.CaptureFixture[str]) -> None:
+    report, figure, result = (Path(name) for name in ("r.html", "r_fit.svg", "r.json"))
+    writers = {report: lambda _path: [figure], result: lambda _path: None}
+    with console.printing_after(writers):
+        pass
+    assert capsys.readouterr().err == "Wrote r.html, r_fit.svg, r.json.\n"
 
 
 def test_ctrl_c_while_a_result_is_printed_names_the_files(

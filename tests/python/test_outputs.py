@@ -36,7 +36,8 @@ def inputs(tmp_path: Path, log: Path) -> Path:
     for name in ("run.mcap", "unloaded.mcap", "bag/bag_0.mcap"):
         (tmp_path / name).parent.mkdir(exist_ok=True)
         (tmp_path / name).write_bytes(log.read_bytes())
-    (tmp_path / "symbolic").symlink_to("run.mcap")
+    for name in ("symbolic", "r_fit.svg"):
+        (tmp_path / name).symlink_to("run.mcap")
     os.link(tmp_path / "run.mcap", tmp_path / "hard")
     (tmp_path / "bag/linked.mcap").symlink_to("../unloaded.mcap")
     (tmp_path / "robot.urdf").write_text(tactid.Experiment.paper().urdf)
@@ -65,6 +66,11 @@ def inputs(tmp_path: Path, log: Path) -> Path:
         ),
         ("identify bag/bag_0.mcap --result bag/metadata.yaml", ("--result", "belongs to the log")),
         ("identify run.mcap --report a.html --result a.html", ("--result and --report", "a.html")),
+        ("identify run.mcap --report r.html --figures svg", ("the figure fit of", "and the log")),
+        (
+            "identify run.mcap --result r_point.pdf --report r.html --figures pdf",
+            ("--result and the figure point of the report",),
+        ),
         ("simulate e.toml --out e.toml", ("--out and the experiment", "e.toml")),
         ("simulate e.toml --out robot.urdf", ("--out and the experiment's URDF",)),
         ("view run.mcap --save run.mcap", ("--save and the log",)),

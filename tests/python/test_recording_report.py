@@ -15,9 +15,11 @@ import doubles
 import tactid
 from tactid import Channel, Finding, Identification
 from tactid._base.bodies import ellipsoid
-from tactid._base.output_files import check_report
+from tactid._base.output_files import check_report, figure_paths
 from tactid._base.values import MOMENT_NAMES, Interval, values_of
 from tactid._show import recording_plots, recording_report, remarks
+
+MOMENT_CHANNELS = ["moment x", "moment y", "moment z"]
 
 BODY = values_of(doubles.BODY)
 
@@ -237,11 +239,47 @@ def test_figures_are_also_files(tmp_path: Path, form: Any, begin: bytes) -> None
     found = doubles.turned_about_one_axis()
     recording_report.write_report(found, tmp_path / "report.html", form=form)
     files = sorted(tmp_path.glob(f"report_*.{form}"))
-    names = ["excitation", "fit", "parameters", "point", "residuals"]
+    names = ["excitation", "fit", "parameters", "residuals"]
     assert [file.stem for file in files] == [f"report_{name}" for name in names]
     assert all(file.read_bytes().startswith(begin) for file in files)
     if form == "svg":
         assert ">com z</text>" in (tmp_path / "report_parameters.svg").read_text()
+
+
+def test_each_figure_has_a_file_of_its_own() -> None:
+    names = ["a.1", "a_1", "A 1", "a_1_2", "関節", "軸"]
+    files = figure_paths(Path("arm.html"), names, "svg")
+    stems = ["a_1", "a_1_2", "A_1_3", "a_1_2_2", "figure", "figure_2"]
+    assert files == {name: Path(f"arm_{stem}.svg") for name, stem in zip(names, stems, strict=True)}
+
+
+def test_a_figure_replaces_no_file_that_was_read(tmp_path: Path) -> None:
+    log = tmp_path / "run.mcap"
+    log.write_bytes(b"log")
+    (tmp_path / "report_point.svg").symlink_to(log)
+    found = replace(doubles.tactile(), inputs={"the log": log})
+    with pytest.raises(tactid.ArgumentError, match="the figure point of the report and the log"):
+        found.write_report(tmp_path / "report.html", figures="svg")
+    assert log.read_bytes() == b"log"
+    assert not (tmp_path / "report.html").exists()
+
+
+@pytest.mark.parametrize(
+    ("channels", "method", "without_moments", "measured"),
+    [
+        (["moment z"], "tactile", False, True),
+        (["moment z"], "tactile", True, False),
+        (["moment z"], "combined", True, True),
+        (["force x", *MOMENT_CHANNELS], "tactile", False, False),
+    ],
+)
+def test_only_measured_moments_show_the_inertia(
+    channels: list[str], method: Any, without_moments: bool, measured: bool
+) -> None:
+    data = {"channels": channels, "is_left_out": True, "without_moments": without_moments}
+    finding = Finding("constant_channels", data)
+    found = replace(doubles.tactile(), method=method, findings=[finding])
+    assert remarks.measures_moments(found) == measured
 
 
 def test_another_format_of_figures_is_refused(tmp_path: Path) -> None:

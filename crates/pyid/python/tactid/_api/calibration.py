@@ -13,7 +13,7 @@ from tactid._base.equality import are_equal
 from tactid._base.errors import ArgumentError
 from tactid._base.files import atomic_path
 from tactid._base.findings import Finding
-from tactid._base.output_files import FigureFormat, check_report, checked_output
+from tactid._base.output_files import FigureFormat, checked_output, checked_report
 from tactid._documents import calibration_json
 from tactid._results import records
 from tactid._results.calibration_data import CalibrationData, CalibrationRecording
@@ -67,7 +67,8 @@ class Calibration(CalibrationData):
             ArgumentError: The folder does not exist, or the file is one that was read.
             CalibrationError: The file cannot be written.
         """
-        with atomic_path(self._checked(path)) as temporary:
+        inputs = {name: given for name, given in self.inputs.items() if name != "the calibration"}
+        with atomic_path(checked_output(path, inputs)) as temporary:
             self.model.write(temporary)
 
     def write_report(
@@ -77,8 +78,7 @@ class Calibration(CalibrationData):
 
         Args:
             path: The file to write.
-            figures: Format in which the figures are written beside the report, too, as
-                ``payload_fit.svg`` beside ``payload.html``: ``png``, ``svg`` or ``pdf``.
+            figures: Writes each figure beside the report, too: as ``png``, ``svg`` or ``pdf``.
 
         Raises:
             ArgumentError: The folder does not exist, the name does not end in ``.html``, or the
@@ -88,8 +88,8 @@ class Calibration(CalibrationData):
             calibration_report,  # imports matplotlib, which takes a while to load
         )
 
-        check_report("`path`", Path(path), figures)
-        calibration_report.write_report(self, self._checked(path), form=figures)
+        checked = checked_report(path, self.inputs, figures, self.joints)
+        calibration_report.write_report(self, checked, form=figures)
 
     def to_json(self) -> str:
         """Returns the numbers of each joint and each recording as a JSON document."""
@@ -101,11 +101,6 @@ class Calibration(CalibrationData):
 
     def __str__(self) -> str:
         return calibration_text.text(self)
-
-    def _checked(self, path: str | os.PathLike[str]) -> Path:
-        """Returns the path of an output once it is clear that it can be written."""
-        inputs = {name: given for name, given in self.inputs.items() if name != "the calibration"}
-        return checked_output(path, inputs)
 
 
 def from_model(

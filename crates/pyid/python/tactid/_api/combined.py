@@ -16,7 +16,7 @@ from tactid._results.combination import CombinationData
 from tactid._results.field_docs import with_fields
 from tactid._results.formats import Formats
 from tactid._results.identification import IdentificationData, Recorded
-from tactid._show import combination_text
+from tactid._show import captions, combination_text
 from tactid._show.outlook import WITHIN
 
 
@@ -73,8 +73,7 @@ class Combination(Formats, CombinationData):
 
         Args:
             path: The file to write.
-            figures: Format in which the figures are written beside the report, too, as
-                ``payload_fit.svg`` beside ``payload.html``: ``png``, ``svg`` or ``pdf``.
+            figures: Writes each figure beside the report, too: as ``png``, ``svg`` or ``pdf``.
 
         Raises:
             ArgumentError: The folder does not exist, the name does not end in ``.html``, or the
@@ -84,7 +83,7 @@ class Combination(Formats, CombinationData):
             combination_report,  # imports matplotlib, which takes a while to load
         )
 
-        checked = checked_report(path, self.inputs, figures)
+        checked = checked_report(path, self.inputs, figures, captions.COMBINATION)
         combination_report.write_report(self, checked, form=figures)
 
     def worded_remarks(self, style: Style = "keyword") -> list[str]:

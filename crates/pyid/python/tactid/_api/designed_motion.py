@@ -10,7 +10,7 @@ from tactid._documents import motion_files, motion_json
 from tactid._documents.motion_speed import SPEED, optional_speed
 from tactid._results import records
 from tactid._results.field_docs import with_fields
-from tactid._show import motion_text
+from tactid._show import captions, motion_text
 
 
 @with_fields
@@ -54,15 +54,15 @@ class DesignedMotion(records.DesignedMotion):
             path: The file to write.
             speed: The speed of the files that the report describes, as :meth:`write` took it.
                 Default: the report describes no files.
-            figures: Format in which the figures are written beside the report, too, as
-                ``payload_fit.svg`` beside ``payload.html``: ``png``, ``svg`` or ``pdf``.
+            figures: Writes each figure beside the report, too: as ``png``, ``svg`` or ``pdf``.
 
         Raises:
-            ArgumentError: The folder does not exist, or the speed is out of range.
+            ArgumentError: The folder does not exist, the name does not end in ``.html``, or the
+                speed is out of range.
         """
         from tactid._show import motion_report  # imports matplotlib, which takes a while to load
 
-        checked = checked_report(path, {}, figures)
+        checked = checked_report(path, {}, figures, captions.MOTION)
         motion_report.write_report(self, checked, speed=optional_speed(speed), form=figures)
 
     def to_json(self, *, speed: float | None = None) -> str:

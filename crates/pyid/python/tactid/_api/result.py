@@ -17,7 +17,7 @@ from tactid._results.field_docs import with_fields
 from tactid._results.formats import Formats
 from tactid._results.identification import IdentificationData, Recorded
 from tactid._results.payload import PaperEstimate
-from tactid._show import summary
+from tactid._show import captions, summary
 from tactid._show.outlook import WITHIN
 from tactid._show.remarks import is_at_rest, remarks
 
@@ -67,8 +67,7 @@ class Result(Formats, Recorded):
         Args:
             path: The file to write.
             within: Target of the remaining time, as :meth:`Identification.remaining` takes it.
-            figures: Format in which the figures are written beside the report, too, as
-                ``payload_fit.svg`` beside ``payload.html``: ``png``, ``svg`` or ``pdf``.
+            figures: Writes each figure beside the report, too: as ``png``, ``svg`` or ``pdf``.
 
         Raises:
             ArgumentError: The folder does not exist, the name does not end in ``.html``, or the
@@ -76,7 +75,7 @@ class Result(Formats, Recorded):
         """
         from tactid._show import recording_report  # imports matplotlib, which takes a while to load
 
-        checked = checked_report(path, self.inputs, figures)
+        checked = checked_report(path, self.inputs, figures, captions.RECORDING)
         recording_report.write_report(self, checked, within, form=figures)
 
     def write_estimates(self, path: str | os.PathLike[str]) -> None:

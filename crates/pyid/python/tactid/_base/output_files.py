@@ -2,7 +2,7 @@
 
 import os
 import re
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from itertools import combinations
 from pathlib import Path
 from typing import Literal, TypeAlias
@@ -29,6 +29,35 @@ def check_report(option: str, path: Path, figures: FigureFormat | None) -> None:
             " the report as .png, .svg or .pdf",
             option="figures",
         )
+
+
+def figure_paths(report: Path, names: Iterable[str], form: FigureFormat) -> dict[str, Path]:
+    """Returns the files of a report's figures by name: ``payload_fit.svg`` of ``payload.html``.
+
+    Names that would be the same file get a number, also where only their case differs, which some
+    file systems ignore.
+    """
+    paths: dict[str, Path] = {}
+    taken: set[str] = set()
+    for name in names:
+        first = stem = re.sub(r"[^a-zA-Z0-9]+", "_", name).strip("_") or "figure"
+        number = 1
+        while stem.lower() in taken:
+            number += 1
+            stem = f"{first}_{number}"
+        taken.add(stem.lower())
+        paths[name] = report.parent / f"{report.stem}_{stem}.{form}"
+    return paths
+
+
+def figure_outputs(
+    report: Path | None, names: Iterable[str], form: FigureFormat | None
+) -> dict[str, Path]:
+    """Returns the figures of a report as outputs to check; none without a report or a format."""
+    if report is None or form is None:
+        return {}
+    paths = figure_paths(report, names, form)
+    return {f"the figure {name} of the report": path for name, path in paths.items()}
 
 
 def check_outputs(outputs: Mapping[str, Path | None], inputs: Mapping[str, Path | None]) -> None:
@@ -63,10 +92,13 @@ def checked_report(
     path: str | os.PathLike[str],
     inputs: Mapping[str, Path | None],
     figures: FigureFormat | None,
+    names: Iterable[str],
 ) -> Path:
-    """Returns the path of the report of a method once :func:`check_report` has passed it, too."""
-    check_report("`path`", Path(path), figures)
-    return checked_output(path, inputs)
+    """Returns the path of the report of a method once it and its figures have passed all checks."""
+    report = Path(path)
+    check_report("`path`", report, figures)
+    check_outputs({"`path`": report, **figure_outputs(report, names, figures)}, inputs)
+    return report
 
 
 def _check_place(option: str, path: Path) -> None:

@@ -9,10 +9,11 @@ import typer
 from tactid._api.calibrating import calibrate
 from tactid._api.calibration import Calibration
 from tactid._base.errors import ArgumentError
-from tactid._base.output_files import FigureFormat, check_outputs
+from tactid._base.output_files import FigureFormat, check_outputs, figure_outputs
 from tactid._base.terminal import printable
 from tactid._cli import option_flags
 from tactid._cli.console import (
+    FIGURES,
     FLAG,
     check_figures,
     interruptible,
@@ -38,7 +39,7 @@ def calibrate_arm(
     report: Annotated[Path | None, _result("An HTML file to write, with plots.")] = None,
     figures: Annotated[
         FigureFormat | None,
-        _result("Writes the figures of the report beside it, too, in this format."),
+        _result(FIGURES),
     ] = None,
     as_json: Annotated[bool, _result("Prints JSON.", "--json", metavar=FLAG)] = False,
     **options: Any,
@@ -59,6 +60,8 @@ def calibrate_arm(
             options=option_flags.read(options, "calibration"),
             progress=done,
         )
+    # The figures are those of its joints, which are known now.
+    check_outputs({"--out": out, **figure_outputs(report, arm.joints, figures)}, arm.inputs)
     reports = {} if report is None else {report: partial(_write_report, arm, figures)}
     with printing_after({out: arm.write, **reports}):
         _print(arm, as_json=as_json)
@@ -82,13 +85,13 @@ def _check_files(
         raise ArgumentError("--unloaded is missing: give a recording without a payload")
 
 
-def _write_report(arm: Calibration, figures: FigureFormat | None, path: Path) -> None:
+def _write_report(arm: Calibration, figures: FigureFormat | None, path: Path) -> list[Path]:
     with notes.status("drawing"):
         from tactid._show import (
             calibration_report,  # imports matplotlib, which takes a while to load
         )
 
-        calibration_report.write_report(arm, path, "command-line", figures)
+        return calibration_report.write_report(arm, path, "command-line", figures)
 
 
 def _print(arm: Calibration, *, as_json: bool) -> None:

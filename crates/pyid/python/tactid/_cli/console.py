@@ -3,7 +3,7 @@
 import json
 import re
 import sys
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any, TypeAlias
@@ -78,6 +78,10 @@ class Stream(Console):
         return super().render_str(terminal.printable(text), **style)
 
 
+FIGURES = "Writes the figures of the report beside it, too, in this format."
+"""Help of the option for figures."""
+
+
 def check_figures(report: Path | None, figures: FigureFormat | None) -> None:
     """Checks the options of a command for its report and the figures of it.
 
@@ -132,8 +136,8 @@ def reporting_partial_log(log: Path) -> Iterator[None]:
             raise
 
 
-Writers: TypeAlias = Mapping[Path, Callable[[Path], object]]
-"""What writes each of some files."""
+Writers: TypeAlias = Mapping[Path, Callable[[Path], list[Path] | None]]
+"""What writes each of some files, and returns what it wrote beside it."""
 
 
 @contextmanager
@@ -151,7 +155,7 @@ def printing_before(writers: Writers) -> Iterator[None]:
     except BaseException:
         write_files(writers)
         raise
-    wrote = write_files(writers)
+    wrote = _sentence(write_files(writers))
     with interruptible(_clause(wrote)):
         _print_sentence(wrote)
 
@@ -162,10 +166,14 @@ def printing_after(writers: Writers) -> Iterator[None]:
 
     Ctrl-C in the block says which files are written.
     """
-    wrote = write_files(writers)
+    wrote = _sentence(write_files(writers))
     with interruptible(_clause(wrote)):
         yield
         _print_sentence(wrote)
+
+
+def _sentence(written: Sequence[Path]) -> str:
+    return f"Wrote {', '.join(map(str, written))}." if written else ""
 
 
 def _clause(sentence: str) -> str | None:
@@ -177,18 +185,19 @@ def _print_sentence(sentence: str) -> None:
         notes.print(sentence, markup=False)
 
 
-def write_files(writers: Writers) -> str:
+def write_files(writers: Writers) -> list[Path]:
     """Writes files one after the other; Ctrl-C says which of them are written.
 
     Returns:
-        A sentence that names the files; empty where there is none.
+        The files that are written, those beside others included.
     """
     names = [str(path) for path in writers]
+    written: list[Path] = []
     for done, (path, write) in enumerate(writers.items()):
-        written = [f"wrote {listed(names[:done])}"] if done else []
-        with interruptible("; ".join([*written, f"did not write {listed(names[done:])}"])):
-            write(path)
-    return f"Wrote {', '.join(names)}." if names else ""
+        outcome = [f"wrote {listed([str(each) for each in written])}"] if written else []
+        with interruptible("; ".join([*outcome, f"did not write {listed(names[done:])}"])):
+            written += [path, *(write(path) or [])]
+    return written
 
 
 @contextmanager

@@ -10,16 +10,23 @@ from tactid._api.designed_motion import DesignedMotion
 from tactid._api.excitation import design_excitation
 from tactid._base.errors import ArgumentError
 from tactid._base.files import new_folder
-from tactid._base.output_files import FigureFormat, check_outputs
+from tactid._base.output_files import FigureFormat, check_outputs, figure_outputs
 from tactid._base.terminal import printable
 from tactid._cli import option_flags, option_text
-from tactid._cli.console import interruptible, notes, print_whole, progress, write_files
+from tactid._cli.console import (
+    FIGURES,
+    interruptible,
+    notes,
+    print_whole,
+    progress,
+    write_files,
+)
 from tactid._documents import motion_files
 from tactid._documents.motion_speed import LEAST_SPEED, SPEED
 from tactid._native import Manipulator
 from tactid._options.options import OWN, options_for
 from tactid._read.descriptions import as_urdf
-from tactid._show import motion_text
+from tactid._show import captions, motion_text
 
 REPORT = "report.html"
 """Name of the report in the folder of a motion."""
@@ -50,7 +57,7 @@ def excite(
     ] = f"{100 * SPEED:g}%",
     figures: Annotated[
         FigureFormat | None,
-        typer.Option(help="Writes the figures of the report as files, too, in this format."),
+        typer.Option(help=FIGURES),
     ] = None,
     **arguments: Any,
 ) -> None:
@@ -58,16 +65,17 @@ def excite(
 
     The numbers of one option are separated by commas or by spaces: --from 0 -1.2 1.6 -0.4 1.5 0.
     """
-    names = [*motion_files.NAMES, REPORT]
+    outputs = {f"{name} in --out": out / name for name in (*motion_files.NAMES, REPORT)}
+    outputs |= figure_outputs(out / REPORT, captions.MOTION, figures)
     fraction = _speed(speed)
     with new_folder(out, "--out"):
-        check_outputs({f"{name} in --out": out / name for name in names}, {"--urdf": urdf})
+        check_outputs(outputs, {"--urdf": urdf})
         motion = _design(urdf, base, arguments)
-        writers = motion_files.writers(motion, out, fraction)
-        write_files(writers | {out / REPORT: partial(_write_report, motion, fraction, figures)})
+        report = {out / REPORT: partial(_write_report, motion, fraction, figures)}
+        written = write_files({**motion_files.writers(motion, out, fraction), **report})
     with interruptible(f"wrote {out}"):
         _print(motion, fraction)
-        notes.print(f"Wrote {out}: {', '.join(names)}.")
+        notes.print(f"Wrote {out}: {', '.join(file.name for file in written)}.")
 
 
 def _speed(text: str) -> float:
@@ -108,11 +116,11 @@ def _print(motion: DesignedMotion, speed: float) -> None:
 
 def _write_report(
     motion: DesignedMotion, speed: float, figures: FigureFormat | None, path: Path
-) -> None:
+) -> list[Path]:
     with notes.status("drawing"):
         from tactid._show import motion_report  # imports matplotlib, which takes a while to load
 
-        motion_report.write_report(motion, path, "command-line", speed, figures)
+        return motion_report.write_report(motion, path, "command-line", speed, figures)
 
 
 option_flags.show(

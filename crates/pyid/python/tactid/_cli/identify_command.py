@@ -20,11 +20,13 @@ from tactid._api.poses import identify_pose_table
 from tactid._api.result import Identification, PaperIdentification
 from tactid._base import terminal
 from tactid._base.errors import ArgumentError, IdentificationError
-from tactid._base.output_files import FigureFormat, check_outputs
+from tactid._base.output_files import FigureFormat, check_outputs, figure_outputs
 from tactid._base.terminal import printable
 from tactid._cli import option_flags, option_text
 from tactid._cli.console import (
+    FIGURES,
     FLAG,
+    Writers,
     check_figures,
     interruptible,
     notes,
@@ -41,7 +43,7 @@ from tactid._results import table
 from tactid._results.controllers import MAKERS
 from tactid._results.formats import controller_text, uncontradicted
 from tactid._results.truth import Truth, read_checks, read_truth
-from tactid._show import combination_text, reported, summary
+from tactid._show import captions, combination_text, reported, summary
 from tactid._show.outlook import needs_another_motion
 from tactid._show.remarks import is_at_rest
 
@@ -78,8 +80,6 @@ ACCEPT_CONTRADICTED = _result(
     metavar=FLAG,
 )
 
-FIGURES = _result("Writes the figures of the report beside it, too, in this format.", "--figures")
-
 
 @dataclass(frozen=True)
 class Output:
@@ -114,7 +114,7 @@ def identify_recording(
         Path | None, _result("A JSON file with all time series to write.", "--result")
     ] = None,
     report: Annotated[Path | None, _result("An HTML file to write, with plots.")] = None,
-    figures: Annotated[FigureFormat | None, FIGURES] = None,
+    figures: Annotated[FigureFormat | None, _result(FIGURES)] = None,
     within: Annotated[
         str,
         _result(
@@ -169,11 +169,13 @@ option_flags.show(
 
 def _check(output: Output, logs: list[Path], options: dict[str, Any]) -> None:
     """Checks that the files to write can be written, and replace nothing that is read."""
+    names = captions.RECORDING if len(logs) == 1 else captions.COMBINATION
     check_outputs(
         {
             "--result": output.result_file,
             "--report": output.report,
             "--estimates": output.estimates,
+            **figure_outputs(output.report, names, output.figures),
         },
         {
             **{f"the log {log}" if len(logs) > 1 else "the log": log for log in logs},
@@ -316,9 +318,9 @@ def truth_in_frame(log: Path, frame: str) -> Truth | None:
     return None
 
 
-def _writers(log: Path, result: AnyResult, output: Output) -> dict[Path, Callable[[Path], object]]:
+def _writers(log: Path, result: AnyResult, output: Output) -> Writers:
     """Returns what writes each of the files that are asked for."""
-    writers: dict[Path, Callable[[Path], object]] = {}
+    writers: dict[Path, Callable[[Path], list[Path] | None]] = {}
     if output.result_file is not None:
         writers[output.result_file] = partial(_write_result, log, result, output.within)
     if output.report is not None:
@@ -335,14 +337,13 @@ def _write_result(log: Path, result: AnyResult, within: float, path: Path) -> No
         result_json.write(result, path, within, "command-line", _checks(log, result))
 
 
-def _write_report(result: AnyResult, output: Output, path: Path) -> None:
+def _write_report(result: AnyResult, output: Output, path: Path) -> list[Path]:
     with notes.status("drawing"):
         # matplotlib takes a while to load.
         from tactid._show import combination_report, recording_report
 
         if isinstance(result, Combination):
-            combination_report.write_report(result, path, "command-line", output.figures)
-        else:
-            recording_report.write_report(
-                result, path, output.within, "command-line", output.figures
-            )
+            return combination_report.write_report(result, path, "command-line", output.figures)
+        return recording_report.write_report(
+            result, path, output.within, "command-line", output.figures
+        )

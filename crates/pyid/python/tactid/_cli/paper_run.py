@@ -60,7 +60,11 @@ class Files:
 
     def figures(self, form: FigureFormat) -> list[Path]:
         """Paths of the figures in a format."""
-        return [self.folder / f"{name}.{form}" for name in paper_plots.FIGURES.values()]
+        return [self.figure(name, form) for name in paper_plots.FIGURES.values()]
+
+    def figure(self, name: str, form: FigureFormat) -> Path:
+        """Path of a figure in a format."""
+        return self.folder / f"{name}.{form}"
 
     def remove_results(self) -> None:
         """Removes the result, the report and the figures of an earlier run, in any format."""
@@ -161,8 +165,8 @@ class Outcome:
             figures.html(name, drawn, paper_report.CAPTIONS[name])
             for name, drawn in paper_plots.figures(history, self.truth).items()
         )
-        for path, content in zip(files.figures(files.form), figures.files.values(), strict=True):
-            write_atomically(path, content)
+        for name, content in figures.files.items():
+            write_atomically(files.figure(name, files.form), content)
         experiment = self.experiment.to_toml()
         page = paper_report.Report(
             self.truth, self.columns, self._facts(), self.remarks, experiment, shown

@@ -39,10 +39,10 @@ def write_report(
     path: Path,
     style: Style = "keyword",
     form: FigureFormat | None = None,
-) -> None:
-    """Writes the report of a calibration, and its figures beside it in a format."""
+) -> list[Path]:
+    """Writes the report of a calibration; returns the paths of its figures beside it."""
     figures = Figures(form)
-    figures.write(path, render(arm, style, figures))
+    return figures.write(path, render(arm, style, figures))
 
 
 def render(arm: CalibrationData, style: Style = "keyword", figures: Figures | None = None) -> str:

@@ -6,7 +6,7 @@ from pathlib import Path
 from tactid._base.naming import Style
 from tactid._base.output_files import FigureFormat
 from tactid._results.combination import CombinationData
-from tactid._show import page
+from tactid._show import captions, page
 from tactid._show.combination_text import ROW_TITLES, columns, lines, row_cells
 from tactid._show.drawing import Figures
 from tactid._show.forest_plot import forest
@@ -18,11 +18,6 @@ probability. That of all also includes what varies from recording to recording, 
 includes what is wrong in all recordings alike, except for the uncertainty of gains and of a
 calibration."""
 
-FOREST = (
-    "Each value with its 95 % interval, from each recording alone and from all together (the band)."
-    " Recordings that agree have intervals that overlap."
-)
-
 DISTANCES = """Mass of each recording alone, and its distance from all others together, whose
 probability is that of at least this distance if noise were the only difference. A recording that
 differs while the others agree is the one to look at."""
@@ -33,10 +28,10 @@ def write_report(
     path: Path,
     style: Style = "keyword",
     form: FigureFormat | None = None,
-) -> None:
-    """Writes the report of several recordings, and its figure beside it in a format."""
+) -> list[Path]:
+    """Writes the report of several recordings; returns the paths of its figure beside it."""
     figures = Figures(form)
-    figures.write(path, render(result, style, figures))
+    return figures.write(path, render(result, style, figures))
 
 
 def render(
@@ -60,7 +55,7 @@ about the centre of mass.</p>
 <h2>Remarks</h2>
 <ul>{remarks}</ul>
 <h2>The recordings beside the whole</h2>
-{(figures or Figures()).html("values", forest(result), FOREST)}
+{(figures or Figures()).html("values", forest(result), captions.COMBINATION["values"])}
 <h2>Agreement</h2>
 {_distances(result)}
 <h2>Formats for other programs</h2>

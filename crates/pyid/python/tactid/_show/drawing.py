@@ -1,7 +1,6 @@
 """Colours, style and functions that all figures share."""
 
 import io
-import re
 import warnings
 from pathlib import Path
 from typing import Any, get_args
@@ -13,7 +12,7 @@ from matplotlib.figure import Figure
 from tactid._base.errors import ArgumentError
 from tactid._base.files import write_atomically
 from tactid._base.naming import listed
-from tactid._base.output_files import FigureFormat
+from tactid._base.output_files import FigureFormat, figure_paths
 from tactid._show import page
 
 ESTIMATE, EARLIER, TRUE, GRID = "#1f5fa8", "#a9b1ba", "#c8502d", "#d9dde2"
@@ -75,12 +74,13 @@ class Figures:
             self.files[name] = png if self.form == "png" else _saved(figure, self.form)
         return page.figure(png, caption)
 
-    def write(self, path: Path, text: str) -> None:
-        """Writes a page, and its figures beside it: ``report_fit.svg`` beside ``report.html``."""
+    def write(self, path: Path, text: str) -> list[Path]:
+        """Writes a page, and its figures beside it, whose paths it returns."""
         write_atomically(path, text)
-        for name, content in self.files.items():
-            stem = f"{path.stem}_{re.sub(r'[^a-zA-Z0-9]+', '_', name)}"
-            write_atomically(path.with_name(f"{stem}.{self.form}"), content)
+        files = {} if self.form is None else figure_paths(path, self.files, self.form)
+        for name, file in files.items():
+            write_atomically(file, self.files[name])
+        return list(files.values())
 
 
 def _saved(figure: Figure, form: FigureFormat) -> bytes:

@@ -10,21 +10,8 @@ from tactid._base.naming import Style
 from tactid._base.output_files import FigureFormat
 from tactid._native import VALUE_NAMES
 from tactid._results.records import DesignedMotion
-from tactid._show import drawing, motion_text, page
+from tactid._show import captions, drawing, motion_text, page
 from tactid._show.drawing import ESTIMATE, TRUE, Figures
-
-MOTION_CAPTION = (
-    "Position, velocity and acceleration of the joints that move; in m in place of rad for a"
-    " prismatic joint."
-)
-INTERVALS_CAPTION = (
-    "Half of each 95 % interval that the motion up to each time is predicted to give, in percent of"
-    " the largest expected value of its kind. The line is the target."
-)
-BASE_CAPTION = (
-    "Largest angle by which the base has turned up to each time, with the expected payload. The"
-    " bound holds for the other payloads, too, which may turn the base further: see the limits."
-)
 
 
 def write_report(
@@ -33,13 +20,13 @@ def write_report(
     style: Style = "keyword",
     speed: float | None = None,
     form: FigureFormat | None = None,
-) -> None:
-    """Writes the report of a designed motion, and its figures beside it in a format.
+) -> list[Path]:
+    """Writes the report of a designed motion; returns the paths of its figures beside it.
 
     The files of the motion run at a fraction of its speed.
     """
     figures = Figures(form)
-    figures.write(path, render(motion, style, speed, figures))
+    return figures.write(path, render(motion, style, speed, figures))
 
 
 def render(
@@ -53,10 +40,10 @@ def render(
     items = "".join(f"<li>{html.escape(line)}</li>" for line in lines)
     figures = figures or Figures()
     with mpl.rc_context(drawing.STYLE):
-        shown = figures.html("motion", _motion(motion), MOTION_CAPTION)
-        shown += figures.html("intervals", _intervals(motion), INTERVALS_CAPTION)
+        shown = figures.html("motion", _motion(motion), captions.MOTION["motion"])
+        shown += figures.html("intervals", _intervals(motion), captions.MOTION["intervals"])
         if motion.base_attitude_deg is not None:
-            shown += figures.html("base", _base(motion), BASE_CAPTION)
+            shown += figures.html("base", _base(motion), captions.MOTION["base"])
     values = _table(("value", "unit", "expected", "± 95 %", "of target"), motion_text.rows(motion))
     margins = [motion_text.margin_cells(margin) for margin in motion_text.most_used(motion)]
     return page.document(

@@ -17,7 +17,7 @@ from tactid._base.values import Z95, Interval, Values, digits_of
 from tactid._results.formats import Identified, controller_text
 from tactid._results.identification import IdentificationData, Recorded
 from tactid._results.records import FitReport
-from tactid._show import body_plot, page, recording_plots, reported
+from tactid._show import body_plot, captions, page, recording_plots, reported
 from tactid._show.drawing import Figures
 from tactid._show.outlook import WITHIN, outlook
 from tactid._show.remarks import (
@@ -43,21 +43,6 @@ MAKER_TITLES = {
     "abb": "ABB",
 }
 
-CAPTIONS = {
-    "fit": "Each channel as it was measured, and as the estimate predicts it. Held-out windows "
-    "were not used for the fit: there the two lines agree only if the estimate is right.",
-    "residuals": "The residual over time, and its spectrum beside that of the signal. A flat "
-    "spectrum is noise; a peak is a vibration, a cable or a wrong delay. The dotted line is the "
-    "cutoff of the low-pass.",
-    "parameters": "The estimate from all data up to each time. The dashed line is the result.",
-    "excitation": "Ten directions in the space of the parameters, each named by its largest "
-    "components; the inertia is that about the frame's origin here, and mass*com x the first "
-    "moment along x. A faint direction is known badly.",
-    "ellipsoid": "The uniform solid ellipsoid with this mass and inertia in its place in the "
-    "frame. The payload should have about its size and attitude.",
-    "point": "The centre of mass in the frame.",
-}
-
 FRICTION = """Friction in the joints is the usual reason for large residuals of joint efforts: no
 interval contains its error. An unloaded recording of the same motion ({option}) subtracts most of
 it."""
@@ -69,10 +54,10 @@ def write_report(
     within: float = WITHIN,
     style: Style = "keyword",
     form: FigureFormat | None = None,
-) -> None:
-    """Writes the report of a result, and its figures beside it in a format."""
+) -> list[Path]:
+    """Writes the report of a result; returns the paths of its figures beside it."""
     figures = Figures(form)
-    figures.write(path, render(result, within, style, figures))
+    return figures.write(path, render(result, within, style, figures))
 
 
 def render(
@@ -92,7 +77,7 @@ def render(
     values, half_widths = result.estimate.reported_values, result.estimate.half_widths
     figures = figures or Figures()
     shown = {
-        name: figures.html(name, drawn, CAPTIONS[name])
+        name: figures.html(name, drawn, captions.RECORDING[name])
         for name, drawn in recording_plots.figures(result).items()
     }
     frame = html.escape(result.estimate.frame)
@@ -214,9 +199,9 @@ def _body(result: Recorded, values: Values, half_widths: Values, figures: Figure
     if drawn is None:
         return "<p>The centre of mass is not known.</p>"
     if solid:
-        return figures.html("ellipsoid", drawn, CAPTIONS["ellipsoid"])
+        return figures.html("ellipsoid", drawn, captions.RECORDING["ellipsoid"])
     reason = "the inertia is not known" if None in values else "no body can have this inertia"
-    point = figures.html("point", drawn, CAPTIONS["point"])
+    point = figures.html("point", drawn, captions.RECORDING["point"])
     return f"<p>There is no ellipsoid to draw: {reason}.</p>{point}"
 
 
