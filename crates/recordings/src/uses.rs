@@ -10,13 +10,7 @@ pub(crate) const MODEL: &[Use] = &[
     Use::Poses,
     Use::Calibration,
 ];
-pub(crate) const WRENCHES: &[Use] = &[
-    Use::Log,
-    Use::Live,
-    Use::Arrays,
-    Use::Poses,
-    Use::Online,
-];
+pub(crate) const WRENCHES: &[Use] = &[Use::Log, Use::Live, Use::Arrays, Use::Poses, Use::Online];
 pub(crate) const TOOL: &[Use] = &[Use::Log, Use::Arrays, Use::Poses, Use::Online];
 pub(crate) const OFFSET: &[Use] = &[
     Use::Log,

@@ -13,6 +13,7 @@ _Source: TypeAlias = _Path | Mapping[str, ArrayLike]
 """A log, or the arrays of a recording by their names."""
 _Robot: TypeAlias = Manipulator | None
 _Sensors: TypeAlias = str | Sequence[str] | None
+_Wrench: TypeAlias = tuple[float, _Array, _Array, bool]
 _Progress: TypeAlias = Callable[[float], object] | None
 _Data: TypeAlias = dict[str, Any]
 """Values by the names of the fields of a class in ``tactid._results.records``."""
@@ -112,10 +113,7 @@ class FrameMotion:
 class Manipulator:
     @staticmethod
     def from_urdf(
-        urdf: _Path,
-        base: Literal["fixed", "floating"] = "fixed",
-        *,
-        base_link: str | None = None,
+        urdf: _Path, base: Literal["fixed", "floating"] = "fixed", *, base_link: str | None = None
     ) -> Manipulator: ...
     @property
     def dof(self) -> int: ...
@@ -192,12 +190,7 @@ class Lms(Estimator):
 @final
 class Nlms(Estimator):
     def __new__(
-        cls,
-        size: int,
-        alpha: float = 1.8,
-        beta: float = 0.9,
-        *,
-        start: ArrayLike | None = None,
+        cls, size: int, alpha: float = 1.8, beta: float = 0.9, *, start: ArrayLike | None = None
     ) -> Nlms: ...
 
 @final
@@ -233,9 +226,7 @@ class Identifier(OnlineSolver):
     def time_since_change(self) -> float: ...
     def hold_payload(self, is_held: bool) -> None: ...
     def joint_covariance(self) -> _Array | None: ...
-    def wrenches(
-        self, point: str, axes: str | None
-    ) -> tuple[tuple[float, _Array, _Array, bool], tuple[float, _Array, _Array, bool]] | None: ...
+    def wrenches(self, point: str, axes: str | None) -> tuple[_Wrench, _Wrench] | None: ...
     def contact_latency(self) -> float | None: ...
     def wrench_offset(self) -> _Data | None: ...
     def findings(self) -> list[tuple[str, _Data]]: ...
@@ -275,10 +266,7 @@ class ArmModel:
     def data(self) -> _Data: ...
 
 def calibrate_arm(
-    given: _Data,
-    options: _Data,
-    progress: _Progress = None,
-    robot: _Robot = None,
+    given: _Data, options: _Data, progress: _Progress = None, robot: _Robot = None
 ) -> _Data: ...
 def options() -> tuple[list[_Data], list[_Data], list[_Data]]: ...
 def design_excitation(
