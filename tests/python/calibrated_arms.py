@@ -45,6 +45,8 @@ class Measured:
 
 
 UR10 = Measured("ur10", "ur10_robot.urdf", "tool0", 8.0)
+UR5 = Measured("ur5", "ur5_robot.urdf", "tool0", 8.0)
+"""The description only."""
 FRANKA = Measured("panda", "panda.urdf", "panda_link8", 5.0)
 
 

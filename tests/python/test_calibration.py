@@ -22,6 +22,7 @@ from calibrated_arms import (
     KNOWN,
     LOAD_FRICTION,
     OTHER,
+    UR5,
     UR10,
     VISCOUS,
     Measured,
@@ -114,6 +115,20 @@ def test_a_payload_on_a_measured_arm_is_identified(
         assert (np.abs(error) < half_width)[known].all()
         renamed = [each for each in record["findings"] if each["kind"] == "joints_renamed"]
         assert bool(renamed) == (name == "panda")
+
+
+def test_the_urdf_of_a_similar_robot_is_doubtful(command: TactidCommand, tmp_path: Path) -> None:
+    """A measured UR10, with the masses and lengths of a UR5, and with its own."""
+    payload = body(5.0, [0.1, -0.08, 0.12], [0.02, 0.03, 0.025], [0.3, 0.2, 0.1])
+    (unloaded, loaded), _ = halves(UR10, tmp_path, payload)
+    for robot, is_doubtful in ((UR10, False), (UR5, True)):
+        arm = ("--urdf", robot.urdf, "--tip", robot.tip)
+        out = tmp_path / f"{robot.name}.toml"
+        done = command("calibrate", *arm, "--unloaded", unloaded, "--out", out)
+        assert done.returncode == 0, done.stderr
+        assert ("is this the URDF of this robot?" in done.stderr) == is_doubtful, done.stderr
+        done = command("identify", loaded, *arm, "--calibration", out)
+        assert ("The calibration is doubtful." in done.stderr) == is_doubtful, done.stderr
 
 
 def test_the_file_comes_back_bit_by_bit(
@@ -210,6 +225,11 @@ def test_contradictions_are_sentences() -> None:
             "recording 2 120 ± 6.9 mm from the given one, at 0.342",
         ),
         ("gain_improbable", 0.83, "The gain of elbow is 1.8 times the given one, which is 4.1 sta"),
+        (
+            "links_improbable",
+            1.3,
+            "The torques of elbow are 2.3 times those that the masses of the",
+        ),
         ("gain_improbable", -0.4, "The gain of elbow is 0.6 times the given one, which is 3.3 sta"),
     ]
     shortages = {"joint_still", "joint_one_direction", "gain_uncertain"}

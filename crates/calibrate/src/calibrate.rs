@@ -12,6 +12,7 @@ use super::recording::{EffortRecording, check_settings};
 use super::reference::reference_fit;
 use super::report::{CalibrationResult, report};
 use super::settings::CalibrationSettings;
+use super::similar_robot::doubtful_links;
 use crate::CalibrateError;
 use tactid_identify::{IdentifyError, three_digits};
 
@@ -155,6 +156,12 @@ fn calibrate_once(
     let improbable = improbable_gain(&report.joints, settings.gain_std_dev);
     let residuals = contradiction(&given, &best)?;
     report.contradictions = improbable.into_iter().chain(residuals).collect();
+    // Other wrong assumptions bend the links.
+    if report.contradictions.is_empty() {
+        let recordings: Vec<_> = given.iter().map(|(recording, _)| *recording).collect();
+        let doubtful = doubtful_links(&recordings, &best, &report.links)?;
+        report.contradictions.extend(doubtful);
+    }
     Ok(CalibrationResult {
         calibration: best.calibration(&given[0].0.arm)?,
         report,

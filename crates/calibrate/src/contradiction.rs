@@ -48,8 +48,9 @@ pub struct Contradiction {
     pub assumption: Assumption,
     /// Size of its error by one linear step, rough where it is large: the angle between the given
     /// and the true gravity, rad; the true position less the measured one, rad; the true gain over
-    /// the given one, less 1; or the distance of the true centre of mass from the given one, m. The
-    /// error of [`Assumption::GainPrior`] is what the whole calibration found.
+    /// the given one, less 1; the distance of the true centre of mass from the given one, m; or the
+    /// torque of the true links over that of the described ones, less 1. The errors of
+    /// [`Assumption::GainPrior`] and [`Assumption::Links`] are what the whole calibration found.
     pub size: f64,
     /// Standard deviation of the size, in the unit of the size, widened as in
     /// [`CalibratedEstimate`](super::CalibratedEstimate).
@@ -89,6 +90,10 @@ pub enum Assumption {
         /// Its standard deviation, as a fraction of the gain, without a unit.
         prior_std_dev: f64,
     },
+    /// The masses and centres of mass of the links that [`Contradiction::joint`] moves, as the
+    /// robot's description has them.
+    #[serde(rename = "links_improbable")]
+    Links,
 }
 
 /// The columns of the unknowns that replace an assumption.
@@ -349,7 +354,10 @@ impl Test {
                 let given = held.nth(payload)?.center_of_mass?;
                 Some(given + Vector3::new(found[0], found[1], found[2]))
             }
-            Assumption::JointZero | Assumption::Gains | Assumption::GainPrior { .. } => None,
+            Assumption::JointZero
+            | Assumption::Gains
+            | Assumption::GainPrior { .. }
+            | Assumption::Links => None,
         }
     }
 }

@@ -63,6 +63,7 @@ mod report;
 mod rows;
 mod scale;
 mod settings;
+mod similar_robot;
 mod simplex;
 mod solver;
 mod student;

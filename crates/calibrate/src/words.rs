@@ -10,7 +10,10 @@ use crate::{Assumption, Contradiction, MotionShortage};
 
 impl Notice for Contradiction {
     fn severity(&self) -> Severity {
-        Severity::Contradicts
+        match self.assumption {
+            Assumption::Links => Severity::Doubts,
+            _ => Severity::Contradicts,
+        }
     }
 
     fn subject(&self) -> Subject {
@@ -26,6 +29,7 @@ impl Notice for Contradiction {
             Assumption::GainPrior { prior_std_dev } => {
                 return self.gain_prior(prior_std_dev, reader);
             }
+            Assumption::Links => return self.links(reader),
         };
         format!(
             "The efforts fit far better {what}. The error is in the calibration, and its intervals \
@@ -108,6 +112,19 @@ impl Contradiction {
             reader.option("gain_std_dev"),
             two_figures(100.0 * prior_std_dev),
             reader.option("payload_mass_kg")
+        )
+    }
+
+    fn links(&self, reader: Reader) -> String {
+        format!(
+            "The torques of {} are {} times those that the masses of the URDF need: is this the \
+             URDF of this robot? With that of a similar one the masses of payloads are wrong by \
+             tens of percent. Other causes are a tool that the URDF does not have, placeholders \
+             instead of its masses, and efforts that are no torques. Check these and {}, and \
+             calibrate anew if one is wrong.",
+            self.joint,
+            two_figures(1.0 + self.size),
+            reader.option("urdf")
         )
     }
 

@@ -13,8 +13,8 @@ impl Notice for Finding {
     fn severity(&self) -> Severity {
         match self {
             Self::Data(finding) => finding.severity(),
-            Self::CalibrationContradicted(_)
-            | Self::JointZeroMoved { .. }
+            Self::CalibrationContradicted(contradiction) => contradiction.severity(),
+            Self::JointZeroMoved { .. }
             | Self::AxesContradicted { .. }
             | Self::PointContradicted { .. }
             | Self::EffortContentContradicted { .. }
@@ -283,10 +283,14 @@ impl Finding {
                  known, and its effort counts little. Record a motion of this joint in both \
                  directions, and calibrate anew."
             ),
-            Self::CalibrationContradicted(contradiction) => format!(
-                "The calibration is contradicted by its own recordings. {}",
-                contradiction.words(reader)
-            ),
+            Self::CalibrationContradicted(contradiction) => {
+                let verdict = match contradiction.severity() {
+                    Severity::Contradicts => "contradicted by its own recordings",
+                    _ => "doubtful",
+                };
+                let words = contradiction.words(reader);
+                format!("The calibration is {verdict}. {words}")
+            }
             _ => String::new(),
         }
     }

@@ -64,6 +64,7 @@ fn contradictions(numbers: &mut Numbers) -> Vec<Contradiction> {
         Assumption::GainPrior {
             prior_std_dev: numbers.one(),
         },
+        Assumption::Links,
     ];
     let contradiction = |assumption: Assumption| Contradiction {
         assumption,

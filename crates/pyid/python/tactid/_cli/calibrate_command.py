@@ -65,7 +65,7 @@ def calibrate_arm(
     reports = {} if report is None else {report: partial(_write_report, arm, figures)}
     with printing_after({out: arm.write, **reports}):
         _print(arm, as_json=as_json)
-    if arm.contradictions:
+    if any(each.contradicts_result for each in arm.contradictions):
         raise typer.Exit(1)
 
 
