@@ -231,7 +231,7 @@ fn faulty_calibrations_are_refused() {
     let names = calibration.parameter_names().unwrap();
     assert_eq!(names.len(), calibration.parameters.len());
     let last = &*names[names.len() - 1];
-    assert_eq!((&*names[0], last), ("link_1 m", "delay"));
+    assert_eq!((&*names[0], last), ("link_1 mass", "delay"));
     assert_eq!(names[names.len() - 2], "joint_4 inverse gain");
 }
 
