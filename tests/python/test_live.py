@@ -72,7 +72,7 @@ def test_the_command_prints_a_table(command: TactidCommand, bag: Path) -> None:
     done = command("live", "--replay", bag, "--tip", "tool0")
     assert done.returncode == 0, done.stderr
     assert "Payload in the frame tool0" in done.stdout
-    assert "inertia zz" in done.stdout
+    assert "Izz" in done.stdout
 
 
 @pytest.mark.parametrize(

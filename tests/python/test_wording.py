@@ -124,7 +124,10 @@ FINDINGS = [
     Finding("effort_content_contradicted", {"content": "external", "residual_ratio": 0.08}),
     Finding("forces_summed", {"topics": ["/left", "/right"]}),
     Finding("joints_exchanged", {"joints": ["elbow", "pan"], "residual_ratio": 0.05}),
-    Finding("orientation_contradicted", {"reading": "scalar_first", "residual_ratio": 0.05}),
+    Finding(
+        "orientation_contradicted",
+        {"reading": "scalar_first", "of_base": False, "residual_ratio": 0.05},
+    ),
     Finding("forces_and_moments_exchanged", {"residual_ratio": 0.05}),
     Finding("wrenches_summed", {"topics": ["/left", "/right"]}),
     Finding("joints_renamed", {"names": [("fer_1", "panda_1"), ("fer_2", "panda_2")]}),
@@ -245,6 +248,9 @@ FINDINGS = [
     Finding("stamps_missing", {"topics": ["/wrench"], "clock_rate": 0.6}),
     Finding("tool_uncertainty_assumed", {"std_dev": 0.01}),
     Finding("no_stamps"),
+    Finding("topic_silent", {"topic": "/wrench", "silent_s": 3.04}),
+    Finding("topics_not_used", {"topics": ["/left", "/right"]}),
+    Finding("live_restarted", {"count": 2}),
     Finding("delay_corrected", {"applied_s": 0.037, "estimated_s": 0.037, "std_dev_s": 1e-4}),
     Finding("delay_doubtful", {"delay_s": -0.488, "residual_ratio": 0.9, "is_at_end": False}),
     Finding("impossible_inertia", {"link": "arm", "moments": [-1e-8, 3.5e-8, 9.087e-8]}),
@@ -507,6 +513,18 @@ SENTENCES = {
         " earlier result as `known_tool` has its own."
     ),
     "no_stamps": ("The messages have no stamps: their times are those of logging."),
+    "topic_silent": (
+        "/wrench has had no message for 3.0 s: its publisher has ended, or its messages do not"
+        " arrive."
+    ),
+    "topics_not_used": (
+        "/left and /right came after the identification began and are not used; `wrench_topic` and"
+        " `joint_topic` name the topics to use."
+    ),
+    "live_restarted": (
+        "The identification has started again 2 times, because messages no longer gave samples: a"
+        " clock has jumped, or the joints have other names."
+    ),
     "delay_corrected": (
         "The wrenches are stamped 37.00 ms later than the motion: this delay was corrected"
         " (estimated 37.00 ± 0.20 ms)."
@@ -657,6 +675,9 @@ DOUBTS = (
     "too_few_poses",
     "recording_calibrated",
     "wrong_assumption",
+    "topic_silent",
+    "topics_not_used",
+    "live_restarted",
     "nothing_held",
     "outlying_pose",
     "known_mass_not_kept",

@@ -320,7 +320,9 @@ impl BatchIdentifier {
         let found = further::fit(equations, options, &gravity, unknowns);
         let found = found.ok_or_else(|| self.stream.too_few_windows(equations.len()))?;
         // Fewer windows, or one attitude, show no assumption to be wrong: none is corrected by them.
-        let is_long = equations.len() >= LEAST_WINDOWS && !is_one_attitude(equations);
+        // In one attitude under gravity, an offset and the weight are one.
+        let is_weighed = self.stream.gravity().norm() > 0.0 && is_one_attitude(equations);
+        let is_long = equations.len() >= LEAST_WINDOWS && !is_weighed;
         let explain =
             || wrong_assumptions(equations, &found.fit, Some(&found.values), &self.stream);
         let explanation = is_long.then(explain).flatten();
