@@ -32,7 +32,8 @@ def test_the_forecast_time_is_the_time_that_it_takes(calm_until: float) -> None:
 
 
 def test_what_is_known_takes_no_time_and_what_is_not_excited_for_ever() -> None:
-    moving, still = identified(EARLY, 0), identified(EARLY, 0, swings=False)
+    moving = identified(EARLY, 0)
+    still = identified(EARLY, 0, swings=False, wrench_offset="no")
     np.testing.assert_array_equal(moving.remaining(2 * half_widths(moving).max()), np.zeros(10))
     remaining = still.remaining(0.01)
     assert np.isfinite(remaining[0])
