@@ -1,8 +1,8 @@
-//! The C interface of tactid's online [`Identifier`](tactid_identify::Identifier): `libtactid` and its header `tactid.h`,
+//! The C interface of tactid's online [`Identifier`]: `libtactid` and its header `tactid.h`,
 //! which cbindgen writes from this crate.
 //!
 //! What crosses the border is plain: an opaque handle, structs that begin with their size, arrays of the caller, and a status.
-//! All unsafe code of tactid is here: [`border`] turns pointers into references, and the rest of the crate calls it.
+//! All unsafe code of tactid is here: `border` turns pointers into references, and the rest of the crate calls it.
 
 #![allow(non_camel_case_types, reason = "types have the names of the header")]
 #![cfg_attr(test, allow(clippy::unwrap_used, clippy::expect_used, clippy::panic))]

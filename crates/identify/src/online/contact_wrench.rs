@@ -45,7 +45,7 @@ impl Identifier {
     /// is its delay.
     ///
     /// What the load does not explain may be a contact or a payload change, and the first samples do not show which. The
-    /// load is then held at the last estimate that nothing contradicted, the state is [`ContactState::Changing`], and the
+    /// load is then held at the last estimate that nothing contradicted, the state is [`Changing`](crate::ContactState::Changing), and the
     /// covariance contains the contact itself, so that the interval contains both its value and zero. It remains so until
     /// the load explains the measurements again, or 32 windows determine the new payload.
     /// [`hold_payload`](Self::hold_payload) says that the payload cannot have changed: the uncertainty is then that of
