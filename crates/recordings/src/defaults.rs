@@ -4,7 +4,7 @@ use nalgebra::Vector3;
 use tactid_dynamics::{BaseKind, Manipulator, list_similar};
 use tactid_identify::{EffortContent, EquationSettings, Method};
 
-use crate::{ActsOn, EstimatorKind, Finding, NotUsedBecause, RecordingError, Request};
+use crate::{EstimatorKind, Finding, NotUsedBecause, RecordingError, Request};
 
 /// The end-effector frame of a robot where a request names none, as ROS-Industrial names it.
 pub const DEFAULT_TIP: &str = "tool0";
@@ -118,10 +118,7 @@ impl Options {
                 }),
             chooses_cutoff: request.cutoff_hz.is_none() && !is_paper,
             delay_s: request.delay_s.or(has_no_delay.then_some(0.0)),
-            wrench_sign: match request.wrench_acts_on.unwrap_or_default() {
-                ActsOn::Payload => 1.0,
-                ActsOn::Sensor => -1.0,
-            },
+            wrench_sign: request.wrench_acts_on.unwrap_or_default().sign(),
             equations,
             estimator,
             period_s,
@@ -244,6 +241,7 @@ mod tests {
     use std::borrow::Cow;
 
     use super::*;
+    use crate::ActsOn;
     use crate::{GravityChoice, OffsetChoice};
 
     fn contents(motion: Motion) -> Contents {

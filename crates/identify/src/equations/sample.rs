@@ -97,6 +97,17 @@ pub enum ActsOn {
     Sensor,
 }
 
+impl ActsOn {
+    /// Returns the sign of a wrench on this body relative to that of the wrench on the payload: 1 or -1.
+    #[must_use]
+    pub fn sign(self) -> f64 {
+        match self {
+            Self::Payload => 1.0,
+            Self::Sensor => -1.0,
+        }
+    }
+}
+
 /// What a robot measures at one time. Slices are in the order of the robot's joints and of the wrench
 /// sensors.
 #[derive(Clone, Copy, Debug)]

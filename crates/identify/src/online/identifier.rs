@@ -231,7 +231,7 @@ impl Identifier {
         let channels = stream.channels();
         Ok(Self {
             frame: tool.into(),
-            sign: inputs.sign(),
+            sign: wrench_acts_on.sign(),
             inputs: (!inputs.are_direct()).then(|| Box::new(inputs)),
             update: StagedUpdate::new(&channels, stream.gripper_to_subtract(), online.known_tool)?,
             recent: RecentEquations::new(channels.count()),

@@ -46,7 +46,8 @@ impl OwnedSample {
 /// Turns measured wrenches into those on the payload at the times of the motion, in a fixed amount of memory.
 #[derive(Clone, Debug)]
 pub(crate) struct Inputs {
-    acts_on: ActsOn,
+    /// Sign of the measured wrenches, relative to that of those on the payload.
+    sign: f64,
     delay_s: f64,
     max_gap_s: f64,
     /// The last samples, in a ring; one where there is no delay.
@@ -76,7 +77,7 @@ impl Inputs {
             false => (delay_s.abs() * 4000.0) as usize + 8,
         };
         Self {
-            acts_on,
+            sign: acts_on.sign(),
             delay_s,
             max_gap_s,
             samples: vec![OwnedSample::new(joints, sensors); capacity],
@@ -90,20 +91,12 @@ impl Inputs {
 
     /// Whether samples are used as they are.
     pub(crate) fn are_direct(&self) -> bool {
-        self.delay_s == 0.0 && self.acts_on == ActsOn::Payload
+        self.delay_s == 0.0 && self.sign == 1.0
     }
 
     /// Time of the newest sample, s.
     pub(crate) fn newest_s(&self) -> f64 {
         self.newest_s
-    }
-
-    /// Sign of the measured wrenches, relative to that of those on the payload.
-    pub(crate) fn sign(&self) -> f64 {
-        match self.acts_on {
-            ActsOn::Payload => 1.0,
-            ActsOn::Sensor => -1.0,
-        }
     }
 
     /// Adds a sample, and returns whether it can be used: its numbers are finite, and it is later than the one before.
@@ -192,8 +185,7 @@ impl Inputs {
                 sum.force += wrench.force * *weight;
                 sum.moment += wrench.moment * *weight;
             }
-            let sign = self.sign();
-            (sum.force, sum.moment) = (sum.force * sign, sum.moment * sign);
+            (sum.force, sum.moment) = (sum.force * self.sign, sum.moment * self.sign);
             self.wrenches[sensor] = sum;
         }
     }
