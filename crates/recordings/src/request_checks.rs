@@ -2,7 +2,7 @@
 
 use tactid_dynamics::Manipulator;
 use tactid_identify::{BatchSettings, IdentifyError, Method};
-use tactid_options::{About, Declaration, Given, Use};
+use tactid_options::{About, Given, Use};
 
 use crate::choices::{EstimatorKind, WrenchIs};
 use crate::paper::needs_least_squares;
@@ -42,18 +42,16 @@ impl Request {
         }
     }
 
-    /// Checks that each option that is given applies to a use.
+    /// Checks that each option that is given applies to arrays.
     ///
     /// # Errors
     /// Returns [`RecordingError::Option`] with the first that does not.
     pub(crate) fn check_arrays(&self) -> Result<(), RecordingError> {
         // The unloaded reference of arrays is with the arrays.
-        let is_of_logs =
-            |option: &Declaration| option.name == "unloaded" || !option.uses.contains(&Use::Arrays);
-        match self.given().find(|given| is_of_logs(given.option)) {
-            Some(given) => Err(not_for_arrays(given.option.name)),
-            None => Ok(()),
+        if self.unloaded.is_some() {
+            return Err(does_not_apply("unloaded", ARRAYS));
         }
+        self.check_applies(Use::Arrays, ARRAYS)
     }
 
     /// Checks that each option that is given applies to poses at rest.
@@ -61,14 +59,7 @@ impl Request {
     /// # Errors
     /// Returns [`RecordingError::Option`] with the first that does not.
     pub(crate) fn check_poses(&self) -> Result<(), RecordingError> {
-        let is_other = |given: &Given| !given.option.uses.contains(&Use::Poses);
-        match self.given().find(is_other) {
-            Some(given) => Err(RecordingError::Option {
-                option: given.option.name,
-                what: format!("`{}` does not apply to poses at rest", given.option.name),
-            }),
-            None => Ok(()),
-        }
+        self.check_applies(Use::Poses, "poses at rest")
     }
 
     /// Checks that each option that is given applies to a live session.
@@ -76,12 +67,14 @@ impl Request {
     /// # Errors
     /// Returns [`RecordingError::Option`] with the first that does not.
     pub(crate) fn check_live(&self) -> Result<(), RecordingError> {
-        let is_other = |given: &Given| !given.option.uses.contains(&Use::Live);
+        self.check_applies(Use::Live, "a live session")
+    }
+
+    /// Checks that each option that is given applies to a use, which errors call `name`.
+    fn check_applies(&self, to: Use, name: &str) -> Result<(), RecordingError> {
+        let is_other = |given: &Given| !given.option.uses.contains(&to);
         match self.given().find(is_other) {
-            Some(given) => Err(RecordingError::Option {
-                option: given.option.name,
-                what: format!("`{}` does not apply to a live session", given.option.name),
-            }),
+            Some(given) => Err(does_not_apply(given.option.name, name)),
             None => Ok(()),
         }
     }
@@ -241,11 +234,14 @@ fn why_not_with_calibration(option: &str) -> &'static str {
     }
 }
 
-/// Returns the error of an option that only a log can use.
-pub(crate) fn not_for_arrays(option: &'static str) -> RecordingError {
+/// What errors call the use of arrays.
+pub(crate) const ARRAYS: &str = "arrays";
+
+/// Returns the error of an option that does not apply to a use.
+pub(crate) fn does_not_apply(option: &'static str, to: &str) -> RecordingError {
     RecordingError::Option {
         option,
-        what: format!("`{option}` does not apply to arrays"),
+        what: format!("`{option}` does not apply to {to}"),
     }
 }
 

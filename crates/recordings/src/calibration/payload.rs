@@ -10,7 +10,7 @@ use crate::arrays::ArrayRecording;
 use crate::identification::CalibratedFit;
 use crate::log::LogRecording;
 use crate::recording::Recording;
-use crate::request_checks::not_for_arrays;
+use crate::request_checks::{ARRAYS, does_not_apply};
 use crate::{
     Arrays, Finding, Identification, Identified, Observer, Progress, RecordingError, Request,
     UnloadedArrays,
@@ -53,7 +53,7 @@ pub(crate) fn identify_calibrated_arrays(
     observer: &mut Observer<'_>,
 ) -> Result<Identified, RecordingError> {
     if request.unloaded.is_some() {
-        return Err(not_for_arrays("unloaded"));
+        return Err(does_not_apply("unloaded", ARRAYS));
     }
     let efforts = request_with(request, calibration)?;
     let unloaded = match &arrays.unloaded {
