@@ -25,10 +25,10 @@ pub(crate) struct LiveSession(Mutex<tactid_recordings::LiveSession>);
 #[pymethods]
 impl LiveSession {
     #[new]
-    fn new(options: &Bound<'_, PyDict>, first_s: f64, in_background: bool) -> PyResult<Self> {
+    fn new(options: &Bound<'_, PyDict>, in_background: bool) -> PyResult<Self> {
         let settings = LiveSettings {
-            first_s,
             in_background,
+            ..LiveSettings::default()
         };
         let session = tactid_recordings::LiveSession::new(options::request(options)?, settings);
         Ok(Self(Mutex::new(session.map_err(IntoPyErr::into_py_err)?)))
@@ -78,7 +78,7 @@ impl LiveSession {
         offset.map(|offset| fields(py, &offset)).transpose()
     }
 
-    /// Returns what the session does at the moment, by the fields of `tactid._live.status.LiveStatus`.
+    /// Returns what the session does at the moment, by the fields of `LiveStatus`.
     fn status<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
         fields(py, &detached(py, || self.lock().status())?)
     }

@@ -2,7 +2,9 @@
 
 use pyo3::prelude::*;
 use schemars::generate::SchemaSettings;
-use tactid_recordings::{Combination, Identification, PaperIdentification, RecordingReport};
+use tactid_recordings::{
+    Combination, Identification, LiveStatus, PaperIdentification, RecordingReport,
+};
 use tactid_sim::RunReport;
 
 use crate::arm_model::Calibration;
@@ -18,6 +20,7 @@ pub(crate) fn record_schemas() -> String {
     generator.subschema_for::<Identification>();
     generator.subschema_for::<PaperIdentification>();
     generator.subschema_for::<Combination>();
+    generator.subschema_for::<LiveStatus>();
     generator.subschema_for::<DesignedMotion>();
     generator.subschema_for::<Calibration>();
     generator.subschema_for::<RecordingData>();

@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 use std::thread::{self, JoinHandle};
 
+use schemars::JsonSchema;
 use serde::Serialize;
 use tactid_identify::{Identifier, PayloadEstimate, WrenchOffset};
 use tactid_logs::messages::{JointState, WrenchStamped};
@@ -50,7 +51,7 @@ impl Default for LiveSettings {
 }
 
 /// What a live session does at the moment.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
 pub struct LiveStatus {
     /// Whether an identification runs.
     pub is_running: bool,

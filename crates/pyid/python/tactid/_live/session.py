@@ -4,44 +4,16 @@ from __future__ import annotations
 
 import time
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import TypeAlias
 
 from tactid import _native
 from tactid._base.findings import DataFault, Finding
 from tactid._options.options import Options
 from tactid._results.payload import PayloadEstimate
-from tactid._results.records import WrenchOffset
-
-FIRST_S = 5.0
-"""Length of the messages from which an identification first begins, s."""
+from tactid._results.records import LiveStatus, WrenchOffset
 
 Message: TypeAlias = tuple[str, str, bytes, int]
 """Topic, type, data as CDR, and time of arrival in ns since the epoch of a message."""
-
-
-@dataclass(frozen=True)
-class LiveStatus:
-    """What a live session does at the moment."""
-
-    is_running: bool
-    """Whether an identification runs."""
-    problem: str | None
-    """Why the latest attempt to begin one has failed; None where it has not."""
-    topics: list[str]
-    """Topics that are used; none before an identification runs."""
-    messages: int
-    """Number of messages, also those of topics that are not used."""
-    samples: int
-    """Number of samples that the identification was given."""
-    last_ns: int
-    """Time of the last sample on the clock of the messages, ns since the epoch."""
-    delay_s: float
-    """Delay that is subtracted from the times of the wrenches, s."""
-    cutoff_hz: float
-    """Cutoff of the filter, Hz."""
-    restarts: int
-    """Number of times that the session has started again: messages no longer gave samples."""
 
 
 class Session:
@@ -57,7 +29,7 @@ class Session:
     """
 
     def __init__(self, options: Options, *, in_background: bool) -> None:
-        self._native = _native.LiveSession(options.plain(), FIRST_S, in_background)
+        self._native = _native.LiveSession(options.plain(), in_background)
 
     def announce(self, topics: Sequence[tuple[str, str]]) -> None:
         """Notes that there are topics, each with its type: one that is not used is reported."""

@@ -247,6 +247,18 @@ class LinearEstimate(Record):
     degrees_of_freedom: float
 
 @dataclass(frozen=True, eq=False)
+class LiveStatus(Record):
+    is_running: bool
+    topics: Sequence[str]
+    messages: int
+    samples: int
+    last_ns: int
+    delay_s: float
+    cutoff_hz: float
+    restarts: int
+    problem: str | None = ...
+
+@dataclass(frozen=True, eq=False)
 class Margin(Record):
     limit: str
     used: float

@@ -22,9 +22,10 @@ from std_srvs.srv import Trigger
 from tactid._base.errors import TactidError
 from tactid._base.files import write_atomically
 from tactid._base.values import nested
-from tactid._live.session import LiveStatus, Session
+from tactid._live.session import Session
 from tactid._options.options import Options, options_for
 from tactid._results.payload import PayloadEstimate
+from tactid._results.records import LiveStatus
 from tactid._ros.inputs import MEASURED, Inputs
 
 TAKEN_EVERY_S = 0.002
