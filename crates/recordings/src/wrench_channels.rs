@@ -218,12 +218,17 @@ fn finding(
     axes: ChannelAxes,
     sources: &Sources,
 ) -> Finding {
+    let moments = of.mask()[3..]
+        .iter()
+        .filter(|is_listed| **is_listed)
+        .count();
+    let are_others = sources.sensors.len() > 1 || moments < 3;
     Finding::Data(DataFinding::ConstantChannels {
         source: sources.wrench_names[of.sensor].clone(),
         frame: sources.sensors[of.sensor].clone(),
         channels: of.channels.into_iter().map(Into::into).collect(),
         is_zero: of.is_zero,
         is_left_out,
-        without_moments: is_left_out && axes == ChannelAxes::Turning,
+        without_moments: is_left_out && axes == ChannelAxes::Turning && are_others,
     })
 }

@@ -1,7 +1,5 @@
 //! Findings about the load in words: its sign, and what the model does not explain.
 
-use std::borrow::Cow;
-
 use tactid_dynamics::Reader;
 use tactid_dynamics::words::{decimals_of, general, listed, percent};
 
@@ -192,7 +190,11 @@ pub(super) fn constant_channels(finding: &Finding) -> String {
             "{source}: {} in `{frame}` measured nothing (zero, or no number, {when}), and {were} \
              left out{}.",
             listed(channels),
-            others_left_out(channels, *without_moments)
+            if *without_moments {
+                ", and all other moments with them, because those about the tip are not known"
+            } else {
+                ""
+            }
         );
     }
     let value = if *is_zero { "zero" } else { "constant" };
@@ -206,14 +208,4 @@ pub(super) fn constant_channels(finding: &Finding) -> String {
          not measure {them}. The estimate takes {them} for measured.",
         listed(channels)
     )
-}
-
-/// Says that moments are left out beside the listed channels, where there are others.
-fn others_left_out(channels: &[Cow<'static, str>], without_moments: bool) -> &'static str {
-    let moments = channels.iter().filter(|name| name.starts_with("moment"));
-    if without_moments && moments.count() < 3 {
-        ", and all other moments with them, because those about the tip are not known"
-    } else {
-        ""
-    }
 }

@@ -168,8 +168,8 @@ pub enum Finding {
         /// otherwise the estimate takes them for measured.
         #[serde(default)]
         is_left_out: bool,
-        /// Whether the moments of all sensors were left out with these, because those about the
-        /// tip are not known without them.
+        /// Whether other moments, of this sensor or of others, were left out with these, because the
+        /// moments about the tip are not known without them.
         #[serde(default)]
         without_moments: bool,
     },
