@@ -39,7 +39,7 @@ impl WrenchMessages {
 
 /// Returns why the points of a topic cannot be summed to a wrench; `None` where the first message
 /// has points with forces.
-pub(crate) fn lacks_forces(log: &LogReader, topic: &Topic) -> Option<String> {
+pub(crate) fn why_no_forces(log: &LogReader, topic: &Topic) -> Option<String> {
     let first = log.messages_on([&topic.name]).ok();
     let first = first.and_then(|mut messages| messages.next()?.ok());
     let cloud = first.and_then(|message| message.decode::<PointCloud2>().ok());

@@ -39,7 +39,7 @@ pub(crate) struct PoseReading {
 }
 
 /// The other readings of recorded poses.
-pub(crate) const ALL_READINGS: [PoseReading; 5] = [
+pub(crate) const OTHER_READINGS: [PoseReading; 5] = [
     PoseReading::new(OrientationReading::Inverse, false),
     PoseReading::new(OrientationReading::ScalarFirst, false),
     PoseReading::new(OrientationReading::InverseScalarFirst, false),

@@ -14,7 +14,7 @@ use crate::beginning::identifying;
 use crate::defaults::Motion;
 use crate::fault::FaultCounts;
 use crate::identification::negate_offsets;
-use crate::orientation::{ALL_READINGS, PoseReading};
+use crate::orientation::{OTHER_READINGS, PoseReading};
 use crate::recording::{Recording, Sources};
 use crate::wrench_channels::{left_out_channels, unmeasured_in_all, without_channels};
 use crate::{
@@ -72,7 +72,7 @@ pub fn identify_poses(
     let mut identifier =
         RestIdentifier::new(robot, tip, &sensors, &equations, request.known_tool())?;
     let unfilled = identifier.clone();
-    let faults = push_samples(&recording, &mut identifier, OtherReading::None)?;
+    let faults = push_samples(&recording, &mut identifier, None)?;
     let mut result = identifier.solve()?;
     let is_partial = equations.unmeasured.contains(&true);
     let reading = contradicted_reading(&recording, &identifier, &unfilled, is_partial)?
@@ -121,7 +121,6 @@ fn heavy_load(result: &BatchResult) -> Option<Finding> {
 /// How poses at rest are read otherwise.
 #[derive(Clone, Copy)]
 enum OtherReading {
-    None,
     Pose(PoseReading),
     /// Moments are in the places of forces, and forces in those of moments.
     Exchanged,
@@ -137,12 +136,12 @@ fn contradicted_reading(
     is_partial: bool,
 ) -> Result<Option<(f64, Finding)>, RecordingError> {
     let mut best: Option<(f64, Finding)> = None;
-    let of_poses = ALL_READINGS.map(OtherReading::Pose).into_iter();
+    let of_poses = OTHER_READINGS.map(OtherReading::Pose).into_iter();
     let of_poses = of_poses.filter(|_| recording.measures_poses());
     let exchanged = (!is_partial).then_some(OtherReading::Exchanged);
     for reading in of_poses.chain(exchanged) {
         let mut other = unfilled.clone();
-        push_samples(recording, &mut other, reading)?;
+        push_samples(recording, &mut other, Some(reading))?;
         let is_exchanged = matches!(reading, OtherReading::Exchanged);
         let ratio = given.residual_ratio_of(&other, UNKNOWNS, is_exchanged);
         let is_best = |ratio: &f64| best.as_ref().is_none_or(|best| *ratio < best.0);
@@ -155,7 +154,7 @@ fn contradicted_reading(
                 of_base: recording.sources().contents.motion == Motion::Joints,
                 residual_ratio,
             },
-            _ => Finding::ForcesAndMomentsExchanged { residual_ratio },
+            OtherReading::Exchanged => Finding::ForcesAndMomentsExchanged { residual_ratio },
         };
         best = Some((residual_ratio, finding));
     }
@@ -192,7 +191,7 @@ fn replaces(residual_ratio: f64, result: &mut BatchResult) -> bool {
 fn push_samples(
     recording: &ArrayRecording<'_>,
     identifier: &mut RestIdentifier,
-    reading: OtherReading,
+    reading: Option<OtherReading>,
 ) -> Result<FaultCounts, RecordingError> {
     let sources = recording.sources();
     let (sensors, dof) = (sources.sensors.len(), sources.robot.dof());
@@ -200,9 +199,9 @@ fn push_samples(
     recording.each_sample(|events| {
         if let Some((mut base, mut wrenches)) = sample(events, sensors, dof, &mut joints) {
             match reading {
-                OtherReading::None => {}
-                OtherReading::Pose(reading) => base.pose = reading.read(&base.pose),
-                OtherReading::Exchanged => {
+                None => {}
+                Some(OtherReading::Pose(reading)) => base.pose = reading.read(&base.pose),
+                Some(OtherReading::Exchanged) => {
                     for wrench in &mut wrenches {
                         std::mem::swap(&mut wrench.force, &mut wrench.moment);
                     }

@@ -7,7 +7,7 @@ use tactid_identify::{BaseState, EffortContent, EquationSettings, WORLD, states_
 
 use crate::alignment::{Event, JointValues, Measured};
 use crate::defaults::{Motion, Options};
-use crate::orientation::{ALL_READINGS, PoseReading};
+use crate::orientation::{OTHER_READINGS, PoseReading};
 use crate::plan::Plan;
 use crate::preview::Preview;
 use crate::recording::{Recording, Sources};
@@ -58,7 +58,7 @@ pub(crate) fn contradicted_reading(
     others.extend(other_contents(plan).into_iter().map(with));
     others.extend(other_point(plan, &given));
     if recording.measures_poses() && plan.equations.method.uses_wrench() {
-        let readings = ALL_READINGS.into_iter();
+        let readings = OTHER_READINGS.into_iter();
         // Messages name the entries of their quaternions as they do their joints.
         let readings = readings.filter(|poses| poses.keeps_order() || !recording.names_joints());
         others.extend(readings.map(|poses| Reading {

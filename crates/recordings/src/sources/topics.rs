@@ -4,7 +4,7 @@ use tactid_dynamics::list_similar;
 use tactid_logs::messages::{AccelStamped, Imu, JointState, Odometry, PointCloud2, WrenchStamped};
 use tactid_logs::{LogReader, Message, Topic};
 
-use crate::contacts::lacks_forces;
+use crate::contacts::why_no_forces;
 use crate::defaults::Motion;
 use crate::error::RecordingError;
 use crate::topic_kind::TopicKind;
@@ -62,7 +62,7 @@ impl MeasuredTopics {
         let has_efforts = may_use_efforts && has_efforts(log, &joints)?;
         if method.is_none() && wrenches.is_empty() && !has_efforts {
             let clouds = log.topics_of::<PointCloud2>();
-            let clouds = clouds.filter_map(|topic| lacks_forces(log, topic));
+            let clouds = clouds.filter_map(|topic| why_no_forces(log, topic));
             let clouds: Vec<String> = clouds.map(|lacks| format!("; {lacks}")).collect();
             return Err(RecordingError::data(format!(
                 "the log has neither a wrench (type {}) nor joint states with an effort: nothing \
@@ -271,7 +271,7 @@ fn choose_wrenches(
         let are_wrenches = !topics.is_empty();
         if !are_wrenches {
             let clouds = log.topics_of::<PointCloud2>();
-            let forces = clouds.filter(|topic| lacks_forces(log, topic).is_none());
+            let forces = clouds.filter(|topic| why_no_forces(log, topic).is_none());
             topics.extend(forces.map(|topic| topic.name.clone()));
         }
         let are_forces = !are_wrenches && !topics.is_empty();
@@ -283,7 +283,7 @@ fn choose_wrenches(
             choose::<WrenchStamped>(log, std::slice::from_ref(name), TopicKind::Wrenches)?;
             continue;
         };
-        if let Some(what) = lacks_forces(log, cloud) {
+        if let Some(what) = why_no_forces(log, cloud) {
             return Err(RecordingError::Option {
                 option: TopicKind::Wrenches.option(),
                 what,
