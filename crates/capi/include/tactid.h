@@ -462,7 +462,8 @@ tactid_status tactid_identifier_new(const char *urdf,
 void tactid_identifier_free(struct tactid_identifier *identifier);
 
 /**
- * Adds one sample, and answers `TACTID_STATUS_OK`, `TACTID_STATUS_STARTED` or `TACTID_STATUS_PAYLOAD_CHANGED`, or an error.
+ * Adds one sample, and answers `TACTID_STATUS_OK`, `TACTID_STATUS_STARTED`, `TACTID_STATUS_PAYLOAD_CHANGED` or
+ * `TACTID_STATUS_PAYLOAD_RETURNED`, or an error.
  *
  * Allocates nothing; some 2 µs, and some 100 µs at three samples of the first second.
  *

@@ -39,8 +39,8 @@ impl Identifier {
 
     /// Returns the wrench of a contact: the measured wrench less offset and load, without allocation.
     ///
-    /// It has the sign of the measured wrenches, which act on the payload: it is what the payload exerts on what it
-    /// touches, and its negative acts on the payload from outside. Measured wrench and motion pass the same causal
+    /// It has the sign of the measured wrenches. Where these act on the payload, it is what the payload exerts on what it
+    /// touches; where they act on the [sensor](crate::ActsOn::Sensor), it is what acts on the payload from outside. Measured wrench and motion pass the same causal
     /// low-pass of fourth order with the cutoff [`EquationSettings::cutoff_hz`](crate::EquationSettings::cutoff_hz); [`contact_latency_s`](Self::contact_latency_s)
     /// is its delay.
     ///
