@@ -94,7 +94,10 @@ impl Updates {
         let frame = rust.wrench_frame(TOOL, None).unwrap();
         Self {
             rust,
-            samples: instants.iter().map(plain).collect(),
+            samples: instants
+                .iter()
+                .map(|instant| (instant.base_numbers(), instant.wrench_numbers()))
+                .collect(),
             c: created(),
             estimate: tactid_estimate::default(),
             contact: tactid_wrench::default(),
@@ -143,25 +146,6 @@ impl Updates {
         // SAFETY: as above.
         unsafe { tactid_identifier_contact_wrench(self.c, black_box(&raw mut self.contact)) };
     }
-}
-
-/// The state of the base and the wrenches as C has them.
-fn plain(instant: &Instant) -> (Vec<f64>, Vec<f64>) {
-    let base = &instant.base;
-    let pose = base
-        .pose
-        .translation
-        .vector
-        .iter()
-        .chain(base.pose.rotation.coords.iter());
-    let state = pose
-        .chain(base.velocity.iter())
-        .chain(base.angular_velocity.iter());
-    let mut wrenches = Vec::new();
-    for wrench in &instant.wrenches {
-        wrenches.extend(wrench.force.iter().chain(&wrench.moment));
-    }
-    (state.copied().collect(), wrenches)
 }
 
 fn created() -> *mut tactid_identifier {

@@ -123,22 +123,11 @@ fn instants(experiment: &Experiment) -> Vec<Instant> {
 
 /// The numbers of a sample in the order of `programs/replay.c`.
 fn row(instant: &Instant) -> impl Iterator<Item = f64> + '_ {
-    let base = &instant.base;
-    let pose = base
-        .pose
-        .translation
-        .vector
-        .iter()
-        .chain(base.pose.rotation.coords.iter());
-    let state = pose
-        .chain(base.velocity.iter())
-        .chain(base.angular_velocity.iter());
-    let wrenches = instant.wrenches.iter();
     std::iter::once(instant.time_s)
         .chain(instant.position.iter().copied())
         .chain(instant.velocity.iter().copied())
-        .chain(state.copied())
-        .chain(wrenches.flat_map(|w| w.force.iter().chain(&w.moment).copied().collect::<Vec<_>>()))
+        .chain(instant.base_numbers())
+        .chain(instant.wrench_numbers())
 }
 
 /// C has the numbers of Rust to the last digit, also across a payload change, and allocates nothing.

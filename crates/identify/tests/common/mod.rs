@@ -57,6 +57,25 @@ impl Instant {
             wrenches: &self.wrenches,
         }
     }
+
+    /// The state of the base as C has it: position, orientation x, y, z, w, velocity, angular velocity.
+    pub(crate) fn base_numbers(&self) -> Vec<f64> {
+        let (pose, base) = (&self.base.pose, &self.base);
+        let pose = pose
+            .translation
+            .vector
+            .iter()
+            .chain(pose.rotation.coords.iter());
+        let velocities = base.velocity.iter().chain(&base.angular_velocity);
+        pose.chain(velocities).copied().collect()
+    }
+
+    /// The wrenches of the sensors as C has them: of each the force, then the moment.
+    pub(crate) fn wrench_numbers(&self) -> Vec<f64> {
+        let each = self.wrenches.iter();
+        each.flat_map(|wrench| wrench.force.iter().chain(&wrench.moment).copied())
+            .collect()
+    }
 }
 
 /// Standard deviations of white noise on every sample.
