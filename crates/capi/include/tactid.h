@@ -99,7 +99,8 @@ enum tactid_status
    */
   TACTID_STATUS_OK = 0,
   /**
-   * The sample starts a new stretch without gaps: it is the first, or comes after a gap.
+   * The sample starts a new stretch without gaps: it is the first, comes after a gap, or follows samples that were
+   * earlier, because the clock had gone back.
    */
   TACTID_STATUS_STARTED = 1,
   /**

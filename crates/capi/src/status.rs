@@ -10,7 +10,8 @@ use tactid_identify::IdentifyError;
 pub enum tactid_status {
     /// Done. A sample was used.
     Ok = 0,
-    /// The sample starts a new stretch without gaps: it is the first, or comes after a gap.
+    /// The sample starts a new stretch without gaps: it is the first, comes after a gap, or follows samples that were
+    /// earlier, because the clock had gone back.
     Started = 1,
     /// The sample was used, and shows that the payload has changed: the estimate starts again.
     PayloadChanged = 2,

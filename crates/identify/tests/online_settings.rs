@@ -1,6 +1,6 @@
 //! What an online identifier knows of the load and of the wrenches gives the result of samples from which it has been taken.
 
-#![allow(clippy::unwrap_used)]
+#![allow(clippy::unwrap_used, clippy::panic)]
 
 #[path = "common/arm.rs"]
 #[allow(dead_code, reason = "no test file uses all of what is shared")]
@@ -124,6 +124,50 @@ fn a_given_delay_is_subtracted() {
             instants[k + samples].wrench
         });
         assert_same(&early, &expected, 1e-9);
+    }
+}
+
+/// A clock that goes back by 50 ms in the motion starts a stretch, and leaves the estimate within its intervals, also where
+/// wrenches act on the sensor or come with a delay.
+#[test]
+fn a_clock_that_goes_back_starts_a_stretch() {
+    let mut instants = instants();
+    let middle = instants.len() / 2;
+    for instant in &mut instants[middle..] {
+        instant.time_s -= 0.05;
+    }
+    for (wrench_acts_on, samples) in [
+        (ActsOn::Payload, 0),
+        (ActsOn::Sensor, 0),
+        (ActsOn::Sensor, 6),
+    ] {
+        let mut found = identifier(&OnlineSettings {
+            wrench_acts_on,
+            delay_s: samples as f64 / RATE_HZ,
+            ..OnlineSettings::default()
+        });
+        let mut started = Vec::new();
+        for (k, instant) in instants.iter().enumerate() {
+            let wrench = instants[k.saturating_sub(samples)].wrench;
+            let wrench = match wrench_acts_on {
+                ActsOn::Payload => wrench,
+                ActsOn::Sensor => Wrench::zero() - wrench,
+            };
+            if found.push(&instant.sample(&[wrench])).unwrap() == PushOutcome::Started {
+                started.push(k);
+            }
+        }
+        let [_, after] = started[..] else {
+            panic!("{started:?}")
+        };
+        assert!((middle + 25..middle + 50).contains(&after), "{after}");
+        let estimate = found.estimate();
+        let error = (estimate.body.mass_kg - 3.2).abs();
+        assert!(
+            error < 4.0 * estimate.std_devs[0],
+            "{error} {:?}",
+            estimate.std_devs
+        );
     }
 }
 

@@ -8,6 +8,7 @@
 
 mod attitudes;
 mod channels;
+pub(crate) mod clock_watch;
 mod continuation;
 mod differentiation;
 mod equation;

@@ -2,6 +2,7 @@
 
 use tactid_dynamics::Manipulator;
 
+use super::clock_watch::ClockWatch;
 use super::continuation::Continuation;
 use super::instant::Instant;
 use super::sample::Sample;
@@ -14,6 +15,7 @@ pub struct MotionStream {
     continuation: Continuation,
     samples: SampleRing,
     instant: Instant,
+    clock: ClockWatch,
     /// Time of the first accepted sample, s.
     start_s: Option<f64>,
     accepted: u64,
@@ -27,7 +29,8 @@ pub enum MotionStep<'a> {
     /// The sample has a number that is not finite, or has a magnitude of 1e30 or more, or it is not later than the one before, and was
     /// ignored.
     Rejected,
-    /// The sample starts a new stretch without gaps.
+    /// The sample starts a new stretch without gaps: it is the first, comes after a gap, or follows samples that
+    /// were earlier, because the clock had gone back.
     Started,
     /// The stretch has too few samples yet for an instant.
     Waiting,
@@ -44,6 +47,7 @@ impl MotionStream {
             continuation: Continuation::new(robot),
             samples: SampleRing::new(joints, wrenches, cutoff_hz),
             instant: Instant::new(joints, wrenches),
+            clock: ClockWatch::default(),
             start_s: None,
             accepted: 0,
             rejected: 0,
@@ -54,11 +58,12 @@ impl MotionStream {
     /// Adds a sample whose slices have the right lengths. Angles that start again after a turn are continued.
     pub fn push(&mut self, sample: &Sample<'_>) -> MotionStep<'_> {
         let passed_s = sample.time_s - self.time_s();
+        let clock_went_back = sample.is_measurable() && self.clock.has_gone_back(passed_s);
         if !sample.is_measurable() || passed_s <= 0.0 {
             self.rejected += 1;
             return MotionStep::Rejected;
         }
-        let started = passed_s > self.max_gap_s;
+        let started = passed_s > self.max_gap_s || clock_went_back;
         if started {
             self.gaps += u64::from(passed_s.is_finite());
             self.samples.start_stretch();
@@ -80,12 +85,18 @@ impl MotionStream {
         MotionStep::Instant(&self.instant)
     }
 
+    /// Lets the next sample start a stretch, because it does not follow the last one by the time that they say.
+    pub(crate) fn interrupt(&mut self) {
+        self.clock.interrupt();
+    }
+
     /// Discards all samples and resets the counts, so that the same samples can be presented again.
     pub(crate) fn rewind(&mut self) {
         self.samples.clear();
         self.continuation.clear();
         self.start_s = None;
         (self.accepted, self.rejected, self.gaps) = (0, 0, 0);
+        self.clock = ClockWatch::default();
     }
 
     /// Time of the last accepted sample, s; minus infinity before the first.
@@ -108,7 +119,7 @@ impl MotionStream {
         self.rejected
     }
 
-    /// Number of gaps that were too long to be bridged.
+    /// Number of gaps that were too long to be bridged, the times at which the clock went back among them.
     pub fn gaps(&self) -> u64 {
         self.gaps
     }
@@ -116,5 +127,45 @@ impl MotionStream {
     /// Time from the first accepted sample to the last, s.
     pub(crate) fn duration_s(&self) -> f64 {
         self.start_s.map_or(0.0, |start_s| self.time_s() - start_s)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::equations::sample::BaseState;
+
+    /// Instants after the samples of these times, and the numbers of rejected samples and of gaps.
+    fn counts(times_ms: impl Iterator<Item = u32>) -> (usize, u64, u64) {
+        let robot = Manipulator::lone_body("flange");
+        let mut stream = MotionStream::new(&robot, 0, 10.0, 0.1);
+        let instants = times_ms
+            .filter(|&time_ms| {
+                let sample = Sample {
+                    time_s: 1e-3 * f64::from(time_ms),
+                    base: BaseState::fixed(),
+                    joint_position: &[],
+                    joint_velocity: &[],
+                    joint_effort: &[],
+                    wrenches: &[],
+                };
+                matches!(stream.push(&sample), MotionStep::Instant(_))
+            })
+            .count();
+        (instants, stream.rejected(), stream.gaps())
+    }
+
+    /// Samples before and after a step of the clock are in no instant together. A sample that comes
+    /// late alone leaves the stretch whole.
+    #[test]
+    fn a_clock_that_went_back_starts_a_stretch() {
+        let (whole, ..) = counts(0..1000);
+        let (apart, ..) = counts(0..500);
+        assert_eq!(counts((0..500).chain(450..1000)), (2 * apart, 50, 1));
+        assert!(2 * apart < whole);
+        assert_eq!(
+            counts((0..500).chain([480]).chain(500..1000)),
+            (whole, 1, 0)
+        );
     }
 }

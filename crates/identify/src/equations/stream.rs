@@ -27,7 +27,8 @@ pub enum PushOutcome {
     /// held again, or that the change was a contact which has ended: the estimate before the change continues. Only
     /// [`Identifier::push`](crate::Identifier::push) returns it.
     PayloadReturned,
-    /// The sample starts a new stretch without gaps: it is the first, or comes after a gap.
+    /// The sample starts a new stretch without gaps: it is the first, comes after a gap, or follows samples that were
+    /// earlier, because the clock had gone back.
     Started,
     /// The sample has a number that is not finite, or has a magnitude of 1e30 or more, or it is not later than the one before, and was
     /// ignored.
@@ -147,6 +148,11 @@ impl EquationStream {
     #[must_use]
     pub fn time_s(&self) -> f64 {
         self.motion.time_s()
+    }
+
+    /// Lets the next sample start a stretch, because it does not follow the last one by the time that they say.
+    pub(crate) fn interrupt(&mut self) {
+        self.motion.interrupt();
     }
 
     /// Number of samples that were rejected: with a number that is not finite or beyond 1e30, or not later than the one

@@ -6,7 +6,7 @@ use nalgebra::Vector3;
 use tactid_dynamics::Manipulator;
 
 use super::contact::ContactObserver;
-use super::inputs::Inputs;
+use super::inputs::{Input, Inputs};
 use super::least_squares::Assessment;
 use super::readout::Readout;
 use super::recent_equations::RecentEquations;
@@ -280,9 +280,13 @@ impl Identifier {
         sample: &Sample<'_>,
     ) -> Result<PushOutcome, IdentifyError> {
         self.stream.model().check_lengths(sample)?;
-        if !inputs.push(sample) {
-            self.refused += 1;
-            return Ok(PushOutcome::Rejected);
+        match inputs.push(sample) {
+            Input::Rejected => {
+                self.refused += 1;
+                return Ok(PushOutcome::Rejected);
+            }
+            Input::Interrupted => self.stream.interrupt(),
+            Input::Follows => {}
         }
         let mut outcome = PushOutcome::Used;
         while let Some(sample) = inputs.pop() {

@@ -2,6 +2,7 @@
 
 use tactid_dynamics::Wrench;
 
+use crate::equations::clock_watch::ClockWatch;
 use crate::equations::{ActsOn, BaseState, InterpolationAt, Sample, interpolation};
 
 /// A copy of a sample.
@@ -43,6 +44,15 @@ impl OwnedSample {
     }
 }
 
+/// What a sample is to [`Inputs`].
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Input {
+    Rejected,
+    Follows,
+    /// It does not follow the sample before by the time that they say: the clock had gone back.
+    Interrupted,
+}
+
 /// Turns measured wrenches into those on the payload at the times of the motion, in a fixed amount of memory.
 #[derive(Clone, Debug)]
 pub(crate) struct Inputs {
@@ -59,6 +69,7 @@ pub(crate) struct Inputs {
     next: usize,
     /// Time of the newest sample, s.
     newest_s: f64,
+    clock: ClockWatch,
     /// Wrenches of the sample that was taken last.
     wrenches: Vec<Wrench>,
 }
@@ -85,6 +96,7 @@ impl Inputs {
             count: 0,
             next: 0,
             newest_s: f64::NEG_INFINITY,
+            clock: ClockWatch::default(),
             wrenches: vec![Wrench::zero(); sensors],
         }
     }
@@ -99,10 +111,15 @@ impl Inputs {
         self.newest_s
     }
 
-    /// Adds a sample, and returns whether it can be used: its numbers are finite, and it is later than the one before.
-    pub(crate) fn push(&mut self, sample: &Sample<'_>) -> bool {
-        if !sample.is_measurable() || sample.time_s <= self.newest_s {
-            return false;
+    /// Adds a sample. It is rejected where a number is not finite, or where it is not later than the one before.
+    pub(crate) fn push(&mut self, sample: &Sample<'_>) -> Input {
+        let passed_s = sample.time_s - self.newest_s;
+        let clock_went_back = sample.is_measurable() && self.clock.has_gone_back(passed_s);
+        if !sample.is_measurable() || passed_s <= 0.0 {
+            return Input::Rejected;
+        }
+        if clock_went_back {
+            (self.count, self.next) = (0, 0);
         }
         self.newest_s = sample.time_s;
         if self.count == self.samples.len() {
@@ -111,7 +128,10 @@ impl Inputs {
         let place = (self.oldest + self.count) % self.samples.len();
         self.samples[place].set(sample);
         self.count += 1;
-        true
+        match clock_went_back {
+            true => Input::Interrupted,
+            false => Input::Follows,
+        }
     }
 
     /// Returns the next sample whose wrenches are known at the time of its motion; `None` until later samples have come.
