@@ -14,7 +14,9 @@ use faults::{Draws, Fault, of_a_real_sensor};
 use nalgebra::{Rotation3, Vector3};
 use setups::{DOWN, OTHERS, Recording, Setup, UR10};
 use tactid_dynamics::{Notice, Severity};
-use tactid_identify::{BatchResult, BatchSettings, Finding, Hypothesis, WrongAssumption};
+use tactid_identify::{
+    BatchResult, BatchSettings, EquationSettings, Finding, Hypothesis, Unknowns, WrongAssumption,
+};
 
 fn solved(given: &Recording) -> BatchResult {
     given.identify(BatchSettings::default())
@@ -224,6 +226,79 @@ fn a_weight_is_found_beside_another_gravity() {
         }
     };
     assert_both(fault, [Hypothesis::Gravity, Hypothesis::Weight]);
+}
+
+/// Asserts that a fault is the first cause and contradicts the result where the direction of gravity
+/// is identified, for each of the other arms.
+fn assert_named_beside_unknown_gravity(
+    cause: Hypothesis,
+    fault: impl Fn(&mut Recording, &mut Draws),
+) {
+    let unknowns = Unknowns {
+        gravity: true,
+        weight: false,
+    };
+    let equations = EquationSettings {
+        unknowns,
+        ..EquationSettings::default()
+    };
+    for (setup, seed) in others(5) {
+        let (mut given, mut draws) = (setup.recorded(seed), Draws::new(seed));
+        fault(&mut given, &mut draws);
+        of_a_real_sensor(&mut given, &mut draws);
+        let result = given.identify_with(equations.clone(), BatchSettings::default());
+        let first = causes(&result).first().map(|found| found.cause);
+        assert_eq!(first, Some(cause), "{seed}: {:?}", result.findings);
+        let mut severities = result.findings.iter().map(Notice::severity);
+        assert!(severities.any(|each| each == Severity::Contradicts));
+    }
+}
+
+/// An unknown direction of gravity, whose size is given, explains no weight that the controller has
+/// subtracted, be the base level or tilted.
+#[test]
+fn an_unknown_gravity_hides_no_weight() {
+    for tilt in [0.0, 0.4] {
+        let subtracted = |given: &mut Recording, draws: &mut Draws| {
+            tilt_base(given, tilt);
+            let gravity = Rotation3::new(Vector3::x() * tilt) * DOWN;
+            let mass_kg = given.setup.mass_kg * draws.between(0.3, 0.6);
+            // Of the payload itself, whose mass is configured as too small.
+            let at = given.setup.payload().center_of_mass;
+            let weights = given.in_tool(gravity * mass_kg);
+            for (wrench, weight) in given.wrenches.iter_mut().zip(weights) {
+                wrench.force += weight;
+                wrench.moment += at.cross(&weight);
+            }
+        };
+        assert_named_beside_unknown_gravity(Hypothesis::Weight, subtracted);
+    }
+}
+
+/// An unknown direction of gravity does not explain what accelerates a payload whose wrenches have
+/// the opposite sign.
+#[test]
+fn an_unknown_gravity_hides_no_sign() {
+    for tilt in [0.0, 1.4] {
+        let negated = |given: &mut Recording, _: &mut Draws| {
+            tilt_base(given, tilt);
+            for wrench in &mut given.wrenches {
+                (wrench.force, wrench.moment) = (-wrench.force, -wrench.moment);
+            }
+        };
+        assert_named_beside_unknown_gravity(Hypothesis::Axes, negated);
+    }
+}
+
+/// Tilts the base by an angle, rad, about the x axis of the world.
+fn tilt_base(given: &mut Recording, angle: f64) {
+    let tilted = Rotation3::new(Vector3::x() * angle) * DOWN;
+    let payload = given.setup.payload();
+    let changes = given.in_tool((DOWN - tilted) * payload.mass_kg);
+    for (wrench, change) in given.wrenches.iter_mut().zip(changes) {
+        wrench.force += change;
+        wrench.moment += payload.center_of_mass.cross(&change);
+    }
 }
 
 /// One attitude at rest does not distinguish the weight from an offset of the sensor. That is the

@@ -16,17 +16,12 @@ impl Search<'_> {
         let mut starts = vec![start()];
         let is_given = present.model.axes == Matrix6::identity();
         match hypothesis {
-            Hypothesis::Axes if is_given => {
-                starts = vec![self.best_axes(present, axes::candidates())?]
-            }
+            Hypothesis::Axes if is_given => starts = self.axes_beside(present),
             Hypothesis::Axes => return None,
-            Hypothesis::Weight if present.active.contains(&Hypothesis::Gravity) => {
-                starts = vec![start().with_size_of(&self.windows.given_gravity)];
-            }
             // Without the weight that there is, or with one that there is not, the mass of a fit is
             // next to nothing.
-            Hypothesis::Gravity => starts.extend([-1.0, -2.0].map(|scale| Model {
-                gravity: self.windows.given_gravity * scale,
+            Hypothesis::Gravity => starts.extend([0.0, -1.0].map(|scale| Model {
+                gravity: present.model.gravity * scale,
                 ..start()
             })),
             Hypothesis::SensorRotation if is_given => {
@@ -47,6 +42,23 @@ impl Search<'_> {
         fits.min_by(|a, b| a.squares.total_cmp(&b.squares))
     }
 
+    /// Returns the best axes beside the causes of a fit. An unknown gravity may have taken the place
+    /// of the opposite sign of all channels, which only accelerations tell from it.
+    fn axes_beside(&self, present: &Fitted) -> Vec<Model> {
+        let mut models: Vec<Model> = self
+            .best_axes(present, axes::candidates())
+            .into_iter()
+            .collect();
+        if present.active.contains(&Hypothesis::Gravity) {
+            let mut opposite = present.clone();
+            opposite.model.gravity = -present.model.gravity;
+            let all = axes::candidates().chain([Matrix6::identity()]);
+            models.extend(self.best_axes(&opposite, all));
+        }
+        models.retain(|model| model.axes != Matrix6::identity());
+        models
+    }
+
     fn best_axes(
         &self,
         present: &Fitted,
@@ -61,7 +73,11 @@ impl Search<'_> {
     pub(super) fn without(&self, present: &Fitted, dropped: Hypothesis) -> Option<Fitted> {
         let is_kept = |each: &Hypothesis| *each != dropped;
         let active: Vec<_> = present.active.iter().copied().filter(is_kept).collect();
-        let fresh = Model::new(present.model.parameters, self.joints);
+        let fresh = Model::new(
+            present.model.parameters,
+            self.joints,
+            present.model.given_gravity,
+        );
         let mut start = present.model.clone();
         match dropped {
             Hypothesis::Offset => start.offset = fresh.offset,

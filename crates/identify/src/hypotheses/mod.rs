@@ -32,6 +32,7 @@ use crate::finding::{
 };
 use crate::fit::Fit;
 use crate::fit::further::FurtherValues;
+use crate::solve::uncertainty::HALF_WIDTH_95;
 
 /// What is material: the least decrease of the mean square of the residuals by a cause, relative to
 /// what stays and to the errors of a sound model. A cause that decreases it by a twentieth is
@@ -77,7 +78,7 @@ impl Hypothesis {
         match self {
             // A common factor is one of the payload.
             Self::AxisGains => 5.0,
-            // The best of some eighty, and no simpler than gravity of the opposite sign, which is
+            // The best of a hundred, and no simpler than gravity of the opposite sign, which is
             // that of forces alone.
             Self::Axes => Self::Gravity.columns(joints) as f64,
             _ => self.columns(joints) as f64,
@@ -139,7 +140,7 @@ fn identified(
     values: Option<&FurtherValues>,
     stream: &EquationStream,
 ) -> (Model, Vec<Hypothesis>) {
-    let mut model = Model::new(fit.parameters, 0);
+    let mut model = Model::new(fit.parameters, 0, stream.gravity());
     let mut active = Vec::new();
     if let Some(offsets) = &fit.offsets {
         model.offset = stream.offset_frame().map() * offsets.values;
@@ -147,7 +148,7 @@ fn identified(
     }
     if let Some(values) = values {
         model.weight = values.weight;
-        model.gravity = values.gravity - stream.gravity();
+        model.gravity = values.gravity;
         let Unknowns { weight, gravity } = values.unknowns;
         active.extend(weight.then_some(Hypothesis::Weight));
         active.extend(gravity.then_some(Hypothesis::Gravity));
@@ -356,17 +357,16 @@ impl Search<'_> {
         Some((best, cause))
     }
 
-    /// Returns whether gravity has a possible size (where nothing accelerates, that and the mass
-    /// are not determined), and whether gains are neither signs, which are those of the axes, nor
-    /// cross-talk.
+    /// Returns whether gains are neither signs, which are those of the axes, nor cross-talk, and
+    /// whether one of them certainly differs from that.
     fn is_possible(&self, fitted: &Fitted) -> bool {
-        let given = self.windows.given_gravity;
-        let gravity = given + fitted.model.gravity;
+        let std_devs = fitted.std_devs_of(Hypothesis::AxisGains, self.measurements);
         let gains = &fitted.model.gains;
-        gravity.norm() <= (1.0 + MATERIAL) * given.norm()
-            && (!fitted.active.contains(&Hypothesis::AxisGains)
-                || (gains.min() > 0.0
-                    && (gains.max() > 1.0 + SOUND_GAIN || gains.min() < 1.0 - SOUND_GAIN)))
+        let is_another = |(gain, std_dev): (&f64, f64)| {
+            (gain - 1.0).abs() - HALF_WIDTH_95 * std_dev > SOUND_GAIN
+        };
+        !fitted.active.contains(&Hypothesis::AxisGains)
+            || (gains.min() > 0.0 && gains.iter().zip(std_devs).any(is_another))
     }
 
     /// Drops fits of a negative mass, which need a wrong sign as well, where one of a positive mass

@@ -18,8 +18,11 @@ pub(super) struct Model {
     pub(super) offset: Vector6<f64>,
     /// Mass, kg, and first moments, kg m, in the tool frame, whose weight is added to the wrench.
     pub(super) weight: Vector4<f64>,
-    /// Gravity less the given one, in the inertial frame, m/s².
+    /// Gravity in the inertial frame, m/s². Its size does not change in a fit: at rest, that and
+    /// the mass are one thing, and beside accelerations, another size is a weight.
     pub(super) gravity: Vector3<f64>,
+    /// Gravity that is assumed, in the inertial frame, m/s².
+    pub(super) given_gravity: Vector3<f64>,
     /// Origin of the sensor in its assumed frame, m.
     pub(super) place: Vector3<f64>,
     /// Rotation from the assumed frame of the sensor to the true one.
@@ -101,12 +104,17 @@ impl Sums {
 
 impl Model {
     /// Returns the model of a payload with all assumptions as given.
-    pub(super) fn new(parameters: SVector<f64, 10>, joints: usize) -> Self {
+    pub(super) fn new(
+        parameters: SVector<f64, 10>,
+        joints: usize,
+        given_gravity: Vector3<f64>,
+    ) -> Self {
         Self {
             parameters,
             offset: Vector6::zeros(),
             weight: Vector4::zeros(),
-            gravity: Vector3::zeros(),
+            gravity: given_gravity,
+            given_gravity,
             place: Vector3::zeros(),
             rotation: Matrix3::identity(),
             gains: Vector6::repeat(1.0),
@@ -198,7 +206,7 @@ impl Model {
 
     /// Returns what the change of gravity adds to the wrench of a weight.
     fn of_change(&self, window: &Window) -> SMatrix<f64, 6, 4> {
-        acceleration_columns(&(window.tool_from_world * self.gravity))
+        acceleration_columns(&(window.tool_from_world * (self.gravity - self.given_gravity)))
     }
 
     /// Returns the sums for the parameters and some hypotheses.
@@ -235,15 +243,12 @@ impl Model {
             // A common factor of the gains is one of the load, too.
             fix(&mut sums.products, first, &self.gains.map(f64::signum));
         }
-        if active.contains(&Hypothesis::Weight)
-            && let Some(first) = first_column_of(Hypothesis::Gravity, active, self.zeros.len())
-        {
-            // The size of gravity is that of the weight that remains.
-            fix(
-                &mut sums.products,
-                first,
-                &(windows.given_gravity + self.gravity),
-            );
+        if let Some(first) = first_column_of(Hypothesis::Gravity, active, self.zeros.len()) {
+            if self.gravity == Vector3::zeros() {
+                (0..3).for_each(|k| fix(&mut sums.products, first, &Vector3::ith(k, 1.0)));
+            } else {
+                fix(&mut sums.products, first, &self.gravity);
+            }
         }
         sums
     }
@@ -352,24 +357,15 @@ impl Model {
         // The force is linear in the mass and in the weight, both of which have moved.
         let ratio = moved.felt_mass() / self.felt_mass();
         let is_near = ratio.abs() > SLIGHT && ratio.is_finite();
-        moved.gravity += of_gravity / if is_near { ratio } else { 1.0 };
+        let turned = self.gravity + of_gravity / if is_near { ratio } else { 1.0 };
+        let direction = turned.try_normalize(0.0);
+        moved.gravity = direction.map_or(turned, |direction| direction * self.gravity.norm());
         moved
     }
 
     /// Mass whose weight is felt, kg.
     fn felt_mass(&self) -> f64 {
         self.parameters[0] - self.weight[0]
-    }
-
-    /// Returns the model whose gravity has the size of the given one, and the same wrenches: as of a
-    /// body whose weight is subtracted.
-    pub(super) fn with_size_of(mut self, given: &Vector3<f64>) -> Self {
-        let gravity = given + self.gravity;
-        let scale = gravity.norm() / given.norm();
-        let felt = (self.parameters.fixed_rows::<4>(0) - self.weight) * scale;
-        self.weight = self.parameters.fixed_rows::<4>(0) - felt;
-        self.gravity = gravity / scale - given;
-        self
     }
 
     /// Divides the gains by their median: most axes are right.

@@ -178,8 +178,7 @@ fn shown(
         }
         Hypothesis::Gravity => {
             assumed = stream.gravity().as_slice().to_vec();
-            let gravity = stream.gravity() + model.gravity;
-            (axes(), gravity.as_slice().to_vec())
+            (axes(), model.gravity.as_slice().to_vec())
         }
         Hypothesis::SensorPlace => (axes(), model.place.as_slice().to_vec()),
         Hypothesis::SensorRotation => {

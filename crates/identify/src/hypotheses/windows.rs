@@ -59,8 +59,6 @@ pub(super) struct Windows {
     pub(super) noise_squares: f64,
     /// Rms of the measured force and moment, N and N m.
     pub(super) loads: [f64; 2],
-    /// Gravity in the inertial frame that is assumed, m/s².
-    pub(super) given_gravity: Vector3<f64>,
 }
 
 impl Windows {
@@ -100,7 +98,6 @@ impl Windows {
             noise_squares: total * of_noise.dot(&measured),
             measured,
             loads,
-            given_gravity: stream.gravity(),
         })
     }
 

@@ -285,7 +285,15 @@ impl Recording {
 
     /// Identifies the payload.
     pub(crate) fn identify(&self, settings: BatchSettings) -> BatchResult {
-        let equations = EquationSettings::default();
+        self.identify_with(EquationSettings::default(), settings)
+    }
+
+    /// Identifies the payload with settings of the equations.
+    pub(crate) fn identify_with(
+        &self,
+        equations: EquationSettings,
+        settings: BatchSettings,
+    ) -> BatchResult {
         let identifier = BatchIdentifier::new(&self.robot, TOOL, &[TOOL], equations, settings);
         let mut identifier = identifier.unwrap();
         for (k, &time_s) in self.times_s.iter().enumerate() {
