@@ -99,24 +99,27 @@ impl AxesSearch {
     }
 }
 
+/// Places of three axes in every order.
+const ORDERS: [[usize; 3]; 6] = [
+    [0, 1, 2],
+    [0, 2, 1],
+    [1, 0, 2],
+    [1, 2, 0],
+    [2, 0, 1],
+    [2, 1, 0],
+];
+
+/// Returns the matrix that brings three axes to their places, with a sign for each bit.
+fn ordered(order: [usize; 3], bits: usize) -> Matrix3<f64> {
+    let sign = |k: usize| if bits >> k & 1 == 1 { -1.0 } else { 1.0 };
+    Matrix3::from_fn(|i, j| if order[i] == j { sign(i) } else { 0.0 })
+}
+
 /// Returns all signed permutations that turn force and moment by the same multiple of a right angle
 /// about each axis.
 pub(super) fn turns() -> impl Iterator<Item = Matrix3<f64>> {
-    const PERMUTATIONS: [[usize; 3]; 6] = [
-        [0, 1, 2],
-        [0, 2, 1],
-        [1, 0, 2],
-        [1, 2, 0],
-        [2, 0, 1],
-        [2, 1, 0],
-    ];
-    let signs = |bits: usize, k: usize| if bits >> k & 1 == 1 { -1.0 } else { 1.0 };
-    let all = PERMUTATIONS.into_iter().flat_map(move |order| {
-        (0..8).map(move |bits| {
-            let entry = |i, j| if order[i] == j { signs(bits, i) } else { 0.0 };
-            Matrix3::from_fn(entry)
-        })
-    });
+    let of_order = |order| (0..8).map(move |bits| ordered(order, bits));
+    let all = ORDERS.into_iter().flat_map(of_order);
     all.filter(|turn| turn.determinant() > 0.0)
 }
 
@@ -129,14 +132,19 @@ pub(super) fn of_both(force: &Matrix3<f64>, moment: &Matrix3<f64>) -> Matrix6<f6
 }
 
 /// Returns all axes that are tried but those as given: exchanged ones, which turn force and moment
-/// alike or with the opposite sign, and signs of channels.
+/// alike or with the opposite sign, or are exchanged columns of forces or moments, and signs of
+/// channels.
 pub(super) fn candidates() -> impl Iterator<Item = Matrix6<f64>> {
     let exchanged = turns().flat_map(|turn| [of_both(&turn, &turn), of_both(&turn, &-turn)]);
     let signs = (1..32u32).map(|bits| {
         let sign = |k: usize| if bits >> k & 1 == 1 { -1.0 } else { 1.0 };
         Matrix6::from_diagonal(&nalgebra::Vector6::from_fn(|k, _| sign(k)))
     });
+    let columns = ORDERS
+        .into_iter()
+        .flat_map(|force| ORDERS.map(|moment| of_both(&ordered(force, 0), &ordered(moment, 0))));
     exchanged
+        .chain(columns)
         .chain(signs)
         .filter(|axes| *axes != Matrix6::identity())
 }

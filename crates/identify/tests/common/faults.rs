@@ -166,10 +166,15 @@ impl Fault {
                 });
             }
             Self::Exchanged => {
-                let axis = draws.axis();
+                // The forces, the moments, or both.
+                let (axis, which) = (draws.axis(), draws.axis());
                 change(given, |_, mut w| {
-                    w.force.swap_rows(axis, (axis + 1) % 3);
-                    w.moment.swap_rows(axis, (axis + 1) % 3);
+                    if which != 1 {
+                        w.force.swap_rows(axis, (axis + 1) % 3);
+                    }
+                    if which != 0 {
+                        w.moment.swap_rows(axis, (axis + 1) % 3);
+                    }
                     (w.force, w.moment)
                 });
             }
