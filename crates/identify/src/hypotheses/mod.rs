@@ -358,12 +358,12 @@ impl Search<'_> {
     }
 
     /// Returns whether gains are neither signs, which are those of the axes, nor cross-talk, and
-    /// whether one of them certainly differs from that.
+    /// whether the interval of one of them does not contain 1.
     fn is_possible(&self, fitted: &Fitted) -> bool {
         let std_devs = fitted.std_devs_of(Hypothesis::AxisGains, self.measurements);
         let gains = &fitted.model.gains;
         let is_another = |(gain, std_dev): (&f64, f64)| {
-            (gain - 1.0).abs() - HALF_WIDTH_95 * std_dev > SOUND_GAIN
+            (gain - 1.0).abs() > SOUND_GAIN.max(HALF_WIDTH_95 * std_dev)
         };
         !fitted.active.contains(&Hypothesis::AxisGains)
             || (gains.min() > 0.0 && gains.iter().zip(std_devs).any(is_another))
