@@ -258,8 +258,8 @@ fn assert_named_beside_unknown_gravity(
     }
 }
 
-/// An unknown direction of gravity, whose size is given, explains no weight that the controller has
-/// subtracted, be the base level or tilted.
+/// A gravity whose direction is identified has the given size, and explains no weight that the
+/// controller has subtracted, be the base level or tilted.
 #[test]
 fn an_unknown_gravity_hides_no_weight() {
     for tilt in [0.0, 0.4] {
@@ -279,8 +279,8 @@ fn an_unknown_gravity_hides_no_weight() {
     }
 }
 
-/// An unknown direction of gravity does not explain what accelerates a payload whose wrenches have
-/// the opposite sign.
+/// A gravity whose direction is identified does not explain what accelerates a payload whose
+/// wrenches have the opposite sign.
 #[test]
 fn an_unknown_gravity_hides_no_sign() {
     for tilt in [0.0, 1.4] {

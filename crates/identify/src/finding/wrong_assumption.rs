@@ -16,7 +16,7 @@ pub enum Hypothesis {
     /// The weight of a body was subtracted from the wrenches, or added, but not the forces that
     /// accelerate it.
     Weight,
-    /// Gravity has another direction or size in the axes of the world.
+    /// Gravity has another direction in the axes of the world, or there is none.
     Gravity,
     /// The origin of the sensor is elsewhere in the frame that it is mounted in.
     SensorPlace,
