@@ -10,7 +10,6 @@ from recorded_arm import FIXED, ur5e
 from recordings import description, joint_states, state, wrenches, write_bag
 
 WRENCHES = {
-    "/force_torque_sensor_broadcaster/wrench": ("wrench_is", "without-weight"),
     "/franka_state_controller/F_ext": ("wrench_is", "contact"),
     "/robot/external_wrench_in_stiffness_frame": ("wrench_is", "contact"),
     "/O_F_ext_hat_K": ("wrench_axes", "base_link"),
@@ -48,7 +47,21 @@ def test_the_option_of_a_known_topic_is_proposed(topic: str, tmp_path: Path) -> 
     assert proposals(tactid.identify(bag, **{option: given})) == []
 
 
-@pytest.mark.parametrize("topic", ["/wrench", "/my_force_torque_sensor_broadcaster/wrench_raw"])
+@pytest.mark.parametrize(("noise", "is_proposed"), [(3.0, True), (0.01, False)])
+def test_a_weight_is_proposed_where_the_data_do_not_exclude_it(
+    noise: float, is_proposed: bool, tmp_path: Path
+) -> None:
+    s = state(FIXED, 6.0, 100.0)
+    wrench = s.wrench + noise * np.random.default_rng(0).normal(size=s.wrench.shape)
+    topic = "/force_torque_sensor_broadcaster/wrench"
+    messages = [description(), *joint_states(s), *wrenches(s.time, wrench, topic=topic)]
+    found = tactid.identify(write_bag(tmp_path / "bag", messages))
+    assert proposals(found) == ([("wrench_is", "without-weight")] if is_proposed else [])
+
+
+@pytest.mark.parametrize(
+    "topic", ["/wrench", "/my_force_torque_sensor_broadcaster/wrench", "/tool_get_tool_force"]
+)
 def test_other_topics_have_no_proposal(topic: str, tmp_path: Path) -> None:
     s = state(FIXED, 6.0, 100.0)
     messages = [description(), *joint_states(s), *wrenches(s.time, s.wrench, topic=topic)]

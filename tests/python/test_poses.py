@@ -252,6 +252,7 @@ def test_orientations_in_another_form_are_named_first(reading: str, count: int) 
     assert result.findings[0].data["reading"] == reading
     assert result.is_contradicted
     assert "nothing_held" not in {each.kind for each in result.findings}
+    assert "A further attitude" not in str(result)
 
 
 def test_three_poses_on_a_wall_say_that_they_are_too_few() -> None:

@@ -202,6 +202,7 @@ FINDINGS = [
             "next_gravity": [1.0, 0.0, -1.0],
             "next_value": "com x",
             "next_fraction": 0.98,
+            "is_contradicted": False,
         },
     ),
     Finding(
@@ -806,13 +807,28 @@ def test_advice_names_the_least_motion_that_determines_all() -> None:
         ("load_unexplained", {"joint": "elbow"}, "30 % of the effort of elbow (rms 3.0 of 10.0"),
         ("load_unexplained", {"load_rms": 0.0}, "explain the load, which is zero (rms 3.0 of 0.0"),
         ("wrong_assumption", {}, "force (1.50 ± 0.20, 0.00 ± 0.20, 0.20 ± 0.20) N, moment (0.000"),
-        ("delay_corrected", {"applied_s": -0.012}, "stamped 12.00 ms earlier than the motion"),
+        (
+            "delay_corrected",
+            {"applied_s": -0.012, "estimated_s": -0.0121},
+            "stamped 12.00 ms earlier than the motion: this delay was corrected (estimated 12.10 ±",
+        ),
+        (
+            "wrong_assumption",
+            {"cause": "delay", "values": [-0.012], "std_devs": [0.001]},
+            "The wrenches are earlier than the motion by 0.0120 ± 0.0020 s",
+        ),
+        (
+            "wrong_assumption",
+            {"cause": "weight", "values": [-1.188, 0.0, 0.0, 0.1], "std_devs": [0.01] * 4},
+            "seems to be added to the wrenches, of 1.188 ± 0.020 kg at (0.000 ± 0.020,",
+        ),
         ("delay_doubtful", {"delay_s": 0.5}, "stamped 500 ms later than the motion, would fit"),
         (
             "delay_doubtful",
             {"is_at_end": True},
             "better, but it is as long as any that is searched",
         ),
+        ("poses_at_rest", {"is_contradicted": True}, "between poses, 0.0096 N and 0.0005 N m."),
         ("impossible_inertia", {}, "principal moments -1e-08, 3.5e-08, 9.09e-08 kg m²"),
         ("impossible_mass", {}, "it has an inertia, but a mass of zero."),
         ("impossible_mass", {"mass_kg": -2.0}, "its mass of -2 kg is negative."),

@@ -21,7 +21,8 @@
 #include <stdint.h>
 
 /**
- * The motion excites the value, and 1.96 standard deviations are less than the largest value of its kind.
+ * The motion excites the value, and 1.96 standard deviations are less than the largest value of its kind; of the
+ * mass, one standard deviation is at most a quarter of it.
  */
 #define TACTID_IDENTIFIABLE 0
 

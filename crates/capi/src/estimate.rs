@@ -4,7 +4,8 @@ use tactid_identify::{Identifier, Observability, PayloadEstimate};
 
 use crate::border::{self, Extensible};
 
-/// The motion excites the value, and 1.96 standard deviations are less than the largest value of its kind.
+/// The motion excites the value, and 1.96 standard deviations are less than the largest value of its kind; of the
+/// mass, one standard deviation is at most a quarter of it.
 pub const TACTID_IDENTIFIABLE: u32 = 0;
 /// The motion excites the value, but noise leaves it a wider interval.
 pub const TACTID_UNCERTAIN: u32 = 1;

@@ -28,7 +28,7 @@ const BOUNDARY: f64 = 0.01;
 #[serde(rename_all = "lowercase")]
 pub enum Observability {
     /// The motion excites the value, and 1.96 standard deviations are less than the largest value of its kind (mass, centre
-    /// of mass, inertia).
+    /// of mass, inertia); of the mass, one standard deviation is at most a quarter of it.
     Identifiable,
     /// The motion excites the value, but noise leaves it a wider interval, which contains the truth as any other does.
     Uncertain,
@@ -96,8 +96,7 @@ impl PayloadEstimate {
         values_of_body(&self.body)
     }
 
-    /// Returns whether each of [`VALUE_NAMES`] is identifiable: 1.96 standard deviations are less than the largest value
-    /// of its kind (mass, centre of mass, inertia).
+    /// Returns whether each of [`VALUE_NAMES`] is [identifiable](Observability::Identifiable).
     #[must_use]
     pub fn identifiable(&self) -> [bool; 10] {
         self.observability
@@ -112,7 +111,7 @@ impl PayloadEstimate {
             .map(|(name, _)| *name)
     }
 
-    /// Returns the names of the values that the motion excites, but whose 95 % intervals are wider than the values of their kind.
+    /// Returns the names of the values that the motion excites, but that are not identifiable.
     pub fn uncertain(&self) -> impl Iterator<Item = &'static str> + '_ {
         self.named(Observability::Uncertain)
     }

@@ -316,8 +316,11 @@ fn one_attitude_does_not_show_an_offset() {
     let com = given.setup.payload().center_of_mass;
     let offset = draws.vector() * 5.0;
     let weights = given.in_tool(-DOWN * UR10.mass_kg);
+    // Friction of a cable, which no model explains.
+    let mut wandering = Vector3::zeros();
     for (wrench, weight) in given.wrenches.iter_mut().zip(weights) {
-        wrench.force = weight + offset + draws.vector() * 0.1;
+        wandering = wandering * 0.995 + draws.vector() * 0.3;
+        wrench.force = weight + offset + wandering + draws.vector() * 0.1;
         wrench.moment = com.cross(&weight) + draws.vector() * 0.01;
     }
     for shown_offset in [true, false] {
@@ -326,11 +329,19 @@ fn one_attitude_does_not_show_an_offset() {
             ..BatchSettings::default()
         });
         let findings = &result.findings;
-        let is_reported = findings.iter().any(|found| {
+        let is_reported = |found: &Finding| {
             matches!(found, Finding::ConsistsOfRests(_))
                 && found.severity() == Severity::Contradicts
-        });
-        assert_eq!(is_reported, shown_offset, "{findings:?}");
+        };
+        assert_eq!(
+            findings.first().is_some_and(is_reported),
+            shown_offset,
+            "{findings:?}"
+        );
+        assert_eq!(
+            findings.iter().filter(|found| is_reported(found)).count(),
+            usize::from(shown_offset)
+        );
         assert_eq!(causes(&result), Vec::<&WrongAssumption>::new());
     }
 }

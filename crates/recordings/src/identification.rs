@@ -3,7 +3,8 @@
 use schemars::JsonSchema;
 use serde::{Serialize, Serializer};
 use tactid_calibrate::{ArmChange, MotionShortage};
-use tactid_dynamics::{InertialParameters, Notice, Subject};
+use tactid_dynamics::words::HALF_WIDTH_95;
+use tactid_dynamics::{InertialParameters, Notice, Severity, Subject};
 use tactid_identify::diagnosis::LEAST_WINDOWS;
 use tactid_identify::{
     BatchIdentifier, BatchResult, BoundingBox, Delay, Finding as Data, FitReport, Forecast,
@@ -22,6 +23,10 @@ const NOISY_MISFIT: f64 = 9.0;
 /// A change of friction or gains since the calibration is reported from this rms over the joints, a fraction. Friction changes by
 /// some percent while a robot moves; on the simulated arms of the tests an interval contains what smaller changes do.
 const NOTABLE_CHANGE: f64 = 0.05;
+
+/// Largest mass of a body whose weight seems to be subtracted, relative to that of the payload, with which nothing is: it
+/// changes the payload by less than a usual error of a sensor's gain.
+const LARGEST_EXCLUDED: f64 = 0.05;
 
 /// What an estimator found in a recording.
 #[derive(Clone, Debug)]
@@ -241,7 +246,25 @@ impl Identification {
             negate_offsets(&mut result);
         }
         let gripper = batch.stream().gripper_to_subtract();
-        Ok(Self::assemble(plan, run, gripper, result))
+        let mut found = Self::assemble(plan, run, gripper, result);
+        found.leave_out_excluded_weight(batch);
+        Ok(found)
+    }
+
+    /// Leaves out the proposal that a driver has subtracted a weight where the data, which contradict nothing, exclude that.
+    fn leave_out_excluded_weight(&mut self, batch: &BatchIdentifier) {
+        let findings = &mut self.recording.findings;
+        let mut severities = findings.iter().map(Notice::severity);
+        let is_sound = severities.all(|severity| severity == Severity::Notes);
+        if !is_sound || !findings.iter().any(Finding::proposes_weight) {
+            return;
+        }
+        let largest_kg = LARGEST_EXCLUDED * self.estimate.body.mass_kg;
+        let subtracted = batch.subtracted_mass_kg();
+        let is_excluded = subtracted.is_some_and(|(mass_kg, std_dev_kg)| {
+            mass_kg.abs() + HALF_WIDTH_95 * std_dev_kg < largest_kg
+        });
+        findings.retain(|finding| !(is_excluded && finding.proposes_weight()));
     }
 
     /// Returns the result of a payload that was identified with a calibration of the arm.

@@ -6,7 +6,7 @@ use tactid_identify::{EquationSettings, Identifier, IdentifyError, Method, Onlin
 use crate::defaults::DEFAULT_TIP;
 use crate::paper::{PaperFilter, PaperSettings};
 use crate::sources::{SENSOR_FRAME, place_sensor};
-use crate::{EstimatorKind, RecordingError, Request};
+use crate::{EstimatorKind, OffsetChoice, RecordingError, Request};
 
 /// What an online solver is created from, with the defaults of a request for what it leaves open.
 ///
@@ -48,6 +48,8 @@ impl OnlineSetup {
             other => other,
         };
         let mut settings = request.equation_settings(method);
+        // Nothing is chosen from data, and what an unknown offset costs is in the intervals.
+        settings.wrench_offset |= request.wrench_offset == Some(OffsetChoice::Auto);
         if robot.is_none() {
             let on_the_ground = BaseKind::Fixed.default_gravity();
             settings.gravity.get_or_insert(on_the_ground);

@@ -173,7 +173,11 @@ fn replaces(residual_ratio: f64, result: &mut BatchResult) -> bool {
         return false;
     }
     let is_ambiguous = residual_ratio > CLEARLY_LESS * others_leave;
-    result.findings.retain(|finding| match finding {
+    result.findings.retain_mut(|finding| match finding {
+        Data::PosesAtRest(resting) => {
+            resting.is_contradicted = true;
+            true
+        }
         Data::WrongAssumption(_) => is_ambiguous,
         Data::NothingHeld { .. }
         | Data::NegativeMass { .. }

@@ -166,8 +166,8 @@ options! {
         )]
         pub max_gap_s: Option<f64>,
         /// Whether the sum of the wrenches has an unknown constant offset, a sensor zero that was not
-        /// set: six more unknowns. It is identified where the data of a recording show one (auto), in
-        /// any case (yes), or never (no).
+        /// set: six more unknowns. It is identified where the data of a recording show one (auto; for
+        /// samples one by one, in any case), in any case (yes), or never (no).
         #[option(
             MEASUREMENTS, OFFSET,
             default = "auto for a recording with least squares; yes for poses at rest; else no",

@@ -80,7 +80,9 @@ pub(crate) fn explain(error: RecordingError, plan: &Plan<'_>, run: &Run) -> Reco
         RecordingError::Identify(IdentifyError::TooLittle(_)) => {
             cause_in_times(plan, run).or_else(|| too_rare_samples(plan))
         }
-        RecordingError::NoOverlap { .. } => cause_in_times(plan, run),
+        RecordingError::NoOverlap { .. } => {
+            cause_in_times(plan, run).or_else(|| values_not_finite(run))
+        }
         _ => return error,
     };
     if run.interrupted {
@@ -124,19 +126,35 @@ fn far_stamps(run: &Run) -> Option<RecordingError> {
 
 fn times_not_increasing(run: &Run) -> Option<RecordingError> {
     let (name, unordered) = most_faults(run, &FaultKind::OutOfOrder)?;
-    let used = run.samples;
-    // A topic is named as it is, an array as code.
-    let stream = if name.starts_with('/') {
-        name
-    } else {
-        format!("`{name}`")
-    };
+    let (used, stream) = (run.samples, stream(name));
     (unordered > used).then(|| {
         RecordingError::data(format!(
             "{unordered} times of {stream} are not later than the ones before them, and {used} could be used: times must \
              increase"
         ))
     })
+}
+
+/// Values that are not finite are the cause where they are about as many as the samples that lack another stream.
+fn values_not_finite(run: &Run) -> Option<RecordingError> {
+    let (name, count) = most_faults(run, &FaultKind::NotFinite)?;
+    let incomplete = most_faults(run, &FaultKind::Incomplete).map_or(0, |(_, count)| count);
+    (2 * count > incomplete).then(|| {
+        RecordingError::data(format!(
+            "{count} samples of {} have a value that is not finite, and none could be used: leave out a sensor or a joint \
+             that does not measure (of one sensor among several, moments alone may be missing)",
+            stream(name)
+        ))
+    })
+}
+
+/// Returns the name of a stream in a sentence: a topic as it is, an array as code.
+fn stream(name: String) -> String {
+    if name.starts_with('/') {
+        name
+    } else {
+        format!("`{name}`")
+    }
 }
 
 /// Gaps are the cause where not even neighbouring samples are bridged, or where a recording that is

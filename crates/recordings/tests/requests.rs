@@ -9,8 +9,8 @@ use recorded_arrays::{CARRIED_KG, Recording, carried, quick, recorded};
 use tactid_dynamics::{MassProperties, Wrench};
 use tactid_identify::{EquationSettings, Finding as Data, Sample, states_of_poses};
 use tactid_recordings::{
-    ActsOn, EstimatorKind, Finding, GivenTool, GravityChoice, Method, OnlineSetup, RecordingError,
-    Request,
+    ActsOn, EstimatorKind, Finding, GivenTool, GravityChoice, Method, OffsetChoice, OnlineSetup,
+    RecordingError, Request,
 };
 
 /// The paper's filter has the paper's cutoff, gap and delay, as on a log.
@@ -261,6 +261,18 @@ fn an_online_setup_chooses_nothing_from_data() {
     assert_eq!(combined.settings.method, Method::Combined { effort: false });
     assert_eq!(combined.settings.cutoff_hz, 3.0);
     assert!(combined.sensors.is_empty());
+    for (choice, is_unknown) in [
+        (OffsetChoice::Auto, true),
+        (OffsetChoice::Yes, true),
+        (OffsetChoice::No, false),
+    ] {
+        let request = Request {
+            wrench_offset: Some(choice),
+            ..Request::default()
+        };
+        let settings = setup(&request, true).settings;
+        assert_eq!(settings.wrench_offset, is_unknown, "{choice:?}");
+    }
 }
 
 /// A value is in the same range online as for a recording.

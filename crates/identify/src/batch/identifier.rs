@@ -10,13 +10,12 @@ use super::forecast::Forecast;
 use super::history::history;
 use super::report::FitReport;
 use super::rests::{is_one_attitude, rests};
-use crate::IdentifyError;
 use crate::diagnosis::{
     ConsistentPayload, LEAST_WINDOWS, consistent_payload, data_findings, mass_finding,
     without_repetition, wrong_assumptions,
 };
-use crate::equations::{Channels, EquationSettings, EquationStream, PushOutcome, Sample};
-use crate::finding::{Finding, Hypothesis, WrongAssumption};
+use crate::equations::{Channels, EquationSettings, EquationStream, PushOutcome, Sample, Unknowns};
+use crate::finding::{Finding, Hypothesis, Rests, WrongAssumption};
 use crate::fit::further::{self, FurtherFit};
 use crate::fit::{Delay, Fit, FitOptions, least_squares};
 use crate::hypotheses::Explanation;
@@ -28,6 +27,7 @@ use crate::solve::PrincipalMoments;
 use crate::solve::report::{Posterior, Report, body_of, estimate};
 use crate::solve::uncertainty::ValueStdDevs;
 use crate::solve::widening::widened;
+use crate::{IdentifyError, Method};
 
 /// Prior knowledge and options of the batch identifier. By default nothing is known.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -225,6 +225,29 @@ impl BatchIdentifier {
         })
     }
 
+    /// Returns the mass of a body whose weight was subtracted from the wrenches, with its standard deviation, kg, from a
+    /// fit with this weight and an offset of the wrenches beside the payload. `None` where something else than wrenches is
+    /// measured, or the windows are too few to show it.
+    ///
+    /// Cost: one fit.
+    #[must_use]
+    pub fn subtracted_mass_kg(&self) -> Option<(f64, f64)> {
+        let equations = self.batch.equations();
+        let is_shown = self.equations.method == Method::Tactile && equations.len() >= LEAST_WINDOWS;
+        let channels = self.stream.channels().with_offsets(true);
+        let unknowns = Unknowns {
+            weight: true,
+            ..self.equations.unknowns
+        };
+        let fit = || {
+            let options = FitOptions::new(&channels);
+            further::fit(equations, options, &self.stream.gravity(), unknowns)
+        };
+        let found = is_shown.then(fit).flatten()?;
+        let weight = found.values.weight_estimate()?;
+        Some((weight.values[0], weight.std_devs[0]))
+    }
+
     /// Fits the parameters with the mass of the payload, where that is known.
     fn with_known_mass(
         &self,
@@ -275,7 +298,7 @@ impl BatchIdentifier {
                 &of_data,
             )
         });
-        let findings = without_repetition(of_mass, consistent.contradiction, of_data).into_iter();
+        let mut findings = without_repetition(of_mass, consistent.contradiction, of_data);
         let of_offset = solution.offset.clone().map(Finding::WrongAssumption);
         let of_model = self.stream.model_findings().into_iter().map(Finding::Model);
         // Where an offset is unknown, one attitude does not distinguish it from the weight.
@@ -283,11 +306,14 @@ impl BatchIdentifier {
         let has_offset = self.settings.shown_offset || self.equations.wrench_offset;
         let of_rests = rests(self.batch.equations(), &self.stream.gravity())
             .filter(|found| !found.is_one_attitude() || (is_wrench && has_offset));
+        let is_cause = of_rests.as_ref().is_some_and(Rests::is_one_attitude);
+        findings.extend(of_offset);
+        // What one attitude causes follows it, and a mass of zero may be a zero of the sensor.
+        findings.retain(|found| !(is_cause && matches!(found, Finding::NothingHeld { .. })));
+        let place = if is_cause { 0 } else { findings.len() };
+        findings.splice(place..place, of_rests.map(Finding::ConsistsOfRests));
+        findings.extend(of_model);
         findings
-            .chain(of_offset)
-            .chain(of_rests.map(Finding::ConsistsOfRests))
-            .chain(of_model)
-            .collect()
     }
 
     /// Fits the parameters without a known mass, and with an offset of the wrenches where the data show one.

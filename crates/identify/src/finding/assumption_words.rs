@@ -69,12 +69,9 @@ fn statement(found: &WrongAssumption, reader: Reader) -> String {
             "Gains of the sensor's axes differ ({explained}): {}.",
             listed(&far_from(found, 1.0, ""))
         ),
-        Hypothesis::Delay => format!(
-            "The wrenches are later than the motion by {} s ({explained}).",
-            entries(1.0).join(", ")
-        ),
+        Hypothesis::Delay => delay(found, &explained),
         Hypothesis::JointZeros => format!(
-            "The zeros of joints are off ({explained}); the true positions are larger by {}.",
+            "The zeros of joints are off ({explained}); true less measured position: {}.",
             listed(&far_from(found, 180.0 / PI, " degrees"))
         ),
         Hypothesis::Axes => axes(found, &explained),
@@ -100,6 +97,17 @@ fn offset(found: &WrongAssumption, entries: &[String], explained: &str, reader: 
         moment.join(", "),
         found.frame
     )
+}
+
+/// Says by how much the wrenches are later than the motion, or earlier.
+fn delay(found: &WrongAssumption, explained: &str) -> String {
+    let delays = found.values.iter().zip(&found.std_devs);
+    let sentences = delays.map(|(delay_s, std_dev_s)| {
+        let direction = if *delay_s < 0.0 { "earlier" } else { "later" };
+        let size = with_interval(delay_s.abs(), *std_dev_s);
+        format!("The wrenches are {direction} than the motion by {size} s ({explained}).")
+    });
+    sentences.collect()
 }
 
 /// Says which channels are exchanged.
@@ -141,17 +149,20 @@ fn gravity(found: &WrongAssumption, entries: &[String], explained: &str) -> Stri
 
 /// Says which weight was subtracted, or added.
 fn weight(found: &WrongAssumption, entries: &[String], explained: &str) -> String {
-    let [mass, center @ ..] = entries else {
+    let (Some(&subtracted_kg), Some(&std_dev_kg), [_, center @ ..]) =
+        (found.values.first(), found.std_devs.first(), entries)
+    else {
         return String::new();
     };
-    let subtracted_kg = found.values.first().copied().unwrap_or(0.0);
-    let what = if subtracted_kg < 0.0 {
-        "A weight seems to be added to the wrenches, of minus"
+    let done = if subtracted_kg < 0.0 {
+        "added to"
     } else {
-        "The weight of a body seems to be subtracted from the wrenches, of"
+        "subtracted from"
     };
     format!(
-        "{what} {mass} kg at ({}) m: they feel {} kg, but accelerate {} kg ({explained}).",
+        "The weight of a body seems to be {done} the wrenches, of {} kg at ({}) m: they feel {} kg, \
+         but accelerate {} kg ({explained}).",
+        with_interval(subtracted_kg.abs(), std_dev_kg),
         center.join(", "),
         general(found.mass_kg - subtracted_kg, 3),
         with_interval(found.mass_kg, found.mass_std_dev_kg)

@@ -36,11 +36,15 @@ fn poses_at_rest(found: &RestingPoses) -> String {
     let noise: Vec<String> = measured
         .map(|(noise, unit)| format!("{} {unit}", general(*noise, 2)))
         .collect();
+    let next = if found.is_contradicted {
+        String::new()
+    } else {
+        next(found)
+    };
     format!(
         "The payload is identified from {attitudes} at rest{visited}{averaged}; poses at rest never show \
-         the inertia. The intervals follow from the noise between poses, {}. {}",
+         the inertia. The intervals follow from the noise between poses, {}.{next}",
         listed(&noise),
-        next(found)
     )
 }
 
@@ -134,7 +138,7 @@ fn next(found: &RestingPoses) -> String {
         )
     };
     format!(
-        "A further attitude with gravity {direction} of {} would help most: {gain}.",
+        " A further attitude with gravity {direction} of {} would help most: {gain}.",
         found.frame
     )
 }

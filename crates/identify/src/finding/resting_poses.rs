@@ -28,6 +28,9 @@ pub struct RestingPoses {
     /// Standard deviation of this value with that attitude, relative to the present one, without a
     /// unit; 0 where the value is unobservable without it.
     pub next_fraction: f64,
+    /// Whether another finding contradicts the result: then no further attitude helps.
+    #[serde(default)]
+    pub is_contradicted: bool,
 }
 
 /// A pose at rest that the others contradict, as after a contact or a bump of the sensor.

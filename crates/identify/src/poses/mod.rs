@@ -21,7 +21,7 @@ mod visits;
 use std::collections::BTreeSet;
 
 use nalgebra::Vector3;
-use tactid_dynamics::{FrameMotion, Manipulator};
+use tactid_dynamics::{FrameMotion, Manipulator, Notice, Severity};
 
 use self::advice::next_attitude;
 use self::assumptions::{causes, equation_at_rest, is_far_better, mean};
@@ -308,16 +308,22 @@ impl RestIdentifier {
         let beyond = self.positions.beyond_limits(f64::INFINITY);
         let of_units = beyond.map(Finding::PositionsBeyondLimits);
         let causes = causes.into_iter().map(Finding::WrongAssumption);
-        of_units
+        let mut findings: Vec<Finding> = of_units
             .into_iter()
             .chain(far_center(fit, &self.frame).map(Finding::CenterFarAway))
             .chain(causes)
             .chain(too_few)
             .chain(of_mass)
             .chain(outliers.map(Finding::OutlyingPose))
-            .chain([Finding::PosesAtRest(self.resting(poses, solution))])
-            .chain(self.model.findings().map(Finding::Model))
-            .collect()
+            .collect();
+        let mut contradictions = findings.iter().map(Notice::severity);
+        let resting = RestingPoses {
+            is_contradicted: contradictions.any(|severity| severity == Severity::Contradicts),
+            ..self.resting(poses, solution)
+        };
+        findings.push(Finding::PosesAtRest(resting));
+        findings.extend(self.model.findings().map(Finding::Model));
+        findings
     }
 
     /// Returns what is known of the poses that are kept.
@@ -340,6 +346,7 @@ impl RestIdentifier {
             next_gravity: next.gravity,
             next_value: next.value.into(),
             next_fraction: next.fraction,
+            is_contradicted: false,
         }
     }
 

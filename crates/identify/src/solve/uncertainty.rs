@@ -6,9 +6,14 @@ use tactid_dynamics::InertialParameters;
 use super::subspace::{Matrix, NullSpace, Vector};
 use crate::result::{KINDS, Observability, values_of_body};
 
-/// Largest relative standard deviation of the mass with which quantities that are divided by the mass are
-/// reported: beyond, they are far from linear in the parameters.
+/// Largest relative standard deviation of a mass that is known. Beyond, quantities that are divided by it are far from
+/// linear in the parameters, and are not reported.
 const MASS_KNOWN: f64 = 0.25;
+
+/// Returns whether a mass with this standard deviation is known.
+fn is_mass_known(mass: f64, std_dev: f64) -> bool {
+    std_dev <= MASS_KNOWN * mass.abs()
+}
 
 /// Half width of a 95 % interval, in standard deviations.
 pub const HALF_WIDTH_95: f64 = 1.96;
@@ -83,7 +88,7 @@ pub(crate) fn std_devs(
     let mut std_devs: [f64; 10] =
         std::array::from_fn(|k| std_dev(&jacobian.row(k).into(), covariance, null_space));
     let observable = std_devs.map(f64::is_finite);
-    if std_devs[0] > MASS_KNOWN * parameters[0].abs() {
+    if !is_mass_known(parameters[0], std_devs[0]) {
         std_devs[1..].fill(f64::INFINITY);
     }
     ValueStdDevs {
@@ -185,7 +190,8 @@ pub(crate) fn value_change([old, new]: [([f64; 10], [f64; 10]); 2]) -> f64 {
 }
 
 /// Returns the observability of each value, given its standard deviation and whether the motion excites it: it is
-/// identifiable where 1.96 standard deviations are less than the largest value of its kind.
+/// identifiable where 1.96 standard deviations are less than the largest value of its kind, and the mass only where it is
+/// known to a quarter.
 pub(crate) fn observability(
     values: &[f64; 10],
     std_devs: &[f64; 10],
@@ -194,7 +200,8 @@ pub(crate) fn observability(
     let largest = largest_of_kind(values);
     std::array::from_fn(|k| {
         let half_width = HALF_WIDTH_95 * std_devs[k];
-        if half_width < largest[k] || half_width == 0.0 {
+        let is_narrow = half_width < largest[k] || half_width == 0.0;
+        if is_narrow && (k > 0 || is_mass_known(values[0], std_devs[0])) {
             Observability::Identifiable
         } else if observable[k] {
             Observability::Uncertain
@@ -222,6 +229,25 @@ mod tests {
     use rand::{RngExt, SeedableRng, rngs::SmallRng};
 
     use super::*;
+
+    /// A mass is identifiable where what is divided by it is reported, and not as long as its interval just excludes zero.
+    #[test]
+    fn a_mass_is_identifiable_where_it_is_known_to_a_quarter() {
+        let mut parameters = Vector::zeros();
+        parameters[0] = -0.72;
+        let nothing = Matrix::identity();
+        let no_null_space = super::super::pseudo_inverse::pseudo_inverse(&nothing).null_space;
+        for std_dev in [0.0, 0.17, 0.19, 0.36, 0.4] {
+            let covariance = Matrix::from_diagonal_element(f64::powi(std_dev, 2));
+            let found = super::std_devs(&parameters, &covariance, &no_null_space);
+            let mut values = [0.0; 10];
+            values[0] = parameters[0];
+            let observability = observability(&values, &found.std_devs, &found.observable);
+            let is_identifiable = observability[0] == Observability::Identifiable;
+            assert_eq!(is_identifiable, std_dev < 0.18, "{std_dev}");
+            assert_eq!(is_identifiable, found.std_devs[1].is_finite(), "{std_dev}");
+        }
+    }
 
     /// The derivatives agree with central differences of the values, at random bodies.
     #[test]

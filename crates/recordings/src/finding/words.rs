@@ -247,7 +247,7 @@ impl Finding {
                     "The wrenches are stamped {} than the motion: this delay was corrected \
                      (estimated {:.decimals$} ± {half_width_ms:.decimals$} ms).",
                     shift(*applied_s, decimals),
-                    1e3 * estimated_s
+                    1e3 * estimated_s * applied_s.signum()
                 )
             }
             _ => String::new(),

@@ -30,14 +30,14 @@ enum Value {
 }
 
 impl Known {
-    /// Returns what stands before the end of the name of a topic that is recognized. Names of
-    /// columns may end in `_`.
+    /// Returns what stands before the end of the name of a topic that is recognized: whole parts of the
+    /// name. Names of columns may end in `_`.
     fn start_of<'a>(&self, topic: &'a str, robot: &Manipulator) -> Option<&'a str> {
         let lower = topic.to_lowercase();
         let name = lower.trim_end_matches('_');
         let end = self.ends.iter().find(|end| {
             let before = name.strip_suffix(**end);
-            before.is_some_and(|before| !before.ends_with(char::is_alphanumeric))
+            before.is_some_and(|before| before.is_empty() || before.ends_with('/'))
         })?;
         let has_joint = |end: &str| robot.joint_names().iter().any(|name| name.ends_with(end));
         let is_recognized = self.joint.is_none_or(has_joint);
@@ -53,6 +53,13 @@ impl Known {
             "efforts_are" => request.efforts_are.is_some() || !options.method().uses_effort(),
             _ => request.wrench_topic.is_some(),
         }
+    }
+}
+
+impl Finding {
+    /// Returns whether it is the proposal that the weight of a configured payload was subtracted.
+    pub(crate) fn proposes_weight(&self) -> bool {
+        matches!(self, Self::TopicRecognized { value, .. } if value == WITHOUT_WEIGHT)
     }
 }
 
@@ -89,6 +96,7 @@ pub(super) fn recognized(
     topics.iter().filter_map(proposal).collect()
 }
 
+const WITHOUT_WEIGHT: &str = "without-weight";
 const UR_WRENCH: &str = "a wrench from which UR's controller subtracts the weight of the payload that is configured there";
 const FRANKA_WRENCH: &str =
     "Franka's estimate, from which the forces of the load that is configured there are subtracted";
@@ -100,7 +108,7 @@ const KNOWN: &[Known] = &[
         joint: Some("shoulder_pan_joint"),
         content: UR_WRENCH,
         option: "wrench_is",
-        value: Value::Fixed("without-weight"),
+        value: Value::Fixed(WITHOUT_WEIGHT),
     },
     Known {
         ends: &["actual_tcp_force"],

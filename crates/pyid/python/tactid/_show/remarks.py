@@ -120,7 +120,8 @@ def uncertain_values(
     excites = "poses show" if at_rest else "motion excites"
     sentences = [
         f"Uncertain: {', '.join(uncertain)}. The {excites} them, but noise leaves wide"
-        " intervals: 1.96 standard deviations of each are more than the largest value of its kind."
+        " intervals: 1.96 standard deviations of each are more than the largest value of its kind,"
+        " or than half of the mass."
     ]
     given = estimate.reported_values
     open_ended = [
@@ -129,7 +130,7 @@ def uncertain_values(
         if name in uncertain and value is None
     ]
     if open_ended:
-        sentences.append(f"Nothing limits {listed(open_ended)}: first determine the mass.")
+        sentences.append(f"Nothing limits {listed(open_ended)}: the mass is not known.")
     return [" ".join([*sentences, *(motion_advice(uncertain) if advised else []), *more])]
 
 
