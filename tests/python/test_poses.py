@@ -13,7 +13,7 @@ from conftest import TactidCommand
 from recorded_arm import ur5e
 from tactid._api.poses import identify_pose_table
 from tactid._read.pose_table import read_poses
-from tactid._show import remarks
+from tactid._show import recording_plots, remarks
 from test_cli import assert_refused
 
 Array = NDArray[np.float64]
@@ -314,3 +314,11 @@ def test_poses_have_no_estimate_over_time(tmp_path: Path) -> None:
     with pytest.raises(tactid.IdentificationError, match="poses at rest have no times"):
         identify(pose, wrench).write_estimates(tmp_path / "estimates.mcap")
     assert not list(tmp_path.iterdir())
+
+
+def test_figures_of_poses_have_their_numbers_and_no_time() -> None:
+    figures = recording_plots.figures(identify(*poses(6)))
+    for name in ("fit", "residuals"):
+        axes = figures[name].axes
+        assert {each.get_xlabel() for each in axes} == {"", "pose"}
+        assert {tuple(each.lines[0].get_xdata()) for each in axes} == {(1, 2, 3, 4, 5, 6)}

@@ -129,5 +129,5 @@ def _perspective(
     axes.set_title("in perspective", loc="left")
     axes.set_box_aspect((1, 1, 1), zoom=0.9)
     for axis in (axes.xaxis, axes.yaxis, axes.zaxis):
-        axis.set_major_locator(MaxNLocator(4))
+        axis.set_major_locator(MaxNLocator(3))
         axis.labelpad = 7

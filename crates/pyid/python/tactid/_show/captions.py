@@ -15,6 +15,12 @@ RECORDING = {
     "point": "The centre of mass in the frame.",
 }
 
+AT_REST = RECORDING | {
+    "fit": "Each channel in each pose as it was measured, and as the estimate predicts it.",
+    "residuals": "The residual of each pose. One that is far larger than the others shows a contact "
+    "or a pose that is not the given one.",
+}
+
 COMBINATION = {
     "values": "Each value with its 95 % interval, from each recording alone and from all together "
     "(the band). Recordings that agree have intervals that overlap.",

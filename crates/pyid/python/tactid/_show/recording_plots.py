@@ -9,6 +9,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
+from matplotlib.ticker import MaxNLocator
 from numpy.typing import NDArray
 
 from tactid._base.values import UNITS, Z95, Array
@@ -61,56 +62,58 @@ def fit_panels(fit: FitReport) -> Figure:
     figure = Figure(figsize=(9.0, 0.9 + 1.7 * rows))
     panels = figure.subplots(rows, 2, sharex=True, squeeze=False)
     # Down the columns: forces on the left, moments on the right.
+    styles: list[tuple[str, Array, dict[str, Any]]] = [
+        ("measured", fit.measured, {"color": MEASURED, "linewidth": 2.2, "markersize": 11}),
+        ("predicted", fit.predicted, {"color": ESTIMATE, "linewidth": 1.0}),
+    ]
     for channel, axes in enumerate(panels.T.flat):
-        axes.set_xlim(_span(fit.times_s))
+        _place_axis(axes, fit, labelled=channel < count and axes in panels[-1])
         if channel >= count:
             _time_axis_above(axes)
             continue
         _shade_held_out(axes, fit)
-        for values, color, width in (
-            (fit.measured, MEASURED, 2.2),
-            (fit.predicted, ESTIMATE, 1.0),
-        ):
-            _line(axes, fit.times_s, values[:, channel], color=color, linewidth=width)
+        for _, values, style in styles:
+            _series(axes, fit, values[:, channel], **style)
         outlier = outliers(fit)
-        _dots(axes, fit.times_s[outlier], fit.measured[outlier, channel])
+        _dots(axes, _places(fit)[outlier], fit.measured[outlier, channel])
         _name(axes, fit, channel)
-        if axes in panels[-1]:
-            axes.set_xlabel("time / s")
     lines = [
-        Line2D([], [], color=MEASURED, linewidth=2.2, label="measured"),
-        Line2D([], [], color=ESTIMATE, linewidth=1.0, label="predicted"),
+        Line2D([], [], label=label, **_marks(fit), **style) for label, _, style in styles
     ]
     _legend(figure, lines, fit)
     return figure
 
 
 def residuals(fit: FitReport, cutoff: float) -> Figure:
-    """Draws the residual of each channel, over time and over frequency."""
+    """Draws the residual of each channel, over time and over frequency; of poses, of each one."""
     count = len(fit.channels)
     figure = Figure(figsize=(9.0, 0.9 + 1.45 * count))
-    panels = figure.subplots(count, 2, sharex="col", squeeze=False, width_ratios=(2, 1))
+    widths = (1,) if _is_of_poses(fit) else (2, 1)
+    panels = figure.subplots(count, len(widths), sharex="col", squeeze=False, width_ratios=widths)
     error = fit.measured - fit.predicted
-    for channel, (axes, spectral) in enumerate(panels):
+    for channel, (axes, *spectra) in enumerate(panels):
         outlier = outliers(fit)
         limit = _largest(error[~outlier, channel]) or _largest(error[:, channel])
         _shade_held_out(axes, fit)
-        _line(axes, fit.times_s, error[:, channel], color=ESTIMATE, linewidth=0.8)
+        _series(axes, fit, error[:, channel], color=ESTIMATE, linewidth=0.8)
         if limit > 0:
             axes.set_ylim(-1.15 * limit, 1.15 * limit)
             shown = error[outlier, channel].clip(-1.1 * limit, 1.1 * limit)
-            _dots(axes, fit.times_s[outlier], shown)
+            _dots(axes, _places(fit)[outlier], shown)
         _name(axes, fit, channel)
         regular = np.where(outlier, np.nan, error[:, channel])
-        _spectra(spectral, fit, cutoff, (fit.measured[:, channel], regular))
-        spectral.set_ylabel(f"{fit.channels[channel].unit} / √Hz")
-        axes.set_xlim(_span(fit.times_s))
-    panels[-1, 0].set_xlabel("time / s")
-    panels[-1, 1].set_xlabel("frequency / Hz")
-    lines = [
-        Line2D([], [], color=ESTIMATE, linewidth=0.8, label="measured less predicted"),
-        Line2D([], [], color=MEASURED, label="measured (spectrum)"),
-    ]
+        for spectral in spectra:
+            _spectra(spectral, fit, cutoff, (fit.measured[:, channel], regular))
+            spectral.set_ylabel(f"{fit.channels[channel].unit} / √Hz")
+        _place_axis(axes, fit, labelled=channel == count - 1)
+    style = {"color": ESTIMATE, "linewidth": 0.8, "label": "measured less predicted"}
+    lines = [Line2D([], [], **_marks(fit), **style)]
+    if not _is_of_poses(fit):
+        panels[-1, 1].set_xlabel("frequency / Hz")
+        lines += [
+            Line2D([], [], color=MEASURED, label="measured (spectrum)"),
+            Line2D([], [], color=TRUE, linestyle=":", linewidth=1.0, label="cutoff"),
+        ]
     _legend(figure, lines, fit)
     return figure
 
@@ -139,7 +142,7 @@ def parameters(result: Recorded) -> Figure:
         Patch(color=ESTIMATE, alpha=0.2, linewidth=0, label="95 % interval"),
         Line2D([], [], color=TRUE, linestyle="--", linewidth=1.0, label="result"),
     ]
-    panels[0, 1].legend(handles=handles, loc="center left")
+    figure.legend(handles=handles, loc="outside lower center", ncols=len(handles))
     return figure
 
 
@@ -307,11 +310,42 @@ def _shade_held_out(axes: Axes, fit: FitReport) -> None:
         axes.axvspan(first - half, last + half, color=HELD_OUT, linewidth=0, zorder=0)
 
 
+def _is_of_poses(fit: FitReport) -> bool:
+    """Returns whether the windows are poses at rest, which have no times."""
+    return bool(np.isnan(fit.stride_s))
+
+
+def _places(fit: FitReport) -> Array:
+    """Returns where windows are on the axis: their times, s, or the numbers of the poses."""
+    return fit.times_s + 1 if _is_of_poses(fit) else fit.times_s
+
+
+def _place_axis(axes: Axes, fit: FitReport, *, labelled: bool) -> None:
+    """Sets the limits of the axis of :func:`_places`, and its label."""
+    places = _places(fit)
+    if _is_of_poses(fit):
+        axes.set_xlim(0.5, len(places) + 0.5)
+        axes.xaxis.set_major_locator(MaxNLocator(integer=True))
+    else:
+        axes.set_xlim(_span(places))
+    if labelled:
+        axes.set_xlabel("pose" if _is_of_poses(fit) else "time / s")
+
+
+def _series(axes: Axes, fit: FitReport, values: Array, **style: Any) -> None:
+    _line(axes, _places(fit), values, **_marks(fit), **style)
+
+
+def _marks(fit: FitReport) -> dict[str, Any]:
+    """Returns how values are drawn: those of poses, which nothing connects, as points."""
+    return {"linestyle": "", "marker": "."} if _is_of_poses(fit) else {}
+
+
 def _line(axes: Axes, time: Array, values: Array, **style: Any) -> None:
     """Draws a line that does not bridge gaps, and marks each point where there are few."""
     gaps = np.flatnonzero(np.diff(time) > 3 * _step(time)) + 1
     broken = (np.insert(time, gaps, np.nan), np.insert(values, gaps, np.nan))
-    axes.plot(*broken, marker="." if len(time) < 20 else "", **style)
+    axes.plot(*broken, **{"marker": "." if len(time) < 20 else "", **style})
 
 
 def _time_axis_above(axes: Axes) -> None:

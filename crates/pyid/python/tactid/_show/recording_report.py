@@ -23,6 +23,7 @@ from tactid._show.outlook import WITHIN, outlook
 from tactid._show.remarks import (
     calibration,
     gravity,
+    is_at_rest,
     knowledge,
     remarks,
     subtracted_weight,
@@ -76,8 +77,9 @@ def render(
     """
     values, half_widths = result.estimate.reported_values, result.estimate.half_widths
     figures = figures or Figures()
+    said = captions.AT_REST if is_at_rest(result) else captions.RECORDING
     shown = {
-        name: figures.html(name, drawn, captions.RECORDING[name])
+        name: figures.html(name, drawn, said[name])
         for name, drawn in recording_plots.figures(result).items()
     }
     frame = html.escape(result.estimate.frame)
@@ -287,23 +289,33 @@ def _facts(result: Recorded) -> dict[str, str]:
         "frame": result.estimate.frame,
         "method": METHODS.get(result.method, result.method),
         "estimator": result.estimator,
-        "duration": _quantity(result.duration_s, "s"),
-        "windows": f"{result.estimate.windows}",
-        "cutoff": _quantity(result.cutoff_hz, "Hz"),
-        "delay of the wrenches": _quantity(1e3 * result.delay_s, "ms"),
     }
+    if is_at_rest(result):
+        facts["poses"] = f"{result.estimate.windows}"
+    else:
+        facts |= _of_motion(result)
     if isinstance(result, IdentificationData):
-        facts |= _of_least_squares(result, facts["delay of the wrenches"])
+        facts |= _of_least_squares(result)
     return facts | {"gravity": gravity(result)} | result.provenance
 
 
-def _of_least_squares(result: IdentificationData, delay: str) -> dict[str, str]:
-    if result.estimated_delay is not None:
-        delay += f" ± {1e3 * Z95 * result.estimated_delay.std_dev_s:.2g} ms"
-    stride = _quantity(result.fit.stride_s, "s")
+def _of_motion(result: Recorded) -> dict[str, str]:
+    windows, delay = f"{result.estimate.windows}", _quantity(1e3 * result.delay_s, "ms")
+    if isinstance(result, IdentificationData):
+        stride = _quantity(result.fit.stride_s, "s")
+        windows = f"{len(result.fit.times_s)}, one every {stride}"
+        if result.estimated_delay is not None:
+            delay += f" ± {1e3 * Z95 * result.estimated_delay.std_dev_s:.2g} ms"
     return {
-        "windows": f"{len(result.fit.times_s)}, one every {stride}",
+        "duration": _quantity(result.duration_s, "s"),
+        "windows": windows,
+        "cutoff": _quantity(result.cutoff_hz, "Hz"),
         "delay of the wrenches": delay,
+    }
+
+
+def _of_least_squares(result: IdentificationData) -> dict[str, str]:
+    return {
         "wrench offset": wrench_offset(result) or "assumed to be zero",
         **(
             {"weight subtracted by the driver": weight}
