@@ -83,9 +83,9 @@ def test_info(command: TactidCommand, log: Path) -> None:
         assert part in done.stdout
 
 
-def test_simulate_then_identify(command: TactidCommand, tmp_path: Path) -> None:
+def test_simulate_then_identify(command: TactidCommand, tmp_path: Path, log: Path) -> None:
     (tmp_path / "short.toml").write_text("duration_s = 0.5\n")
-    (tmp_path / "run.mcap").write_text("to be replaced")
+    (tmp_path / "run.mcap").write_bytes(log.read_bytes())  # that of an earlier run
     assert command("simulate", "short.toml", "--out", "run.mcap").returncode == 0
     assert tactid.info(tmp_path / "run.mcap").duration == pytest.approx(0.499)
 

@@ -119,8 +119,27 @@ def earlier_run(folder: Path) -> Path:
     folder.mkdir()
     figures = [f"figure_{number:02}.png" for number in range(5, 11)]
     for name in ("run.mcap", "result.json", "report.html", *figures, "figure_99.png", "notes.txt"):
-        (folder / name).write_text(f"earlier {name}")
+        (folder / name).write_text(f"earlier {name} of tactid")
     return folder
+
+
+def test_a_command_says_what_it_replaces_and_never_what_tactid_has_not_written(
+    command: TactidCommand, inputs: Path
+) -> None:
+    identify = ("identify", "run.mcap", "--urdf", "robot.urdf", "--estimates", "e.mcap")
+    identify += ("--result", "r.json", "--report", "r.html", "--figures", "pdf")
+    first = command(*identify)
+    assert "earlier run" not in first.stderr
+    assert (inputs / "r.html").exists(), first.stderr
+    second = command(*identify)
+    assert "Files of an earlier run are replaced: r.json, r.html, e.mcap" in second.stderr
+    assert "Wrote r.json, r.html" in second.stderr
+    of_others = (inputs / "run.mcap").read_bytes().replace(b"tactid", b"others")
+    for name in ("mine.json", "mine.mcap"):
+        (inputs / name).write_bytes(of_others)
+        assert_refused_untouched(
+            command, inputs, f"identify run.mcap --estimates {name}", "tactid has not written it"
+        )
 
 
 @pytest.mark.parametrize("arguments", ["--posture 1,2", "--frequency 1e9", "--posture 0,0,0,0,0,9"])

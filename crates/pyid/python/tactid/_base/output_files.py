@@ -82,6 +82,36 @@ def check_outputs(outputs: Mapping[str, Path | None], inputs: Mapping[str, Path 
             raise ArgumentError(f"{option} and {other} are the same file, {path}")
 
 
+def replaced_outputs(outputs: Mapping[str, Path | None]) -> list[Path]:
+    """Returns the outputs in whose place a file of an earlier run is.
+
+    Raises:
+        ArgumentError: A file in the place of an output is nobody's but the user's.
+    """
+    replaced = []
+    for option, path in outputs.items():
+        if path is None or is_stream(path) or not path.is_file() or not path.stat().st_size:
+            continue
+        if not _is_own(path):
+            raise ArgumentError(
+                f"{option} {path} is there already, and tactid has not written it: give another"
+                " name, or remove it"
+            )
+        replaced.append(path)
+    return replaced
+
+
+def _is_own(path: Path) -> bool:
+    """Returns whether tactid has written a file: its formats name their writer at an end."""
+    with path.open("rb") as file:
+        # The header of a log names its writer; what follows may be topics of tactid.
+        head = file.read(1024)
+        if head.startswith(LOG_BEGINNINGS):
+            return b"tactid" in head[:64]
+        file.seek(max(path.stat().st_size - 4096, 0))
+        return b"tactid" in head or (head.startswith(b"%PDF") and b"tactid" in file.read())
+
+
 def checked_output(path: str | os.PathLike[str], inputs: Mapping[str, Path | None]) -> Path:
     """Returns the path of one output of a method once :func:`check_outputs` has passed it."""
     check_outputs({"`path`": Path(path)}, inputs)

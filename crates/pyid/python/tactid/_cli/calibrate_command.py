@@ -9,13 +9,14 @@ import typer
 from tactid._api.calibrating import calibrate
 from tactid._api.calibration import Calibration
 from tactid._base.errors import ArgumentError
-from tactid._base.output_files import FigureFormat, check_outputs, figure_outputs
+from tactid._base.output_files import FigureFormat, figure_outputs
 from tactid._base.terminal import printable
 from tactid._cli import option_flags
 from tactid._cli.console import (
     FIGURES,
     FLAG,
     check_figures,
+    check_files,
     interruptible,
     notes,
     print_json,
@@ -61,7 +62,7 @@ def calibrate_arm(
             progress=done,
         )
     # The figures are those of its joints, which are known now.
-    check_outputs({"--out": out, **figure_outputs(report, arm.joints, figures)}, arm.inputs)
+    check_files({"--out": out, **figure_outputs(report, arm.joints, figures)}, arm.inputs)
     reports = {} if report is None else {report: partial(_write_report, arm, figures)}
     with printing_after({out: arm.write, **reports}):
         _print(arm, as_json=as_json)
@@ -80,7 +81,7 @@ def _check_files(
     """Checks that there is a recording, and that no output replaces one."""
     flags = (("--unloaded", unloaded), ("--loaded", loaded), ("--hold-out", hold_out))
     logs = {f"{flag} {path}": path for flag, paths in flags for path in paths}
-    check_outputs({"--out": out, "--report": report}, logs | {"--urdf": urdf})
+    check_files({"--out": out, "--report": report}, logs | {"--urdf": urdf})
     if not unloaded and not loaded:
         raise ArgumentError("--unloaded is missing: give a recording without a payload")
 

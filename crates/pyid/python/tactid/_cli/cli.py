@@ -10,7 +10,7 @@ from typer.exceptions import TyperException
 from tactid._base import terminal
 from tactid._base.errors import ArgumentError, InternalError, TactidError
 from tactid._base.files import new_folder
-from tactid._base.output_files import FigureFormat, check_outputs
+from tactid._base.output_files import FigureFormat, check_outputs, replaced_outputs
 from tactid._base.startup import ending, interruption
 from tactid._cli import log_contents
 from tactid._cli.calibrate_command import calibrate_arm
@@ -19,8 +19,10 @@ from tactid._cli.console import (
     FLAG,
     Group,
     Stream,
+    check_files,
     interruptible,
     notes,
+    print_replaced,
     print_whole,
     progress,
     reporting_partial_log,
@@ -163,7 +165,9 @@ def run_paper(
     )
     files = paper_run.Files(out, figures)
     with new_folder(out, "--out"), reporting_partial_log(files.log), progress("simulating") as done:
-        check_outputs({f"{file.name} in --out": file for file in files.written}, {})
+        outputs = {f"{file.name} in --out": file for file in files.written}
+        check_outputs(outputs, {})
+        replaced = replaced_outputs(outputs)
         report = paper_run.simulate_into(files, experiment, done)
     with interruptible(f"{files.log} is complete, no result was written"):
         with progress("identifying") as done:
@@ -174,6 +178,7 @@ def run_paper(
     print_whole(table.rich_table(outcome.columns[:1], outcome.truth))
     for remark in outcome.remarks:
         notes.print(remark, markup=False)
+    print_replaced(replaced)
     notes.print(f"Wrote {files.log}, {files.result}, {files.report} and the figures beside them.")
     if results[0].is_contradicted:
         raise typer.Exit(1)
@@ -249,7 +254,7 @@ def show_view(
 
     A designed motion has the joints alone, and needs --urdf.
     """
-    check_outputs({"--save": save}, {"the log": log, "--result": result_file, "--urdf": urdf})
+    check_files({"--save": save}, {"the log": log, "--result": result_file, "--urdf": urdf})
     if save is not None and save.suffix != ".rrd":
         raise ArgumentError(f"--save {save}: expected a name that ends in .rrd, which Rerun opens")
     from tactid import _view as viewer

@@ -8,11 +8,10 @@ from rich.table import Table
 
 from tactid._api.comparison import CHOSEN, Attempt, compare
 from tactid._base.files import write_atomically
-from tactid._base.output_files import check_outputs
 from tactid._base.text_table import empty_table
 from tactid._base.values import nested
 from tactid._cli import option_flags, option_text
-from tactid._cli.console import interruptible, notes, print_whole, progress
+from tactid._cli.console import check_files, interruptible, notes, print_whole, progress
 from tactid._cli.identify_command import truth_in_frame
 from tactid._documents import result_json
 from tactid._native import VALUE_NAMES
@@ -31,7 +30,7 @@ def compare_recording(
     **options: Any,
 ) -> None:
     """Identifies the payload by every method and estimator that a recording permits."""
-    check_outputs(
+    check_files(
         {"--result": result_file},
         {
             "the log": log,

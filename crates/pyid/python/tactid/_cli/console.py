@@ -16,8 +16,13 @@ from typer.core import TyperGroup
 
 from tactid._base import terminal
 from tactid._base.errors import ArgumentError, LogError
-from tactid._base.naming import listed
-from tactid._base.output_files import FigureFormat, check_report
+from tactid._base.naming import abridged, listed
+from tactid._base.output_files import (
+    FigureFormat,
+    check_outputs,
+    check_report,
+    replaced_outputs,
+)
 from tactid._base.startup import ending
 from tactid._base.text_table import whole_width
 
@@ -80,6 +85,23 @@ class Stream(Console):
 
 FIGURES = "Writes the figures of the report beside it, too, in this format."
 """Help of the option for figures."""
+
+
+def check_files(outputs: Mapping[str, Path | None], inputs: Mapping[str, Path | None]) -> None:
+    """Checks the outputs of a command, and says which files of an earlier run they replace.
+
+    Raises:
+        ArgumentError: An output cannot be written, or would replace what tactid has not written.
+    """
+    check_outputs(outputs, inputs)
+    print_replaced(replaced_outputs(outputs))
+
+
+def print_replaced(paths: Sequence[Path]) -> None:
+    """Names files of an earlier run that are replaced."""
+    if paths:
+        names = abridged([str(path) for path in paths], 6)
+        notes.print(f"Files of an earlier run are replaced: {names}.", markup=False)
 
 
 def check_figures(report: Path | None, figures: FigureFormat | None) -> None:

@@ -10,11 +10,12 @@ from tactid._api.designed_motion import DesignedMotion
 from tactid._api.excitation import design_excitation
 from tactid._base.errors import ArgumentError
 from tactid._base.files import new_folder
-from tactid._base.output_files import FigureFormat, check_outputs, figure_outputs
+from tactid._base.output_files import FigureFormat, figure_outputs
 from tactid._base.terminal import printable
 from tactid._cli import option_flags, option_text
 from tactid._cli.console import (
     FIGURES,
+    check_files,
     interruptible,
     notes,
     print_whole,
@@ -69,7 +70,7 @@ def excite(
     outputs |= figure_outputs(out / REPORT, captions.MOTION, figures)
     fraction = _speed(speed)
     with new_folder(out, "--out"):
-        check_outputs(outputs, {"--urdf": urdf})
+        check_files(outputs, {"--urdf": urdf})
         motion = _design(urdf, base, arguments)
         report = {out / REPORT: partial(_write_report, motion, fraction, figures)}
         written = write_files({**motion_files.writers(motion, out, fraction), **report})

@@ -20,7 +20,7 @@ from tactid._api.poses import identify_pose_table
 from tactid._api.result import Identification, PaperIdentification
 from tactid._base import terminal
 from tactid._base.errors import ArgumentError, IdentificationError
-from tactid._base.output_files import FigureFormat, check_outputs, figure_outputs
+from tactid._base.output_files import FigureFormat, figure_outputs
 from tactid._base.terminal import printable
 from tactid._cli import option_flags, option_text
 from tactid._cli.console import (
@@ -28,6 +28,7 @@ from tactid._cli.console import (
     FLAG,
     Writers,
     check_figures,
+    check_files,
     interruptible,
     notes,
     print_json,
@@ -170,7 +171,7 @@ option_flags.show(
 def _check(output: Output, logs: list[Path], options: dict[str, Any]) -> None:
     """Checks that the files to write can be written, and replace nothing that is read."""
     names = captions.RECORDING if len(logs) == 1 else captions.COMBINATION
-    check_outputs(
+    check_files(
         {
             "--result": output.result_file,
             "--report": output.report,

@@ -7,8 +7,7 @@ import typer
 
 from tactid._api.simulation import files_of, simulate
 from tactid._base.naming import abridged
-from tactid._base.output_files import check_outputs
-from tactid._cli.console import notes, progress, reporting_partial_log
+from tactid._cli.console import check_files, notes, progress, reporting_partial_log
 from tactid._native import Experiment
 from tactid._results.records import RunReport
 from tactid._results.truth import momentum_drift
@@ -36,7 +35,7 @@ def run_simulation(
     chosen = Experiment.paper() if experiment is None else Experiment.from_file(experiment)
     if motion is not None:
         chosen = chosen.following(motion)
-    check_outputs({"--out": out}, {"the experiment": experiment} | files_of(chosen))
+    check_files({"--out": out}, {"the experiment": experiment} | files_of(chosen))
     with reporting_partial_log(out), progress("simulating") as done:
         report = simulate(chosen, out, progress=done)
     notes.print(

@@ -17,8 +17,8 @@ RECORDING = {
 
 AT_REST = RECORDING | {
     "fit": "Each channel in each pose as it was measured, and as the estimate predicts it.",
-    "residuals": "The residual of each pose. One that is far larger than the others shows a contact "
-    "or a pose that is not the given one.",
+    "residuals": "The residual of each pose. One that is far larger than the others shows a "
+    "contact, or a pose that is not the given one.",
 }
 
 COMBINATION = {

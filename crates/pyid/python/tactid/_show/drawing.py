@@ -35,12 +35,12 @@ STYLE: Any = {
     "svg.hashsalt": "tactid",
 }
 
-NO_DATE: dict[FigureFormat, dict[str, None]] = {
-    "png": {},
-    "svg": {"Date": None},
-    "pdf": {"CreationDate": None},
+METADATA: dict[FigureFormat, dict[str, str | None]] = {
+    "png": {"Software": "tactid"},
+    "svg": {"Creator": "tactid", "Date": None},
+    "pdf": {"Creator": "tactid", "CreationDate": None},
 }
-"""What makes a figure the same file each time."""
+"""What names the writer of a figure, and makes it the same file each time."""
 
 
 def padded(low: float, high: float, fraction: float) -> tuple[float, float]:
@@ -89,5 +89,5 @@ def _saved(figure: Figure, form: FigureFormat) -> bytes:
     with mpl.rc_context(STYLE), warnings.catch_warnings():
         # A name in a script that the font lacks is drawn as boxes, which needs no warning.
         warnings.filterwarnings("ignore", message="Glyph")
-        figure.savefig(file, format=form, metadata=NO_DATE[form])
+        figure.savefig(file, format=form, metadata=METADATA[form])
     return file.getvalue()

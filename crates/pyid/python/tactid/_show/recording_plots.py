@@ -77,9 +77,7 @@ def fit_panels(fit: FitReport) -> Figure:
         outlier = outliers(fit)
         _dots(axes, _places(fit)[outlier], fit.measured[outlier, channel])
         _name(axes, fit, channel)
-    lines = [
-        Line2D([], [], label=label, **_marks(fit), **style) for label, _, style in styles
-    ]
+    lines = [Line2D([], [], label=label, **_marks(fit), **style) for label, _, style in styles]
     _legend(figure, lines, fit)
     return figure
 
@@ -106,8 +104,8 @@ def residuals(fit: FitReport, cutoff: float) -> Figure:
             _spectra(spectral, fit, cutoff, (fit.measured[:, channel], regular))
             spectral.set_ylabel(f"{fit.channels[channel].unit} / √Hz")
         _place_axis(axes, fit, labelled=channel == count - 1)
-    style = {"color": ESTIMATE, "linewidth": 0.8, "label": "measured less predicted"}
-    lines = [Line2D([], [], **_marks(fit), **style)]
+    style: dict[str, Any] = {"color": ESTIMATE, "linewidth": 0.8} | _marks(fit)
+    lines = [Line2D([], [], label="measured less predicted", **style)]
     if not _is_of_poses(fit):
         panels[-1, 1].set_xlabel("frequency / Hz")
         lines += [
