@@ -128,3 +128,64 @@ fn payload_and_offset_have_a_joint_covariance() {
     }
     assert!((10..13).any(|k| joint[(0, k)].abs() > 0.3 * (joint[(0, 0)] * joint[(k, k)]).sqrt()));
 }
+
+/// A zero that moves is reported as a payload change. A tare then determines the zero anew within 0.3 s, also at rest, and
+/// the payload is the one before. What an arm at rest measures from the beginning on says neither zero nor weight.
+#[test]
+fn a_tare_sets_the_zero_and_holds_the_payload() {
+    let robot = arm(BaseKind::Fixed);
+    let settings = EquationSettings {
+        wrench_offset: true,
+        ..EquationSettings::default()
+    };
+    let moved = Wrench {
+        force: OFFSET.force + Vector3::new(-6.0, 8.0, 10.0),
+        moment: OFFSET.moment,
+    };
+    for (seed, moved_s, stop_s) in [(1, 5.0, 20.0), (2, 5.0, 4.5), (3, 0.0, -1.0)] {
+        let run = Run {
+            base: BaseKind::Fixed,
+            rate_hz: 500.0,
+            payloads: vec![(0.0, body(1.5, [-0.02, 0.04, 0.06], [0.1, 0.1, 0.12]))],
+            duration_s: 7.0,
+            gap_s: None,
+            motion_seed: seed,
+        };
+        let mut identifier = Identifier::new(&robot, TOOL, &[TOOL], &settings).unwrap();
+        let mut random = SmallRng::seed_from_u64(seed);
+        assert!(!identifier.tare(), "nothing is known yet");
+        let frame = identifier.wrench_frame(TOOL, None).unwrap();
+        let offset_at = |time_s: f64, _: &nalgebra::Isometry3<f64>| {
+            if time_s < moved_s { OFFSET } else { moved }
+        };
+        for (k, instant) in handling::stopping(&run, stop_s, offset_at)
+            .iter()
+            .enumerate()
+        {
+            let wrenches = [noisy(instant.wrench, &mut random)];
+            identifier.push(&instant.sample(&wrenches)).unwrap();
+            if k == 2700 && moved_s > 0.0 {
+                assert_eq!(identifier.estimate().payload_changes, 1);
+                assert!(identifier.tare());
+            }
+            if k > 2850 && identifier.knows_weight() {
+                let contact = identifier.contact_wrench(&frame).unwrap();
+                assert!(
+                    contact.wrench.force.norm() < 6.0 * contact.std_devs()[0],
+                    "{k}"
+                );
+                assert!(contact.std_devs()[0] < 1.5, "{contact:?}");
+            }
+        }
+        assert_eq!(identifier.knows_weight(), moved_s > 0.0);
+        if moved_s > 0.0 {
+            let estimate = identifier.estimate();
+            assert!((estimate.body.mass_kg - 1.5).abs() < 4.0 * estimate.std_devs[0]);
+            assert!(estimate.std_devs[0] < 0.02 && estimate.since_s < 0.0);
+            let found = identifier.wrench_offset().unwrap();
+            let error = found.wrench.force.x - moved.force.x;
+            let std_dev = found.std_devs.unwrap()[0];
+            assert!(error.abs() < 4.0 * std_dev && std_dev < 0.3, "{found:?}");
+        }
+    }
+}

@@ -160,24 +160,26 @@ impl EquationSettings {
         self.check_noise(robot, sensors)
     }
 
-    /// Checks that nothing is unknown that only a whole recording can show.
+    /// Checks that nothing is unknown that only a whole recording can show, as an [`Identifier`](crate::Identifier) does.
     ///
     /// # Errors
     /// Returns [`IdentifyError::Option`] with what is unknown.
-    pub(crate) fn check_known(&self) -> Result<(), IdentifyError> {
+    pub fn check_known(&self) -> Result<(), IdentifyError> {
         let (option, what) = match self.unknowns {
-            Unknowns { gravity: true, .. } => {
-                ("gravity", "the direction of gravity can be unknown")
-            }
+            Unknowns { gravity: true, .. } => (
+                "gravity",
+                "the direction of gravity: identify one first, and give the gravity that it shows",
+            ),
             Unknowns { weight: true, .. } => (
                 "wrench_is",
-                "a subtracted weight without `configured_payload` can be identified",
+                "a subtracted weight that is unknown: identify one first, and give what was subtracted as \
+                 `configured_payload`",
             ),
             _ => return Ok(()),
         };
         Err(IdentifyError::Option {
             option,
-            what: format!("`{option}`: {what} for least squares over a whole recording alone"),
+            what: format!("`{option}`: only a whole recording shows {what}"),
         })
     }
 

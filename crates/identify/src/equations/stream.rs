@@ -132,6 +132,11 @@ impl EquationStream {
         Ok((PushOutcome::Used, Some(&self.equation)))
     }
 
+    /// Discards the instants of the windows that have not ended: later windows begin with later samples.
+    pub(crate) fn start_windows(&mut self) {
+        self.windows.clear();
+    }
+
     /// Returns what is wrong in the description of the robot, as far as the method uses it.
     #[must_use]
     pub fn model_findings(&self) -> Vec<ModelFinding> {

@@ -99,6 +99,13 @@ impl AccumulatedRows {
         self.channels.fill(ChannelTerms::zero());
     }
 
+    /// Makes the rows that known offsets add to those of all windows, so that what follows can begin with other offsets.
+    /// `factor` is that of [`score_covariance`](Self::score_covariance).
+    pub(crate) fn keep_offset_rows(&mut self, factor: f64) {
+        self.rls = self.solved.clone();
+        self.correlated += self.offset_scores * (0.5 / factor);
+    }
+
     /// Copies other rows of as many channels, without allocation.
     pub(crate) fn copy_from(&mut self, other: &Self) {
         (self.rls, self.solved) = (other.rls.clone(), other.solved.clone());

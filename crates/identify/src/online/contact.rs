@@ -14,6 +14,7 @@ use crate::equations::{
     Equation, MOTION_TERMS, Model, WORLD, WRENCH, WrenchRegressor, columns_expressed_in,
 };
 use crate::solve::offsets::WrenchNoise;
+use crate::solve::subspace::PIVOT_ROUNDING;
 use crate::solve::uncertainty::students_widening;
 use crate::solve::weights::rare_distance;
 
@@ -103,8 +104,24 @@ pub struct WrenchEstimate {
 }
 
 impl WrenchEstimate {
+    /// Makes the channels unknown that contain a wrench which is not measured: the columns, in the frame of the estimate.
+    fn hide(&mut self, unmeasured: &Matrix6<f64>) {
+        for (channel, share) in unmeasured.row_iter().enumerate() {
+            if share.amax() > PIVOT_ROUNDING {
+                let Wrench { force, moment } = &mut self.wrench;
+                let values = force.iter_mut().chain(moment);
+                values
+                    .skip(channel)
+                    .take(1)
+                    .for_each(|value| *value = f64::NAN);
+                self.covariance[(channel, channel)] = f64::INFINITY;
+            }
+        }
+    }
+
     /// Returns the same wrench times a sign.
-    pub(crate) fn with_sign(self, sign: f64) -> Self {
+    #[must_use]
+    pub fn with_sign(self, sign: f64) -> Self {
         Self {
             wrench: Wrench {
                 force: self.wrench.force * sign,
@@ -193,6 +210,8 @@ pub(crate) struct ContactObserver {
     /// that it was estimated from.
     noise: Matrix6<f64>,
     windows: f64,
+    /// Projection of a wrench in the tool frame onto the channels that are measured; `None` where all are.
+    projection: Option<Matrix6<f64>>,
 }
 
 /// The filtered wrench with what the load explains of it, in the tool frame.
@@ -204,8 +223,9 @@ struct Parts {
 }
 
 impl ContactObserver {
-    pub(crate) fn new(cutoff_hz: f64) -> Self {
+    pub(crate) fn new(cutoff_hz: f64, projection: Option<Matrix6<f64>>) -> Self {
         Self {
+            projection,
             filter: LowPass::new(cutoff_hz),
             noise: Matrix6::zeros(),
             windows: 0.0,
@@ -275,10 +295,11 @@ impl ContactObserver {
             .offsets
             .map_or(Vector6::zeros(), |offsets| offsets.values);
         let widening = students_widening(self.windows / PRODUCT_CORRELATION);
+        let rest = measured - offset - load;
         Some(Parts {
             load,
             of_load: regressor * estimate.covariance * regressor.transpose(),
-            contact: measured - offset - load,
+            contact: self.projection.map_or(rest, |measured| measured * rest),
             of_contact: self.noise * (widening.powi(2) * noise.factor)
                 + estimate.covariance_of_load(&regressor),
         })
@@ -331,9 +352,13 @@ impl ContactObserver {
                 state,
             }
         };
+        let mut of_contact = expressed(&contact, of_contact + ambiguity);
+        if let Some(measured) = &self.projection {
+            of_contact.hide(&(map * (Matrix6::identity() - measured)));
+        }
         Some([
             expressed(&parts.load, parts.of_load + ambiguity),
-            expressed(&contact, of_contact + ambiguity),
+            of_contact,
         ])
     }
 }

@@ -4,6 +4,7 @@ use nalgebra::SMatrix;
 
 use super::contact::{WrenchEstimate, WrenchFrame};
 use super::identifier::Identifier;
+use super::least_squares::Assessment;
 use crate::{IdentifyError, WrenchOffset};
 
 impl Identifier {
@@ -12,6 +13,34 @@ impl Identifier {
     /// [contact](Self::contact_wrench).
     pub fn hold_payload(&mut self, is_held: bool) {
         self.is_held = is_held;
+    }
+
+    /// Sets the zero of the wrench sensor, as after its drift: windows that begin from now on determine the
+    /// [offset](Self::wrench_offset) anew, the first of them within 0.2 s at a cutoff of 10 Hz. The payload is held at the
+    /// last estimate that nothing contradicted, so that a zero which has moved is taken for nothing else, even where it was
+    /// reported as a payload change. Nothing may touch the payload meanwhile. The arm may move.
+    ///
+    /// Returns `false`, and does nothing, where [`EquationSettings::wrench_offset`](crate::EquationSettings::wrench_offset) does not make the offset an unknown, or
+    /// before 32 windows determine the load for the first time.
+    pub fn tare(&mut self) -> bool {
+        let Some(assessment) = self.update.forget_offsets() else {
+            return false;
+        };
+        if assessment == Assessment::PayloadReturned {
+            self.since_s = self.since_before_s;
+        }
+        self.stream.start_windows();
+        self.recent.clear();
+        true
+    }
+
+    /// Returns whether the motion has determined what the [contact](Self::contact_wrench) is measured against: mass and
+    /// first moments of the load, and the offset where it is an unknown. Until then the wrench of a contact is one relative to
+    /// the attitudes so far, and that of the load in another attitude is unknown.
+    #[must_use]
+    pub fn knows_weight(&self) -> bool {
+        let trusted = self.update.estimator().trusted();
+        trusted.is_some_and(|estimate| estimate.is_determined)
     }
 
     /// Returns the frame in which a wrench is to be expressed: about the origin of the link `point`, and along the axes of
@@ -51,7 +80,8 @@ impl Identifier {
     /// [`hold_payload`](Self::hold_payload) says that the payload cannot have changed: the uncertainty is then that of
     /// noise and load alone.
     ///
-    /// `None` before 32 windows determine the load for the first time, after a gap, and for methods without wrenches.
+    /// Channels that the sensor does not [measure](crate::EquationSettings::unmeasured) are not a number, with an infinite
+    /// variance. `None` before 32 windows determine the load for the first time, after a gap, and for methods without wrenches.
     #[must_use]
     pub fn contact_wrench(&self, frame: &WrenchFrame) -> Option<WrenchEstimate> {
         self.wrenches(frame).map(|[_, contact]| contact)

@@ -163,7 +163,7 @@ pub struct Identifier {
     frame: Arc<str>,
     pub(super) stream: EquationStream,
     pub(super) update: StagedUpdate,
-    recent: RecentEquations,
+    pub(super) recent: RecentEquations,
     checks: OnlineChecks,
     pub(super) contact: ContactObserver,
     /// Whether the caller says that the payload stays what it is.
@@ -177,9 +177,9 @@ pub struct Identifier {
     /// Time of the last payload change, s.
     changed_s: f64,
     /// Time from which on windows contribute to the estimate, s.
-    since_s: f64,
+    pub(super) since_s: f64,
     /// Time from which on windows contributed to the estimate before the last payload change, s.
-    since_before_s: f64,
+    pub(super) since_before_s: f64,
 }
 
 impl Identifier {
@@ -237,7 +237,7 @@ impl Identifier {
             recent: RecentEquations::new(channels.count()),
             checks: OnlineChecks::new(robot, sensors, settings),
             is_held: false,
-            contact: ContactObserver::new(settings.cutoff_hz),
+            contact: ContactObserver::new(settings.cutoff_hz, stream.offset_frame().projection()),
             stream,
             samples: 0,
             windows: 0,

@@ -7,9 +7,8 @@ use super::innovation::{Prediction, WhitenedWindow};
 use super::noise_tracker::INITIAL_WINDOWS;
 use super::stage::Stage;
 use super::trusted::{JointEstimate, State, Trusted};
-use crate::equations::Channels;
-use crate::equations::Equation;
 use crate::equations::window::NOISE_CORRELATION;
+use crate::equations::{Channels, Equation};
 use crate::solve::information::Information;
 use crate::solve::offsets::WrenchNoise;
 use crate::solve::subspace::{Matrix, NullSpace, Vector};
@@ -327,6 +326,25 @@ impl OnlineLeastSquares {
         self.state.windows_since_start = 0;
     }
 
+    /// Holds the load at the last estimate that nothing contradicted, and has the offsets determined anew by the windows
+    /// that follow. Returns what it means for the estimate, whose update begins with [`Stage::Solve`]; `None`, and nothing
+    /// done, where the offsets are no unknowns, or no load is known.
+    pub(crate) fn forget_offsets(&mut self) -> Option<Assessment> {
+        if !self.state.centering.is_needed() || self.trusted.estimate().is_none() {
+            return None;
+        }
+        self.state.copy_from(self.trusted.state());
+        let factor = self.score_factor();
+        self.state.rows.keep_offset_rows(factor);
+        self.state.centering.restart(None);
+        self.changes.restart();
+        self.trusted.restart();
+        Some(match std::mem::take(&mut self.alarms) {
+            0 => Assessment::Accepted(Stage::Solve),
+            _ => Assessment::PayloadReturned,
+        })
+    }
+
     /// Whether the most recent window updates the noise.
     pub(crate) fn shows_noise(&self) -> bool {
         self.weights.noise.is_some()
@@ -361,8 +379,7 @@ impl OnlineLeastSquares {
 
     /// Runs [`Stage::ComputeCovariance`].
     pub(crate) fn compute_covariance(&mut self) {
-        let factor = self.state.noise.inflation() * self.state.noise.lasting_error_factor();
-        let scores = self.state.rows.score_covariance(factor);
+        let scores = self.state.rows.score_covariance(self.score_factor());
         self.sandwich = self.information.sandwich(&scores);
         let widening = students_widening(self.state.noise.degrees_of_freedom());
         self.covariance = self.sandwich * widening.powi(2);
@@ -373,6 +390,11 @@ impl OnlineLeastSquares {
                 self.covariance.ger(variance, &direction, &direction, 1.0);
             }
         }
+    }
+
+    /// Variance of the residuals of rows in units of the noise of a window.
+    fn score_factor(&self) -> f64 {
+        self.state.noise.inflation() * self.state.noise.lasting_error_factor()
     }
 
     /// Returns the parameters in the order of [`InertialParameters`](tactid_dynamics::InertialParameters).
@@ -388,21 +410,9 @@ impl OnlineLeastSquares {
         (self.windows >= MIN_WINDOWS).then_some(self.covariance)
     }
 
-    /// Returns the parameters with their covariance, and with the constant offsets of the first six channels, in their
-    /// units, where these are among the unknowns.
+    /// Returns the parameters with the constant offsets of the first six channels, in their units, where these are unknowns.
     pub(crate) fn joint_estimate(&self) -> JointEstimate {
-        let State {
-            centering,
-            parameters,
-            noise,
-            ..
-        } = &self.state;
-        let noise = noise.of_wrench();
-        JointEstimate {
-            parameters: *parameters,
-            covariance: self.covariance,
-            offsets: noise.and_then(|noise| centering.offsets(parameters, &noise)),
-        }
+        JointEstimate::of(&self.state, self.covariance, &self.information)
     }
 
     /// The estimate as of the last window that nothing contradicted; `None` before the first.

@@ -76,6 +76,15 @@ impl StagedUpdate {
         assessment
     }
 
+    /// Holds the load and forgets the offsets, at once: see [`OnlineLeastSquares::forget_offsets`].
+    pub(crate) fn forget_offsets(&mut self) -> Option<Assessment> {
+        self.finish();
+        let assessment = self.estimator.forget_offsets()?;
+        self.stage = Some(Stage::Solve);
+        self.finish();
+        Some(assessment)
+    }
+
     /// Sets the links below the tool that are part of the estimated body: their inertial parameters in the tool frame
     /// at the end of the most recent window.
     pub(crate) fn set_gripper(&mut self, gripper: Option<InertialParameters>) {

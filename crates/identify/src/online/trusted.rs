@@ -5,6 +5,7 @@ use nalgebra::{Matrix6, SMatrix};
 use super::accumulated_rows::AccumulatedRows;
 use super::noise_tracker::NoiseTracker;
 use crate::equations::Channels;
+use crate::solve::information::Information;
 use crate::solve::offsets::{Centering, KnownOffsets, Offsets};
 use crate::solve::subspace::{Matrix, Vector};
 
@@ -46,11 +47,38 @@ impl State {
 pub(crate) struct JointEstimate {
     pub(crate) parameters: Vector,
     pub(crate) covariance: Matrix,
+    /// Whether the motion determines mass, first moments and offsets: the wrench of the load at rest in any attitude.
+    pub(crate) is_determined: bool,
     /// `None` where the offsets are known to be zero.
     pub(crate) offsets: Option<Offsets>,
 }
 
 impl JointEstimate {
+    /// Returns the estimate of a state, given the covariance of the parameters and the information on them.
+    pub(crate) fn of(state: &State, covariance: Matrix, information: &Information) -> Self {
+        let State {
+            centering,
+            parameters,
+            ..
+        } = state;
+        let noise = state.noise.of_wrench();
+        let offsets = noise.and_then(|noise| centering.offsets(parameters, &noise));
+        let knows_offsets = offsets.is_some() || !centering.is_needed();
+        let is_determined = information.is_complete() || {
+            let null_space = information.null_space(state.rows.scales());
+            let unit = Matrix::identity();
+            let mut of_weight = unit.row_iter().take(4);
+            of_weight.all(|gradient| null_space.determines(&gradient.into()))
+                && offsets.is_none_or(|offsets| offsets.are_determined(&null_space))
+        };
+        Self {
+            parameters: *parameters,
+            covariance,
+            is_determined: is_determined && knows_offsets,
+            offsets,
+        }
+    }
+
     /// Returns what is known of the offsets, whatever the payload.
     pub(crate) fn known_offsets(&self) -> Option<KnownOffsets> {
         self.offsets.map(|offsets| KnownOffsets {

@@ -9,7 +9,7 @@
 use nalgebra::{Matrix6, SMatrix, Vector6};
 
 use super::noise::Noise;
-use super::subspace::{Matrix, NullSpace, Vector};
+use super::subspace::{Matrix, NullSpace, PIVOT_ROUNDING, Vector};
 use crate::equations::Row;
 use crate::equations::window::NOISE_CORRELATION;
 
@@ -62,12 +62,21 @@ impl Offsets {
     pub(crate) fn std_devs(&self, of_parameters: &Matrix, null_space: &NullSpace) -> [f64; 6] {
         let variances = self.covariance(of_parameters).diagonal();
         std::array::from_fn(|channel| {
-            if null_space.determines(&self.gradients.row(channel).into()) {
+            if self.is_determined(channel, null_space) {
                 variances[channel].max(0.0).sqrt()
             } else {
                 f64::INFINITY
             }
         })
+    }
+
+    /// Returns whether the motion distinguishes all offsets from the payload.
+    pub(crate) fn are_determined(&self, null_space: &NullSpace) -> bool {
+        (0..6).all(|channel| self.is_determined(channel, null_space))
+    }
+
+    fn is_determined(&self, channel: usize, null_space: &NullSpace) -> bool {
+        null_space.determines(&self.gradients.row(channel).into())
     }
 
     /// Returns the covariance of the offsets, given that of the parameters.
@@ -215,6 +224,12 @@ impl Centering {
         let factor = (self.weight / (self.weight + weight).max(f64::MIN_POSITIVE)).sqrt();
         for (row, mean) in rows.iter_mut().zip(&self.means) {
             row.add(mean, -1.0);
+            // An arm at rest whose encoders do not change would otherwise determine a mass from the rounding of the mean.
+            for (entry, mean) in row.regressor.iter_mut().zip(&mean.regressor) {
+                if entry.abs() <= PIVOT_ROUNDING * mean.abs() {
+                    *entry = 0.0;
+                }
+            }
             row.scale(factor);
         }
     }

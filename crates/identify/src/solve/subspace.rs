@@ -43,7 +43,7 @@ pub(crate) const EIGENVALUE_RATIO: f64 = 1e-5 * 1e-5;
 pub(crate) const LEAST_SIGNAL: f64 = 0.1;
 
 /// Fraction of the information on a parameter alone, the others known.
-const PIVOT_ROUNDING: f64 = 1e-10;
+pub(crate) const PIVOT_ROUNDING: f64 = 1e-10;
 
 /// Fraction of a quantity's squared gradient in scaled parameters.
 pub(crate) const QUANTITY_FRACTION: f64 = 1e-3;
