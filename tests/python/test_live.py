@@ -1,5 +1,7 @@
 """A live session: a recording that is played message by message."""
 
+import math
+import struct
 import time
 from pathlib import Path
 
@@ -60,6 +62,36 @@ def test_silence_and_new_topics_are_reported(bag: Path) -> None:
     assert faults == []
     session.reset()
     assert session.estimate() is None
+
+
+@pytest.mark.parametrize(
+    ("value", "words"),
+    [
+        (math.nan, "moment z in `tool0` measured nothing (zero, or no number, in all samples)"),
+        (3.3, "moment z in `tool0` is exactly constant in all samples"),
+    ],
+)
+def test_a_constant_channel_is_named_and_the_session_goes_on(
+    bag: Path, value: float, words: str
+) -> None:
+    """A contact has no moment about an axis that the sensor does not measure."""
+    played_with = [
+        [
+            (*each[:2], each[2][:-8] + struct.pack("<d", value), each[3])
+            if each[0] == "/wrench"
+            else each
+            for each in batch
+        ]
+        for batch in played(bag, None)
+    ]
+    session = _played(played_with)
+    findings, _ = session.notices(played_with[-1][-1][3])
+    assert any(words in str(finding) for finding in findings), findings
+    contact = session.contact_wrench()
+    assert contact is not None
+    assert np.isnan(contact.wrench.values).tolist() == [False] * 5 + [math.isnan(value)]
+    if math.isnan(value):
+        assert np.all(np.abs(contact.wrench.values[:5]) < 6 * contact.wrench.std_devs[:5])
 
 
 def test_a_rate_is_that_of_the_recording(bag: Path) -> None:

@@ -12,11 +12,15 @@ use tactid_recordings::LiveSettings;
 use crate::errors::{IntoPyErr, detached};
 use crate::faults::fault_data;
 use crate::findings::{FindingData, finding_data};
+use crate::online::{WrenchData, wrench_data};
 use crate::options;
 use crate::record::fields;
 
 /// Topic, type, data and time of arrival, ns, of a message.
 type Message = (String, String, PyBackedBytes, u64);
+
+/// Time, ns, frame and wrench of a contact.
+type Contact<'py> = (i64, String, WrenchData<'py>);
 
 /// A live session: messages in, an estimate at any time.
 #[pyclass(module = "tactid._native", frozen)]
@@ -25,9 +29,14 @@ pub(crate) struct LiveSession(Mutex<tactid_recordings::LiveSession>);
 #[pymethods]
 impl LiveSession {
     #[new]
-    fn new(options: &Bound<'_, PyDict>, in_background: bool) -> PyResult<Self> {
+    fn new(
+        options: &Bound<'_, PyDict>,
+        in_background: bool,
+        frame: Option<String>,
+    ) -> PyResult<Self> {
         let settings = LiveSettings {
             in_background,
+            contact_frame: frame,
             ..LiveSettings::default()
         };
         let session = tactid_recordings::LiveSession::new(options::request(options)?, settings);
@@ -76,6 +85,27 @@ impl LiveSession {
     fn wrench_offset<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyDict>>> {
         let offset = detached(py, || self.lock().wrench_offset())?;
         offset.map(|offset| fields(py, &offset)).transpose()
+    }
+
+    /// Returns the wrench of a contact: time to which it belongs, ns since the epoch, its frame, and the wrench as that of an
+    /// online identifier; None before payload and offset are known.
+    fn contact_wrench<'py>(&self, py: Python<'py>) -> PyResult<Option<Contact<'py>>> {
+        let found = detached(py, || self.lock().contact_wrench())?;
+        let contact = found.map(|found| {
+            let wrench = wrench_data(py, &found.wrench)?;
+            Ok((found.time_ns, found.frame, wrench))
+        });
+        contact.transpose()
+    }
+
+    /// Returns the number of payload changes since the identification began.
+    fn payload_changes(&self, py: Python<'_>) -> PyResult<u64> {
+        detached(py, || self.lock().payload_changes())
+    }
+
+    /// Sets the zero of the wrench sensor, and holds the payload.
+    fn tare(&self, py: Python<'_>) -> PyResult<()> {
+        detached(py, || self.lock().tare())?.map_err(IntoPyErr::into_py_err)
     }
 
     /// Returns what the session does at the moment, by the fields of `LiveStatus`.

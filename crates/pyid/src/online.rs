@@ -193,14 +193,14 @@ impl Identifier {
 }
 
 /// Time, s, force and moment, their covariance, and whether the payload may have changed.
-type WrenchData<'py> = (
+pub(crate) type WrenchData<'py> = (
     f64,
     Bound<'py, PyArrayDyn<f64>>,
     Bound<'py, PyArrayDyn<f64>>,
     bool,
 );
 
-fn wrench_data<'py>(py: Python<'py>, of: &WrenchEstimate) -> PyResult<WrenchData<'py>> {
+pub(crate) fn wrench_data<'py>(py: Python<'py>, of: &WrenchEstimate) -> PyResult<WrenchData<'py>> {
     let Wrench { force, moment } = &of.wrench;
     let values = force.iter().chain(moment).copied().collect();
     // Symmetric: row by row and column by column are the same.

@@ -125,7 +125,7 @@ pub use finding::{ArmChanged, Finding, NotUsedBecause};
 pub use identification::{CalibratedFit, Identification, Identified};
 pub use identify::{identify_arrays, identify_log, identify_logs};
 pub use known_tool::GivenTool;
-pub use live::{LiveSession, LiveSettings, LiveSnapshot, LiveStatus};
+pub use live::{LiveContact, LiveSession, LiveSettings, LiveSnapshot, LiveStatus};
 pub use online::OnlineSetup;
 pub use orientation::{OrientationReading, unit_quaternion};
 pub use paper::{PaperEstimate, PaperFilter, PaperSettings, SingularValues};

@@ -20,7 +20,7 @@ use crate::known_tool::GivenTool;
 use crate::paper::PaperSettings;
 use crate::uses::{
     ALL, DELAY, EFFORTS, FRAME, LEAST_SQUARES, LOG, LOGS, METHODS, MODEL, OFFSET, PAPER, RECORDING,
-    SAMPLES, STREAM, TOOL, WRENCHES,
+    SAMPLES, STREAM, WRENCHES,
 };
 
 /// Range of gravity, m/s²: up to twice that of Jupiter. A larger one is in another unit.
@@ -235,7 +235,7 @@ options! {
         /// part of that of the payload: the path of its JSON file. Or it is ten numbers: mass,
         /// centre of mass, and inertia about it, Ixx, Ixy, Ixz, Iyy, Iyz, Izz.
         #[option(
-            PRIOR, TOOL,
+            PRIOR, WRENCHES,
             unit = "kg, m, kg m²",
             range = Range::FINITE,
             python = "A ``tactid.MassProperties``, ten numbers, a result or its estimate, or the path of its JSON file."
@@ -245,7 +245,7 @@ options! {
         /// largest value of their kind (mass, centre of mass, inertia): a fraction in Python, 0.01,
         /// and a percentage on the command line, 1%.
         #[option(
-            PRIOR, TOOL,
+            PRIOR, WRENCHES,
             default = "1 %",
             kind = Kind::Percentage,
             range = Range::GAIN_STD_DEV

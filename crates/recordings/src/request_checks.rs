@@ -65,9 +65,12 @@ impl Request {
     /// Checks that each option that is given applies to a live session.
     ///
     /// # Errors
-    /// Returns [`RecordingError::Option`] with the first that does not.
+    /// Returns [`RecordingError::Option`] with the first that does not, and [`RecordingError::Identify`] for an unknown that
+    /// only a whole recording shows.
     pub(crate) fn check_live(&self) -> Result<(), RecordingError> {
-        self.check_applies(Use::Live, "a live session")
+        self.check_applies(Use::Live, "a live session")?;
+        let settings = self.equation_settings(self.method.unwrap_or_default());
+        Ok(settings.check_known()?)
     }
 
     /// Checks that each option that is given applies to a use, which errors call `name`.

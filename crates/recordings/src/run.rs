@@ -254,7 +254,7 @@ impl Pass {
         let mut findings = self.steps.findings(plan.sources);
         let (equations, tip) = (&plan.equations, &plan.tip);
         let constant = constant_channels(
-            &self.channels,
+            (&self.channels, f64::INFINITY),
             equations,
             plan.sources,
             tip,

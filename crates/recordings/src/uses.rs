@@ -11,7 +11,6 @@ pub(crate) const MODEL: &[Use] = &[
     Use::Calibration,
 ];
 pub(crate) const WRENCHES: &[Use] = &[Use::Log, Use::Live, Use::Arrays, Use::Poses, Use::Online];
-pub(crate) const TOOL: &[Use] = &[Use::Log, Use::Arrays, Use::Poses, Use::Online];
 pub(crate) const OFFSET: &[Use] = &[
     Use::Log,
     Use::Live,

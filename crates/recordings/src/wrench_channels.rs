@@ -149,10 +149,10 @@ fn zero_channels(monitor: &ChannelMonitor) -> impl Iterator<Item = (usize, [bool
         .map(|channels| (channels.sensor, channels.mask()))
 }
 
-/// Reports the channels of each sensor that never changed, and those that were left out because
-/// they measured nothing in the beginning: of those, `unmeasured` are a sensor's own.
+/// Reports the channels of each sensor that did not change in the last `span_s` seconds, or never for an infinite span, and
+/// those that were left out because they measured nothing in the beginning: of those, `unmeasured` are a sensor's own.
 pub(crate) fn constant_channels(
-    monitor: &ChannelMonitor,
+    (monitor, span_s): (&ChannelMonitor, f64),
     equations: &EquationSettings,
     sources: &Sources,
     tip: &str,
@@ -177,7 +177,7 @@ pub(crate) fn constant_channels(
         let later = both(&both(own, left_out), &is_zero.map(|is_zero| !is_zero));
         (ConstantChannels::new(sensor, later, false), true)
     }));
-    let others = monitor.constant_channels(f64::INFINITY).into_iter();
+    let others = monitor.constant_channels(span_s).into_iter();
     let used = left_out.map(|is_left_out| !is_left_out);
     reported.extend(others.map(|each| {
         let others = both(&each.mask(), &used);

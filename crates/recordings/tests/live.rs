@@ -9,16 +9,16 @@ mod recorded_log;
 use std::ops::ControlFlow;
 
 use common::{Experiment, Instant, Noise, TOOL, identifier};
-use nalgebra::Vector3;
+use nalgebra::{Matrix3, Vector3};
 use rand::SeedableRng;
 use rand::rngs::SmallRng;
 use recorded_log::Recording;
-use tactid_dynamics::BaseKind;
+use tactid_dynamics::{BaseKind, MassProperties};
 use tactid_identify::{BaseState, EquationSettings, HALF_WIDTH_95, Sample};
 use tactid_logs::{LogReader, RawMessage};
 use tactid_recordings::{
-    DataFault, FaultKind, Finding, LiveSession, LiveSettings, OffsetChoice, RecordingError,
-    Request, identify_log,
+    DataFault, FaultKind, Finding, GivenTool, GravityChoice, LiveSession, LiveSettings,
+    OffsetChoice, RecordingError, Request, identify_log,
 };
 
 const GRAVITY: Vector3<f64> = Vector3::new(0.0, 0.0, -9.81);
@@ -27,6 +27,7 @@ const GRAVITY: Vector3<f64> = Vector3::new(0.0, 0.0, -9.81);
 const SETTINGS: LiveSettings = LiveSettings {
     first_s: 2.0,
     in_background: false,
+    contact_frame: None,
 };
 
 fn experiment(duration_s: f64) -> Experiment {
@@ -250,4 +251,78 @@ fn what_cannot_be_used_is_named() {
         panic!("accepted")
     };
     assert_eq!(option, "known_mass_kg");
+    let unknown = Request {
+        gravity: Some(GravityChoice::Unknown),
+        ..request()
+    };
+    let error = LiveSession::new(unknown, SETTINGS).err().unwrap();
+    assert_eq!(
+        error.to_string(),
+        "`gravity`: only a whole recording shows the direction of gravity: identify one first, and give the gravity that it \
+         shows"
+    );
+}
+
+/// A known tool is subtracted from the load, and its uncertainty is part of that of the payload.
+#[test]
+fn a_known_tool_is_subtracted() {
+    let (_folder, _, messages) = recorded(4.0, |_| {});
+    let without = live(given(), &messages).estimate().unwrap();
+    let tool = MassProperties {
+        mass_kg: 0.8,
+        center_of_mass: Vector3::new(0.0, 0.01, 0.05),
+        inertia: Matrix3::identity() * 1e-3,
+    };
+    let with = Request {
+        known_tool: Some(GivenTool::from(tool)),
+        known_tool_std_dev: Some(0.1),
+        ..given()
+    };
+    let found = live(with, &messages).estimate().unwrap();
+    let subtracted_kg = without.body.mass_kg - found.body.mass_kg;
+    assert!(
+        (subtracted_kg - 0.8).abs() < found.std_devs[0],
+        "{subtracted_kg}"
+    );
+    let expected = without.std_devs[0].hypot(0.08);
+    assert!((found.std_devs[0] - expected).abs() < 1e-9);
+}
+
+/// What does not act on the payload is left over where neither touches anything, in the tip's frame, with its time; a tare
+/// needs an offset.
+#[test]
+fn a_session_measures_contacts() {
+    let (_folder, _, messages) = recorded(4.0, |_| {});
+    let session = live(given(), &messages);
+    let contact = session.contact_wrench().unwrap();
+    assert_eq!(contact.frame, TOOL);
+    let latency_ns = session.status().last_ns - contact.time_ns;
+    assert!(
+        (10_000_000..60_000_000).contains(&latency_ns),
+        "{latency_ns}"
+    );
+    let std_devs = contact.wrench.std_devs();
+    for (value, std_dev) in contact.wrench.wrench.force.iter().zip(std_devs) {
+        assert!(
+            value.abs() < 6.0 * std_dev && std_dev < 0.5,
+            "{value} {std_dev}"
+        );
+    }
+    let mut session = session;
+    assert_eq!(
+        session.tare().err().unwrap().option(),
+        Some("wrench_offset")
+    );
+    let mut offset = live(
+        Request {
+            wrench_offset: Some(OffsetChoice::Yes),
+            ..given()
+        },
+        &messages,
+    );
+    let mass_kg = offset.estimate().unwrap().body.mass_kg;
+    offset.tare().unwrap();
+    assert!((offset.estimate().unwrap().body.mass_kg - mass_kg).abs() < 1e-6);
+    offset.reset();
+    assert!(offset.tare().is_err() && offset.contact_wrench().is_none());
 }

@@ -8,4 +8,5 @@ mod beginning;
 mod running;
 mod session;
 
+pub use running::LiveContact;
 pub use session::{LiveSession, LiveSettings, LiveSnapshot, LiveStatus};

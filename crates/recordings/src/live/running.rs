@@ -2,17 +2,25 @@
 
 use std::ops::ControlFlow;
 
-use tactid_identify::{Delay, EquationSettings, Identifier, Method, PushOutcome, WrenchOffset};
+use tactid_identify::checks::ChannelMonitor;
+use tactid_identify::{
+    Delay, EquationSettings, Identifier, IdentifyError, Method, OnlineSettings, PushOutcome,
+    WrenchEstimate, WrenchFrame, WrenchOffset,
+};
 use tactid_logs::{LogReader, RawMessage};
 
-use crate::alignment::{Aligner, Event};
+use crate::alignment::{Aligner, Event, Measured};
 use crate::decode::Decoder;
 use crate::log::LogRecording;
 use crate::plan::Plan;
 use crate::recording::{Recording, Sources};
 use crate::run::Run;
 use crate::steps::Steps;
+use crate::wrench_channels::constant_channels;
 use crate::{ActsOn, DataFault, Finding, OffsetChoice, RecordingError, Request};
+
+/// Time for which a channel of a wrench has not changed when it is reported, s.
+const CONSTANT_S: f64 = 10.0;
 
 /// Name by which errors speak of the messages in memory.
 const NAME: &str = "the live topics";
@@ -29,14 +37,35 @@ pub(super) struct Running {
     identifier: Identifier,
     steps: Steps,
     events: Vec<Event>,
+    /// The channels of the wrenches as they are measured, before they are averaged.
+    channels: ChannelMonitor,
+    unmeasured: Vec<[bool; 6]>,
+    equations: EquationSettings,
+    tip: String,
     /// What was noticed of the topics, and what the beginning showed.
     noticed: Vec<Finding>,
     acts_on: ActsOn,
+    /// Whether the offset of the wrenches is an unknown.
+    pub(super) has_offset: bool,
+    /// Link in whose frame the wrench of a contact is, with this frame.
+    contact_frame: (String, WrenchFrame),
     pub(super) samples: u64,
+    pub(super) payload_changes: u64,
     /// Time of the last sample on the clock of the messages, ns since the epoch.
     pub(super) last_ns: i64,
     /// Number of messages since the last sample.
     pub(super) without_sample: u64,
+}
+
+/// The wrench of a contact.
+#[derive(Clone, Debug, PartialEq)]
+pub struct LiveContact {
+    /// Time to which the wrench belongs on the clock of the messages, ns since the epoch.
+    pub time_ns: i64,
+    /// Link about whose origin and along whose axes the wrench is.
+    pub frame: String,
+    /// The wrench, with the sign of the measured ones, and its uncertainty. Its time is since the start of the session.
+    pub wrench: WrenchEstimate,
 }
 
 /// What the fit of a whole beginning shows, for what is chosen once.
@@ -54,6 +83,7 @@ impl Running {
     pub(super) fn start(
         messages: &[RawMessage],
         request: &Request,
+        contact_frame: Option<&str>,
     ) -> Result<Self, RecordingError> {
         let observer = &mut |_| ControlFlow::Continue(());
         let log = LogReader::of_messages(NAME, messages);
@@ -70,18 +100,33 @@ impl Running {
         noticed.extend(corrected_delay(&plan, delay_s, fitted.delay));
         let is_found = plan.estimated_delay.is_some() || request.delay_s.is_some();
         let max_gap_s = equations.max_gap_s;
+        // The aligner gives wrenches on the payload, at the times of the motion.
+        let online = OnlineSettings {
+            known_tool: request.known_tool(),
+            ..OnlineSettings::default()
+        };
+        let (robot, sensors) = (&sources.robot, plan.sensors());
+        let identifier =
+            Identifier::with_settings(robot, &plan.tip, &sensors, &equations, &online)?;
         let mut running = Self {
+            has_offset: equations.wrench_offset,
+            contact_frame: frame_of_contact(&identifier, contact_frame, &plan)?,
             is_settled: is_found || equations.method != Method::Tactile,
             delay_s,
             cutoff_hz: equations.cutoff_hz,
             decoder: recording.live_decoder(max_gap_s),
             aligner: Aligner::new(plan.streams.clone(), &sources.robot, delay_s, max_gap_s),
-            identifier: Identifier::new(&sources.robot, &plan.tip, &plan.sensors(), &equations)?,
+            identifier,
             steps: Steps::new(sources),
             events: Vec::new(),
+            channels: ChannelMonitor::new(sensors.len()),
+            unmeasured: plan.unmeasured.clone(),
+            tip: plan.tip.clone(),
+            equations,
             noticed,
             acts_on: request.wrench_acts_on.unwrap_or_default(),
             samples: 0,
+            payload_changes: 0,
             last_ns: sources.start_ns,
             without_sample: 0,
             sources: sources.clone(),
@@ -104,18 +149,29 @@ impl Running {
         self.decoder.decode(message, &mut self.events);
         for event in self.events.drain(..) {
             self.steps.push(&event);
+            if let Measured::Wrench(sensor, wrench) = &event.measured {
+                self.channels.push(*sensor, event.time_s, wrench);
+            }
             self.aligner.push(event);
         }
         while let Some(aligned) = self.aligner.next() {
             let outcome = self.identifier.push(&aligned.sample())?;
+            if outcome == PushOutcome::PayloadChanged {
+                self.payload_changes += 1;
+            }
             if outcome != PushOutcome::Rejected {
                 self.samples += 1;
                 self.without_sample = 0;
-                let since_start_ns = (aligned.time_s * 1e9).round() as i64;
-                self.last_ns = self.sources.start_ns.saturating_add(since_start_ns);
+                self.last_ns = self.time_ns(aligned.time_s);
             }
         }
         Ok(())
+    }
+
+    /// Returns a time on the clock of the messages, ns since the epoch, given that of a sample, s.
+    fn time_ns(&self, sample_s: f64) -> i64 {
+        let since_start_ns = (sample_s * 1e9).round() as i64;
+        self.sources.start_ns.saturating_add(since_start_ns)
     }
 
     pub(super) fn identifier(&self) -> &Identifier {
@@ -136,15 +192,55 @@ impl Running {
         })
     }
 
+    /// Returns the wrench of a contact, with the sign of the measured wrenches; `None` before the motion has determined
+    /// what it is measured against.
+    pub(super) fn contact_wrench(&self) -> Option<LiveContact> {
+        let (frame, axes) = &self.contact_frame;
+        let found = self.identifier.contact_wrench(axes);
+        let wrench = found.filter(|_| self.identifier.knows_weight())?;
+        Some(LiveContact {
+            time_ns: self.time_ns(wrench.time_s),
+            frame: frame.clone(),
+            wrench: wrench.with_sign(self.acts_on.sign()),
+        })
+    }
+
+    /// Sets the zero of the sensor, and returns whether what is known of the payload allows it.
+    pub(super) fn tare(&mut self) -> bool {
+        self.identifier.tare()
+    }
+
     /// Returns what was noticed of topics and steps, without what the identifier finds.
     pub(super) fn noticed(&self) -> Vec<Finding> {
         let mut findings = self.noticed.clone();
         findings.extend(self.steps.findings(&self.sources));
+        findings.extend(constant_channels(
+            (&self.channels, CONSTANT_S),
+            &self.equations,
+            &self.sources,
+            &self.tip,
+            &self.unmeasured,
+        ));
         findings
     }
 
     pub(super) fn faults(&self) -> Vec<DataFault> {
         self.decoder.faults().to_vec()
+    }
+}
+
+/// Returns the frame of the wrench of a contact: as requested, or that of the only sensor, or the tip where there are several
+/// sensors or one that moves.
+fn frame_of_contact(
+    identifier: &Identifier,
+    requested: Option<&str>,
+    plan: &Plan<'_>,
+) -> Result<(String, WrenchFrame), IdentifyError> {
+    let at = |link: &str| Ok((link.to_owned(), identifier.wrench_frame(link, None)?));
+    match (requested, &plan.sources.sensors[..]) {
+        (Some(link), _) => at(link),
+        (None, [sensor]) => at(sensor).or_else(|_: IdentifyError| at(&plan.tip)),
+        (None, _) => at(&plan.tip),
     }
 }
 

@@ -6,12 +6,12 @@ use std::thread::{self, JoinHandle};
 
 use schemars::JsonSchema;
 use serde::Serialize;
-use tactid_identify::{Identifier, PayloadEstimate, WrenchOffset};
+use tactid_identify::{Finding as DataFinding, Identifier, PayloadEstimate, WrenchOffset};
 use tactid_logs::messages::{JointState, WrenchStamped};
 use tactid_logs::{RawMessage, Topic};
 
 use super::beginning::Beginning;
-use super::running::Running;
+use super::running::{LiveContact, Running};
 use crate::{DataFault, Finding, RecordingError, Request};
 
 /// Length of the beginning from which the last plan is made, s: that of a recording.
@@ -32,13 +32,16 @@ const LONGEST_SILENCE_S: f64 = 1.0;
 const MOST_WITHOUT_SAMPLE: u64 = 500;
 
 /// How a live session is run.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct LiveSettings {
     /// Length of the messages from which the first plan is made, s.
     pub first_s: f64,
     /// Whether plans are made in another thread, while [`LiveSession::push`] returns at once. Results then depend on
     /// how fast the machine is.
     pub in_background: bool,
+    /// Link about whose origin and along whose axes [`LiveSession::contact_wrench`] is. It moves with the end-effector.
+    /// Default: that of the sensor; the end-effector where there are several sensors.
+    pub contact_frame: Option<String>,
 }
 
 impl Default for LiveSettings {
@@ -46,6 +49,7 @@ impl Default for LiveSettings {
         Self {
             first_s: 5.0,
             in_background: true,
+            contact_frame: None,
         }
     }
 }
@@ -118,10 +122,10 @@ impl LiveSession {
         request.check_live()?;
         Ok(Self {
             request: Arc::new(request),
+            due_s: Some(settings.first_s),
             settings,
             topics: BTreeMap::new(),
             beginning: Beginning::default(),
-            due_s: Some(settings.first_s),
             is_replaced: false,
             has_same_beginning: false,
             planning: None,
@@ -199,6 +203,44 @@ impl LiveSession {
     #[must_use]
     pub fn wrench_offset(&self) -> Option<WrenchOffset> {
         self.running.as_ref()?.wrench_offset()
+    }
+
+    /// Returns the wrench of a contact as of the last sample: see [`Identifier::contact_wrench`]. `None` before the motion
+    /// has [determined](Identifier::knows_weight) payload and offset.
+    #[must_use]
+    pub fn contact_wrench(&self) -> Option<LiveContact> {
+        self.running.as_ref()?.contact_wrench()
+    }
+
+    /// Returns the number of payload changes that were detected since the identification began.
+    #[must_use]
+    pub fn payload_changes(&self) -> u64 {
+        let running = self.running.as_ref();
+        running.map_or(0, |running| running.payload_changes)
+    }
+
+    /// Sets the zero of the wrench sensor and holds the payload: see [`Identifier::tare`].
+    ///
+    /// # Errors
+    /// Returns [`RecordingError::Data`] before the payload is known, and [`RecordingError::Option`] where the offset of the
+    /// wrenches is not an unknown.
+    pub fn tare(&mut self) -> Result<(), RecordingError> {
+        let not_yet = "the payload is not known yet: call again once it is";
+        let Some(running) = &mut self.running else {
+            return Err(RecordingError::data(not_yet));
+        };
+        if !running.has_offset {
+            return Err(RecordingError::Option {
+                option: "wrench_offset",
+                what: "there is no zero to set, because the offset of the wrenches is not identified: give `wrench_offset` \
+                       as yes"
+                    .to_owned(),
+            });
+        }
+        match running.tare() {
+            true => Ok(()),
+            false => Err(RecordingError::data(not_yet)),
+        }
     }
 
     /// Returns what the session does at the moment.
@@ -289,7 +331,8 @@ impl LiveSession {
 
     fn plan(&mut self) {
         let (messages, request) = (self.beginning.messages(), self.request.clone());
-        let planned = thread::spawn(move || Running::start(&messages, &request));
+        let frame = self.settings.contact_frame.clone();
+        let planned = thread::spawn(move || Running::start(&messages, &request, frame.as_deref()));
         self.planning = Some((self.beginning.pushed, planned));
     }
 
@@ -381,7 +424,11 @@ impl LiveSnapshot {
     /// Returns all findings. Cost: some 20 ms, see [`Identifier::findings`].
     #[must_use]
     pub fn findings(&self) -> Vec<Finding> {
+        // Averages of a constant channel change by rounding: the session looks at the messages instead.
+        let is_of_messages =
+            |found: &DataFinding| matches!(found, DataFinding::ConstantChannels { .. });
         let found = self.identifier.iter().flat_map(Identifier::findings);
+        let found = found.filter(|found| !is_of_messages(found));
         self.noticed
             .iter()
             .cloned()

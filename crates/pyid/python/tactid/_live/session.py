@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import time
 from collections.abc import Sequence
+from dataclasses import dataclass
 from typing import TypeAlias
 
 from tactid import _native
+from tactid._api.online import WrenchEstimate
 from tactid._base.findings import DataFault, Finding
 from tactid._options.options import Options
 from tactid._results.payload import PayloadEstimate
@@ -14,6 +16,18 @@ from tactid._results.records import LiveStatus, WrenchOffset
 
 Message: TypeAlias = tuple[str, str, bytes, int]
 """Topic, type, data as CDR, and time of arrival in ns since the epoch of a message."""
+
+
+@dataclass(frozen=True)
+class LiveContact:
+    """The wrench of a contact."""
+
+    time_ns: int
+    """Time to which it belongs on the clock of the messages, ns since the epoch."""
+    frame: str
+    """The link about whose origin and along whose axes it is."""
+    wrench: WrenchEstimate
+    """The wrench with its uncertainty."""
 
 
 class Session:
@@ -26,10 +40,14 @@ class Session:
         options: The options of the identification.
         in_background: Whether what is left open is chosen in another thread, while
             :meth:`push` returns at once. Results then depend on how fast the machine is.
+        contact_frame: The link about whose origin and along whose axes the wrench of a contact is;
+            it moves with the tip. Default: that of the sensor, or the tip where there are several.
     """
 
-    def __init__(self, options: Options, *, in_background: bool) -> None:
-        self._native = _native.LiveSession(options.plain(), in_background)
+    def __init__(
+        self, options: Options, *, in_background: bool, contact_frame: str | None = None
+    ) -> None:
+        self._native = _native.LiveSession(options.plain(), in_background, contact_frame)
 
     def announce(self, topics: Sequence[tuple[str, str]]) -> None:
         """Notes that there are topics, each with its type: one that is not used is reported."""
@@ -60,6 +78,33 @@ class Session:
         """Returns the offset of the wrenches; None where it is not an unknown."""
         offset = self._native.wrench_offset()
         return None if offset is None else WrenchOffset(**offset)
+
+    def contact_wrench(self) -> LiveContact | None:
+        """Returns the wrench of a contact as of the last sample: measured less offset and load.
+
+        None stands before the motion has determined mass, centre of mass and offset.
+        """
+        found = self._native.contact_wrench()
+        if found is None:
+            return None
+        time_ns, frame, wrench = found
+        return LiveContact(time_ns, frame, WrenchEstimate(*wrench))
+
+    def payload_changes(self) -> int:
+        """Returns the number of payload changes since the identification began."""
+        return self._native.payload_changes()
+
+    def tare(self) -> None:
+        """Sets the zero of the wrench sensor, and holds the payload.
+
+        The samples that follow determine the zero, the first of them within 0.2 s at a cutoff of
+        10 Hz. Nothing may touch the payload meanwhile; the arm may move.
+
+        Raises:
+            TactidError: The payload is not known yet.
+            ArgumentError: The option ``wrench_offset`` does not make the zero an unknown.
+        """
+        self._native.tare()
 
     def status(self) -> LiveStatus:
         """Returns what the session does at the moment."""
