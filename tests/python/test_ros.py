@@ -55,19 +55,21 @@ class Listener:
 
     def __init__(self) -> None:
         from diagnostic_msgs.msg import DiagnosticArray
-        from geometry_msgs.msg import InertiaStamped
+        from geometry_msgs.msg import InertiaStamped, WrenchStamped
         from std_srvs.srv import Trigger
 
         os.environ.update(DOMAIN)
         rclpy.init()
         self.node = rclpy.create_node("listener")
         self.masses: list[float] = []
+        self.contacts: list[Any] = []
         self.reports: dict[str, Any] = {}
         diagnostics = "/tactid/diagnostics"
         self.node.create_subscription(InertiaStamped, "/tactid/payload", self._payload, 10)
         self.node.create_subscription(DiagnosticArray, diagnostics, self._report, 10)
+        contact = "/tactid/contact_wrench"
+        self.node.create_subscription(WrenchStamped, contact, self.contacts.append, 100)
         self.trigger = Trigger
-        self.client = self.node.create_client(Trigger, "/tactid/save")
 
     def _payload(self, message: Any) -> None:
         self.masses.append(message.inertia.m)
@@ -87,9 +89,10 @@ class Listener:
         status = self.reports.get("status")
         return {each.key: each.value for each in status.values} if status else {}
 
-    def save(self) -> Any:
-        """Calls the service that saves the payload."""
-        answer = self.client.call_async(self.trigger.Request())
+    def call(self, service: str) -> Any:
+        """Calls a service of the node."""
+        client = self.node.create_client(self.trigger, f"/tactid/{service}")
+        answer = client.call_async(self.trigger.Request())
         self.wait(answer.done)
         return answer.result()
 
@@ -113,6 +116,19 @@ def _from_log(bag: Path) -> Any:
     return estimate.values
 
 
+def _check_contacts(listener: Listener, facts: dict[str, str]) -> None:
+    """Nothing touches the payload; each wrench has the frame and the time that it belongs to."""
+    contacts = listener.contacts
+    times_ns = [each.header.stamp.sec * 10**9 + each.header.stamp.nanosec for each in contacts]
+    assert len(contacts) > 50
+    assert np.all(np.diff(times_ns) > 0)
+    assert {each.header.frame_id for each in contacts} == {"tool0"} == {facts["contact_frame"]}
+    assert 0.02 < float(facts["contact_latency_s"]) < 0.06
+    std_devs = [float(text) for text in facts["contact_std_devs"].split(", ")]
+    forces = [[getattr(each.wrench.force, axis) for axis in "xyz"] for each in contacts]
+    assert np.all(np.abs(forces) < 6 * np.array(std_devs[:3]))
+
+
 @pytest.mark.usefixtures("node")
 def test_the_node_identifies_what_is_published(
     bag: Path, listener: Listener, tmp_path: Path
@@ -131,7 +147,7 @@ def test_the_node_identifies_what_is_published(
     assert facts["topics"] == ", ".join(MEASURED)
     assert not any("lost" in name for name in listener.reports)
     offline = tactid.identify(bag, **OPTIONS).estimate
-    answer = listener.save()
+    answer = listener.call("save")
     assert answer.success, answer.message
     saved = json.loads((tmp_path / "payload.json").read_text())
     values = np.array(entries(saved["estimate"]["values"]))
@@ -139,8 +155,32 @@ def test_the_node_identifies_what_is_published(
     assert np.all(np.abs(values - _from_log(bag)) < 1e-3 * offline.std_devs)
     assert listener.masses[-1] == pytest.approx(values[0], rel=1e-9)
 
+    _check_contacts(listener, facts)
+    answer = listener.call("tare")
+    assert (answer.success, "`wrench_offset`" in answer.message) == (False, True)
+
     from geometry_msgs.msg import WrenchStamped
 
     listener.node.create_publisher(WrenchStamped, "/another/wrench", 10)
     listener.wait(lambda: "topics_not_used" in listener.reports)
     assert "/another/wrench" in listener.reports["topics_not_used"].message
+
+
+def test_a_simulated_arm_is_published(listener: Listener) -> None:
+    """Description, joint states and wrenches come as those of a robot, at real time."""
+    from rclpy.qos import qos_profile_sensor_data
+    from sensor_msgs.msg import JointState
+
+    stamps_ns: list[int] = []
+
+    def heard(message: Any) -> None:
+        stamps_ns.append(message.header.stamp.sec * 10**9 + message.header.stamp.nanosec)
+
+    listener.node.create_subscription(JointState, "/joint_states", heard, qos_profile_sensor_data)
+    command = [sys.executable, "-m", "tactid", "simulate", "--publish"]
+    with subprocess.Popen(command, env=os.environ | DOMAIN) as process:
+        listener.wait(lambda: len(stamps_ns) > 500)
+        process.send_signal(signal.SIGTERM)
+        assert process.wait(timeout=WAIT_S) == 143
+    assert abs(time.time_ns() - stamps_ns[-1]) < 5 * 10**9
+    assert np.all(np.diff(stamps_ns) % 2_000_000 == 0)

@@ -62,7 +62,7 @@ def run_live(
         _replay(replay, rate, chosen)
         return
     with interruptible():
-        _node().run(chosen, _from_parameters, ros_argument or [])
+        ros_module("node").run(chosen, _from_parameters, ros_argument or [])
 
 
 class LiveCommand(NumberListCommand):
@@ -75,15 +75,15 @@ class LiveCommand(NumberListCommand):
         return super().parse_args(ctx, args[:first] + of_ros)
 
 
-def _node() -> ModuleType:
-    """Returns the module of the node, which needs the user's installation of ROS 2."""
+def ros_module(name: str) -> ModuleType:
+    """Returns a module of ``_ros``, which needs the user's installation of ROS 2."""
     try:
-        return importlib.import_module("tactid._ros.node")
+        return importlib.import_module(f"tactid._ros.{name}")
     except ImportError as error:
         raise TactidError(
             f"the Python packages of ROS 2 cannot be imported ({error}): source the"
             " setup file of ROS 2 (source /opt/ros/DISTRIBUTION/setup.bash) and use its Python;"
-            " --replay LOG plays a recording without ROS"
+            " tactid live --replay LOG plays a recording without ROS"
         ) from None
 
 

@@ -6,8 +6,16 @@ from typing import Annotated
 import typer
 
 from tactid._api.simulation import files_of, simulate
+from tactid._base.errors import ArgumentError
 from tactid._base.naming import abridged
-from tactid._cli.console import check_files, notes, progress, reporting_partial_log
+from tactid._cli.console import (
+    check_files,
+    interruptible,
+    notes,
+    progress,
+    reporting_partial_log,
+)
+from tactid._cli.live_command import ros_module
 from tactid._native import Experiment
 from tactid._results.records import RunReport
 from tactid._results.truth import momentum_drift
@@ -26,12 +34,29 @@ def run_simulation(
             " follows it instead of the experiment's excitation."
         ),
     ] = None,
+    publish: Annotated[
+        bool,
+        typer.Option(
+            "--publish",
+            help="Publishes an arm with a payload on ROS 2 topics until it is stopped, instead of"
+            " writing a log.",
+        ),
+    ] = False,
 ) -> None:
     """Simulates an experiment and writes its log.
+
+    With --publish, the built-in arm swings payloads of 2.5 and 1.2 kg in turn, a minute each, and
+    is pushed by 15 N for 4 s of each minute: topics for tactid live without a robot.
 
     The exit code is 1 where the payload contradicts the bounds of active excitation, or the base
     exceeds its bound.
     """
+    if publish:
+        if experiment is not None or motion is not None:
+            raise ArgumentError("--publish has an arm and a motion of its own: leave out others")
+        with interruptible():
+            ros_module("publisher").run()
+        return
     chosen = Experiment.paper() if experiment is None else Experiment.from_file(experiment)
     if motion is not None:
         chosen = chosen.following(motion)

@@ -11,7 +11,7 @@ from typing import Any
 
 import rclpy
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
-from geometry_msgs.msg import InertiaStamped
+from geometry_msgs.msg import InertiaStamped, Vector3, WrenchStamped
 from rcl_interfaces.msg import ParameterDescriptor
 from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
 from rclpy.node import Node
@@ -22,7 +22,7 @@ from std_srvs.srv import Trigger
 from tactid._base.errors import TactidError
 from tactid._base.files import write_atomically
 from tactid._base.values import nested
-from tactid._live.session import Session
+from tactid._live.session import LiveContact, Session
 from tactid._options.options import Options, options_for
 from tactid._results.payload import PayloadEstimate
 from tactid._results.records import LiveStatus
@@ -57,13 +57,18 @@ class LiveNode(Node):
         self._options = self._with_parameters(given, read)
         dynamic = ParameterDescriptor(dynamic_typing=True)
         self.declare_parameter("save_to", SAVED, dynamic)
-        self._session = Session(self._options, in_background=True)
+        contact_frame = self.declare_parameter("contact_frame", None, dynamic).value
+        self._session = Session(self._options, in_background=True, contact_frame=contact_frame)
         self._inputs = Inputs(self, _named_topics(self._options))
         self._payload = self.create_publisher(InertiaStamped, "~/payload", 10)
+        self._contact = self.create_publisher(WrenchStamped, "~/contact_wrench", 10)
         self._diagnostics = self.create_publisher(DiagnosticArray, "~/diagnostics", 10)
         self._status = self.create_publisher(DiagnosticStatus, "~/status", 10)
         self.create_service(Trigger, "~/reset", self._on_reset)
         self.create_service(Trigger, "~/save", self._on_save)
+        self.create_service(Trigger, "~/tare", self._on_tare)
+        self._contact_ns = 0
+        self._changes = 0
         self._reporting: threading.Thread | None = None
 
     def run(self, executor: SingleThreadedExecutor) -> None:
@@ -74,6 +79,7 @@ class LiveNode(Node):
             begun_s = time.monotonic()
             if messages := self._inputs.take():
                 self._session.push(messages)
+                self._publish_newest()
             looks += 1
             if looks % SPUN_EVERY == 0:
                 executor.spin_once(timeout_sec=0.0)
@@ -96,6 +102,18 @@ class LiveNode(Node):
             if value is not None:
                 parameters[option.name] = value
         return given.replace(**read(parameters).given)
+
+    def _publish_newest(self) -> None:
+        """Publishes the wrench of a contact after a sample, and a payload change at once."""
+        contact = self._session.contact_wrench()
+        if contact is not None and contact.time_ns != self._contact_ns:
+            self._contact_ns = contact.time_ns
+            self._contact.publish(_wrench(contact))
+        changes = self._session.payload_changes()
+        if changes != self._changes:
+            self._changes = changes
+            self._publish()
+            self._status.publish(self._own_status(self._session.status()))
 
     def _publish(self) -> None:
         estimate = self._session.estimate()
@@ -159,6 +177,14 @@ class LiveNode(Node):
         }
         if estimate is not None:
             facts |= {"windows": estimate.windows, "payload_changes": estimate.payload_changes}
+        contact = self._session.contact_wrench()
+        if contact is not None:
+            facts |= {
+                "contact_frame": contact.frame,
+                "contact_latency_s": (status.last_ns - contact.time_ns) * 1e-9,
+                "contact_std_devs": ", ".join(f"{each:.3g}" for each in contact.wrench.std_devs),
+                "contact_or_payload_change": contact.wrench.is_changing,
+            }
         own.values = [KeyValue(key=key, value=str(value)) for key, value in facts.items()]
         return own
 
@@ -197,6 +223,16 @@ class LiveNode(Node):
             response.success, response.message = False, str(error)
         else:
             response.success, response.message = True, f"wrote {path.absolute()}"
+        return response
+
+    def _on_tare(self, _: Any, response: Any) -> Any:
+        try:
+            self._session.tare()
+        except TactidError as error:
+            response.success, response.message = False, str(error)
+        else:
+            words = "the zero of the sensor is determined anew, and the payload is held"
+            response.success, response.message = True, words
         return response
 
     def _document(self, estimate: PayloadEstimate) -> str:
@@ -255,6 +291,17 @@ def _named_topics(options: Options) -> dict[str, list[str]]:
 
 def _diagnostic(name: str, level: bytes, words: object) -> DiagnosticStatus:
     return DiagnosticStatus(level=level, name=f"tactid: {name}", message=str(words))
+
+
+def _wrench(contact: LiveContact) -> WrenchStamped:
+    message = WrenchStamped()
+    message.header.stamp = _stamp(contact.time_ns)
+    message.header.frame_id = contact.frame
+    x, y, z, *moment = contact.wrench.values.tolist()
+    message.wrench.force = Vector3(x=x, y=y, z=z)
+    x, y, z = moment
+    message.wrench.torque = Vector3(x=x, y=y, z=z)
+    return message
 
 
 def _stamp(time_ns: int) -> Any:
