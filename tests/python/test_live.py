@@ -1,6 +1,7 @@
 """A live session: a recording that is played message by message."""
 
 import math
+import os
 import struct
 import time
 from pathlib import Path
@@ -124,12 +125,21 @@ def test_wrong_input_is_one_line(
     assert done.stderr.count("\n") == 1
 
 
-def test_without_ros_the_error_says_what_to_do(command: TactidCommand) -> None:
-    try:
-        import rclpy  # noqa: F401
-    except ModuleNotFoundError:
-        done = command("live", "--tip", "tool0")
-        assert done.returncode == 2
-        assert "source the setup file of ROS 2" in done.stderr
-    else:
-        pytest.skip("ROS 2 is there")
+@pytest.mark.parametrize("arguments", [("live", "--tip", "tool0"), ("simulate", "--publish")])
+def test_without_ros_the_error_says_what_to_do(
+    command: TactidCommand,
+    arguments: tuple[str, ...],
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    (tmp_path / "rclpy.py").write_text("raise ImportError('there is no ROS')")
+    path = os.pathsep.join([str(tmp_path), os.environ.get("PYTHONPATH", "")])
+    monkeypatch.setenv("PYTHONPATH", path.rstrip(os.pathsep))
+    done = command(*arguments)
+    assert done.returncode == 2
+    assert "source the setup file of ROS 2" in done.stderr
+
+
+def test_an_arm_that_is_published_is_not_chosen(command: TactidCommand) -> None:
+    done = command("simulate", "own.toml", "--publish")
+    assert (done.returncode, "leave out others" in done.stderr) == (2, True)
