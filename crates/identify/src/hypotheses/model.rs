@@ -251,7 +251,7 @@ impl Model {
             if self.gravity == Vector3::zeros() {
                 (0..3).for_each(|k| fix(&mut sums.products, first, &Vector3::ith(k, 1.0)));
             } else {
-                fix(&mut sums.products, first, &self.gravity);
+                fix(&mut sums.products, first, &self.gravity.normalize());
             }
         }
         sums
@@ -412,12 +412,16 @@ pub(super) fn first_column_of(
     Some(10 + before.sum::<usize>())
 }
 
-/// Keeps unknowns, whose first column is given, from moving along a direction.
+/// Keeps unknowns, whose first column is given, from moving along a direction, a unit vector: what the
+/// measurements say about it is left out, and it is known.
 fn fix<const N: usize>(products: &mut DMatrix<f64>, first: usize, direction: &SVector<f64, N>) {
     let largest = (first..first + N).fold(0.0f64, |a, k| a.max(products[(k, k)]));
-    let added = direction * direction.transpose() * largest;
+    let mut rows = products.fixed_rows_mut::<N>(first);
+    rows -= direction * (direction.transpose() * &rows);
+    let mut columns = products.fixed_columns_mut::<N>(first);
+    columns -= (&columns * direction) * direction.transpose();
     let mut own = products.fixed_view_mut::<N, N>(first, first);
-    own += added;
+    own += direction * direction.transpose() * largest;
 }
 
 /// Adds the columns of a matrix.
