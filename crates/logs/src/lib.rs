@@ -50,6 +50,7 @@
 
 pub mod cdr;
 mod error;
+mod merge;
 pub mod messages;
 mod reader;
 mod rosbag2;
@@ -57,9 +58,11 @@ mod system_file;
 mod writer;
 
 pub use error::LogError;
+pub use merge::{Merged, merge_logs};
 pub use messages::Message;
 pub use reader::{
-    DEFAULT_MEMORY_LIMIT, Damage, LogReader, Messages, RawMessage, Topic, set_memory_limit,
+    DEFAULT_MEMORY_LIMIT, Damage, Definition, LogReader, Messages, RawMessage, Topic,
+    set_memory_limit,
 };
 pub use rosbag2::Durability;
 pub use writer::{Channel, LogWriter};

@@ -25,6 +25,16 @@ impl Durability {
         }
     }
 
+    /// Returns the durability that `offered_qos_profiles` state, in words or as numbers.
+    pub(crate) fn of_profiles(profiles: &str) -> Self {
+        let is_kept = ["durability: transient_local", "durability: 1\n"];
+        if is_kept.iter().any(|words| profiles.contains(words)) {
+            Self::TransientLocal
+        } else {
+            Self::Volatile
+        }
+    }
+
     /// Returns the `offered_qos_profiles` of a channel with one reliable publisher. Its history is
     /// unknown, as in every recording, because publishers do not announce it.
     pub(crate) fn offered_qos_profiles(self) -> String {
@@ -44,14 +54,15 @@ impl Durability {
 /// A topic in the description of a bag.
 pub(crate) struct TopicDescription {
     pub(crate) name: String,
-    pub(crate) type_name: &'static str,
+    pub(crate) type_name: String,
+    pub(crate) encoding: String,
     pub(crate) durability: Durability,
     pub(crate) count: u32,
 }
 
 /// File name in the description of a log. rosbag2 replaces it by the name of the file that it
 /// opens, so that the content of a log does not depend on its name.
-const ANY_NAME: &str = "log.mcap";
+pub(crate) const ANY_NAME: &str = "log.mcap";
 
 /// Description of a bag of one file.
 pub(crate) struct BagDescription<'a> {
@@ -61,11 +72,17 @@ pub(crate) struct BagDescription<'a> {
 }
 
 impl BagDescription<'_> {
-    /// Returns the value of `serialized_metadata` in the `rosbag2` record, which is YAML.
-    pub(crate) fn serialized(&self) -> String {
+    /// Returns the content of `metadata.yaml` for a file of this name.
+    pub(crate) fn file(&self, name: &str) -> String {
+        let lines = self.serialized(name).replace('\n', "\n  ");
+        format!("rosbag2_bagfile_information:\n  {lines}\n")
+    }
+
+    /// Returns the value of `serialized_metadata` in the `rosbag2` record, which is YAML, for a file
+    /// of this name.
+    pub(crate) fn serialized(&self, file: &str) -> String {
         let (start, end) = self.times_ns;
         let (duration, count) = (end - start, self.message_count());
-        let file = ANY_NAME;
         let topics: String = self.topics.iter().map(describe).collect();
         let mut yaml = format!("version: {METADATA_VERSION}\nstorage_identifier: mcap\n");
         // Writing to a string cannot fail.
@@ -99,9 +116,9 @@ fn describe(topic: &TopicDescription) -> String {
         .replace('\n', "\n        ");
     format!(
         "  - topic_metadata:\n      name: {}\n      type: {}\n      \
-         serialization_format: cdr\n      offered_qos_profiles:\n        {qos}\n      \
+         serialization_format: {}\n      offered_qos_profiles:\n        {qos}\n      \
          type_description_hash: \"\"\n    message_count: {}\n",
-        topic.name, topic.type_name, topic.count,
+        topic.name, topic.type_name, topic.encoding, topic.count,
     )
 }
 

@@ -13,7 +13,7 @@ use crate::{
     cdr,
     error::LogError,
     messages::Message,
-    rosbag2::{BagDescription, Durability, TopicDescription, invalid_topic},
+    rosbag2::{ANY_NAME, BagDescription, Durability, TopicDescription, invalid_topic},
     system_file,
 };
 
@@ -47,6 +47,13 @@ pub struct Channel<M> {
     id: u16,
     index: usize,
     message: PhantomData<fn(&M)>,
+}
+
+/// Definition of a type of messages.
+#[derive(Clone, Copy)]
+pub(crate) struct Schema<'a> {
+    pub(crate) encoding: &'a str,
+    pub(crate) text: &'a [u8],
 }
 
 impl LogWriter<BufWriter<File>> {
@@ -178,22 +185,40 @@ impl<W: Write + Seek> LogWriter<W> {
             "offered_qos_profiles".to_owned(),
             durability.offered_qos_profiles(),
         )]);
-        let id = self
-            .mcap
-            .add_schema(M::TYPE, "ros2msg", M::schema().as_bytes())
-            .and_then(|schema| self.mcap.add_channel(schema, topic, "cdr", &metadata))
-            .map_err(|error| write_error(&self.path, error))?;
-        self.topics.push(TopicDescription {
+        let schema = Schema {
+            encoding: "ros2msg",
+            text: M::schema().as_bytes(),
+        };
+        let description = TopicDescription {
             name: topic.to_owned(),
-            type_name: M::TYPE,
+            type_name: M::TYPE.to_owned(),
+            encoding: "cdr".to_owned(),
             durability,
             count: 0,
-        });
+        };
+        let id = self.add_channel(description, schema, &metadata)?;
         Ok(Channel {
             id,
             index: self.topics.len() - 1,
             message: PhantomData,
         })
+    }
+
+    /// Adds a topic as it is described, and returns the number of its channel.
+    pub(crate) fn add_channel(
+        &mut self,
+        topic: TopicDescription,
+        schema: Schema<'_>,
+        metadata: &BTreeMap<String, String>,
+    ) -> Result<u16, LogError> {
+        let (name, encoding) = (&topic.name, &topic.encoding);
+        let id = self
+            .mcap
+            .add_schema(&topic.type_name, schema.encoding, schema.text)
+            .and_then(|schema| self.mcap.add_channel(schema, name, encoding, metadata))
+            .map_err(|error| write_error(&self.path, error))?;
+        self.topics.push(topic);
+        Ok(id)
     }
 
     /// Appends a message. `time_ns` is its log time, ns, on the clock of the stamps. Messages may
@@ -226,19 +251,32 @@ impl<W: Write + Seek> LogWriter<W> {
             log_time: time_ns,
             publish_time: time_ns,
         };
-        self.make_room(time_ns)?;
+        let buffer = std::mem::take(&mut self.buffer);
+        let written = self.write_encoded(channel.index, &header, &buffer);
+        self.buffer = buffer;
+        written
+    }
+
+    /// Appends an encoded message to the topic with this place among all.
+    pub(crate) fn write_encoded(
+        &mut self,
+        topic: usize,
+        header: &MessageHeader,
+        data: &[u8],
+    ) -> Result<(), LogError> {
+        self.make_room(header.log_time, data.len())?;
         self.mcap
-            .write_to_known_channel(&header, &self.buffer)
+            .write_to_known_channel(header, data)
             .map_err(|error| write_error(&self.path, error))?;
-        if let Some(topic) = self.topics.get_mut(channel.index) {
+        if let Some(topic) = self.topics.get_mut(topic) {
             topic.count += 1;
         }
         Ok(())
     }
 
-    /// Ends the open chunk if the message in the buffer, with this log time, belongs to the next
+    /// Ends the open chunk if a message of so many bytes, with this log time, belongs to the next
     /// one.
-    fn make_room(&mut self, time_ns: u64) -> Result<(), LogError> {
+    fn make_room(&mut self, time_ns: u64, bytes: usize) -> Result<(), LogError> {
         let (first, last) = self.times_ns.unwrap_or((time_ns, time_ns));
         self.times_ns = Some((first.min(time_ns), last.max(time_ns)));
 
@@ -247,7 +285,7 @@ impl<W: Write + Seek> LogWriter<W> {
             self.flush()?;
             self.chunk_start_ns = Some(time_ns);
         }
-        self.chunk_bytes += self.buffer.len();
+        self.chunk_bytes += bytes;
         Ok(())
     }
 
@@ -282,16 +320,27 @@ impl<W: Write + Seek> LogWriter<W> {
             .map_err(|error| write_error(&self.path, error))
     }
 
+    /// Returns the `metadata.yaml` of a bag whose only file has this name and what was written so
+    /// far.
+    #[must_use]
+    pub fn bag_metadata(&self, file: &str) -> String {
+        self.description().file(file)
+    }
+
+    fn description(&self) -> BagDescription<'_> {
+        BagDescription {
+            times_ns: self.times_ns.unwrap_or_default(),
+            topics: &self.topics,
+        }
+    }
+
     /// Writes the description for rosbag2, the index and the statistics, and returns the stream.
     ///
     /// # Errors
     /// Returns [`LogError::Io`] or [`LogError::Write`] if the log cannot be written.
     pub fn finish(mut self) -> Result<W, LogError> {
-        let description = BagDescription {
-            times_ns: self.times_ns.unwrap_or_default(),
-            topics: &self.topics,
-        };
-        let record = BTreeMap::from([("serialized_metadata".to_owned(), description.serialized())]);
+        let description = self.description().serialized(ANY_NAME);
+        let record = BTreeMap::from([("serialized_metadata".to_owned(), description)]);
         self.metadata("rosbag2", record)?;
         self.mcap
             .finish()

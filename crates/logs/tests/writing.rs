@@ -4,12 +4,15 @@
 
 mod common;
 
-use std::{fs, io::Cursor, path::Path};
+use std::{fs, io::Cursor, ops::ControlFlow, path::Path};
 
-use common::{STEP_NS, joint_state, log};
+use common::{
+    STEP_NS, golden, joint_state, log, read_file,
+    sqlite::{create, fill},
+};
 use mcap::records::{Record, op};
 use tactid_logs::{
-    Durability, LogError, LogReader, LogWriter,
+    Durability, LogError, LogReader, LogWriter, merge_logs,
     messages::{JointState, StringMsg},
 };
 
@@ -247,4 +250,47 @@ fn a_pipe_is_refused() {
     assert!(made.success());
     let error = LogWriter::create(&path).map(drop).unwrap_err().to_string();
     assert!(error.contains("pipe: a log needs a file"), "{error}");
+}
+
+/// Two logs become one, in which every message and every topic is as it was, of MCAP and of SQLite, and the description of
+/// the bag is that of the new log.
+#[test]
+fn merged_logs_keep_their_messages() {
+    let folder = tempfile::tempdir().unwrap();
+    let [first, second, merged] =
+        ["a.db3", "b.mcap", "bag/log_0.mcap"].map(|n| folder.path().join(n));
+    fs::create_dir(folder.path().join("bag")).unwrap();
+    fill(&create(&first, 4, true), 0..25, <[u8]>::to_vec);
+    fs::write(&second, two_messages()).unwrap();
+    for other in [&first, &golden("bag")] {
+        let logs = [other, &second].map(|path| LogReader::open(path).unwrap());
+        let progress = &mut |_| ControlFlow::Continue(());
+        let found = merge_logs(&[&logs[0], &logs[1]], &merged, "log_0.mcap", progress).unwrap();
+        fs::write(folder.path().join("bag/metadata.yaml"), &found.bag_metadata).unwrap();
+        assert!(found.damage.is_empty());
+        let mut expected = [read_file(other).unwrap().0, read_file(&second).unwrap().0].concat();
+        expected.sort_by_key(|message| message.1);
+        assert_eq!(read_file(&folder.path().join("bag")).unwrap().0, expected);
+        let log = LogReader::open(&merged).unwrap();
+        for (topic, from) in log.topics().iter().zip(&logs).filter(|(topic, from)| {
+            let same = from
+                .topics()
+                .iter()
+                .filter(|other| other.name == topic.name);
+            same.count() == 1
+        }) {
+            let (was, is) = (from.definition(topic), log.definition(topic));
+            assert!(is.schema.starts_with(b"std_msgs/Header header") || was.schema == is.schema);
+            assert!(is.metadata["offered_qos_profiles"].contains("durability"));
+        }
+        let yaml = &log.metadata()["rosbag2"]["serialized_metadata"];
+        assert!(
+            yaml.contains(&format!("message_count: {}", expected.len())),
+            "{yaml}"
+        );
+        let stop = &mut |_| ControlFlow::Break(());
+        let many = LogReader::open(&merged).unwrap();
+        let stopped = merge_logs(&[&many; 8], &folder.path().join("c"), "c", stop);
+        assert!(matches!(stopped, Err(LogError::Interrupted)), "{stopped:?}");
+    }
 }

@@ -18,6 +18,11 @@ pub use geometry::{
 };
 pub use trajectory::{Duration, JointTrajectory, JointTrajectoryPoint};
 
+/// Returns the `ros2msg` schema of a type by its name; empty for a type that is not defined here.
+pub(crate) fn schema_of(type_name: &str) -> String {
+    schema::compose(type_name)
+}
+
 /// A message type that can be the type of a topic.
 pub trait Message: Field + Default {
     /// Full name of the type, for instance `sensor_msgs/msg/JointState`.

@@ -27,8 +27,8 @@ use std::{
 use missing::no_such_log;
 use opening::Opening;
 use source::{Format, Source};
-pub use storage::Damage;
 use storage::{Channel, FileIndex, MemoryBudget, Metadata};
+pub use storage::{Damage, Definition};
 pub use stream::{Messages, RawMessage};
 
 use crate::{error::LogError, messages::Message};
@@ -200,6 +200,16 @@ impl LogReader {
             .iter()
             .find(|topic| topic.name == name)
             .map(AsRef::as_ref)
+    }
+
+    /// Returns what the log states of the messages of one of its topics: the definition of a channel
+    /// that has one. SQLite bags have none.
+    #[must_use]
+    pub fn definition(&self, topic: &Topic) -> Definition {
+        let channels = self.files.iter().flat_map(|file| file.channels.values());
+        let own = channels.filter(|channel| channel.key() == topic.key());
+        let found = own.max_by_key(|channel| !channel.definition.schema.is_empty());
+        found.map_or_else(Definition::default, |channel| channel.definition.clone())
     }
 
     /// Returns the topics of a type in the order of their names.

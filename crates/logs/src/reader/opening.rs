@@ -6,7 +6,7 @@ use std::{
     time::{Duration, Instant},
 };
 
-use super::storage::{MemoryBudget, in_mib};
+use super::storage::{Definition, MemoryBudget, in_mib};
 use crate::error::LogError;
 
 /// Time from one call of the watch to the next, at least.
@@ -77,6 +77,16 @@ impl<'a> Opening<'a> {
     ) -> Result<(), LogError> {
         let add = |(count, bytes), text: &str| (count + 1, bytes + text.len() as u64);
         self.keep_texts(path, texts.into_iter().fold((0, 0), add))
+    }
+
+    /// Counts the definition of a topic among what the index keeps of a file.
+    pub(super) fn keep_definition(
+        &mut self,
+        path: &Path,
+        definition: &Definition,
+    ) -> Result<(), LogError> {
+        let add = |(count, bytes), text: &[u8]| (count + 1, bytes + text.len() as u64);
+        self.keep_texts(path, definition.texts().fold((0, 0), add))
     }
 
     /// Counts names of topics, types and encodings among what the index keeps of a file.

@@ -87,6 +87,37 @@ pub(super) struct Channel {
     pub(super) count: u64,
     /// First and last log time, ns.
     pub(super) times_ns: Option<(u64, u64)>,
+    pub(super) definition: Definition,
+}
+
+/// What a file states of the messages of a topic, as it stands there; empty where it is left out.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Definition {
+    /// Language of the schema, such as `ros2msg`.
+    pub schema_encoding: String,
+    /// Definition of the type of the messages.
+    pub schema: Arc<[u8]>,
+    /// Metadata of the channel, such as the offered quality of service.
+    pub metadata: BTreeMap<String, String>,
+}
+
+impl Definition {
+    /// Returns the definition in the records of a channel and, where there is one, its schema.
+    pub(super) fn new(metadata: BTreeMap<String, String>, schema: Option<(&str, &[u8])>) -> Self {
+        let (encoding, schema) = schema.unwrap_or_default();
+        Self {
+            schema_encoding: encoding.to_owned(),
+            schema: schema.into(),
+            metadata,
+        }
+    }
+
+    /// Texts of the definition.
+    pub(super) fn texts(&self) -> impl Iterator<Item = &[u8]> {
+        let metadata = self.metadata.iter();
+        let texts = metadata.flat_map(|(key, value)| [key.as_bytes(), value.as_bytes()]);
+        texts.chain([self.schema_encoding.as_bytes(), &*self.schema])
+    }
 }
 
 impl Channel {

@@ -13,6 +13,10 @@ use crate::{
 /// What is wrong with a record of lengths that contradict each other.
 const TOO_LONG: &str = "a text or map that is longer than its record, or ends within an entry";
 
+/// Longest definition of a schema or metadata of a channel that is kept, bytes. Definitions of ROS
+/// have a few thousand.
+const MAX_DEFINITION: usize = 1 << 16;
+
 /// A part of a record's body.
 #[derive(Clone, Copy)]
 enum Part {
@@ -48,7 +52,8 @@ fn parts(opcode: u8) -> Option<&'static [Part]> {
 /// The library allocates as much memory as a text claims to need before it reads it, and reads the
 /// last entry of a map to its end even where the map ends before: a damaged length would take up
 /// to 4 GiB. A map takes ten times the memory of its record. The definition of a schema and the
-/// metadata of a channel are not needed and left out.
+/// metadata of a channel are left out where they are damaged or unusually long: only a copy of the
+/// log needs them.
 pub(super) fn checked<'a>(
     (opcode, body): (u8, &'a [u8]),
     path: &Path,
@@ -64,6 +69,14 @@ pub(super) fn checked<'a>(
     let bytes = body.len() as u64;
     match opcode {
         op::SCHEMA | op::CHANNEL => {
+            let last = if opcode == op::SCHEMA {
+                Part::Bytes
+            } else {
+                Part::TextPairs
+            };
+            if rest.len() <= MAX_DEFINITION && skip(last, rest, &mut 0).is_some() {
+                return Ok(Some(body.into()));
+            }
             let needed = body.get(..body.len() - rest.len()).unwrap_or_default();
             return Ok(Some([needed, &[0; 4]].concat().into()));
         }
@@ -75,8 +88,7 @@ pub(super) fn checked<'a>(
     Ok(Some(body.into()))
 }
 
-/// Parses the body of a record, of which the definition of a schema and the metadata of a channel
-/// are left out.
+/// Parses the body of a record, as far as it is [`checked`].
 ///
 /// # Errors
 /// Returns the damage of the file if the body does not fit such a record.
@@ -189,21 +201,28 @@ mod tests {
         assert_eq!(refused, with_text);
     }
 
-    /// The definition of a schema and the metadata of a channel are left out: a map of short texts
+    /// The metadata of a channel are kept, unless they are damaged or long: a map of short texts
     /// takes ten times the memory of its record.
     #[test]
-    fn what_is_not_needed_is_left_out() {
-        let mut channel = vec![7, 0, 1, 0, 1, 0, 0, 0, b't', 1, 0, 0, 0, b'e'];
-        channel.extend(&metadata(1)[5..]);
-        let Ok(Record::Channel(record)) = parse(op::CHANNEL, &channel) else {
-            panic!("no channel");
-        };
-        assert_eq!((record.id, record.schema_id), (7, 1));
-        assert_eq!(
-            (record.topic.as_str(), record.message_encoding.as_str()),
-            ("t", "e")
-        );
-        assert!(record.metadata.is_empty());
+    fn what_is_not_needed_may_be_left_out() {
+        let head = [7, 0, 1, 0, 1, 0, 0, 0, b't', 1, 0, 0, 0, b'e'];
+        let pair = [1, 0, 0, 0, b'k', 1, 0, 0, 0, b'v'];
+        let many = pair.repeat(MAX_DEFINITION / pair.len() + 1);
+        for (pairs, kept) in [
+            (metadata(1)[5..].to_vec(), 1),
+            (metadata(9)[5..].to_vec(), 0),
+            ([&(many.len() as u32).to_le_bytes(), &*many].concat(), 0),
+        ] {
+            let Ok(Record::Channel(record)) = parse(op::CHANNEL, &[&head, &*pairs].concat()) else {
+                panic!("no channel");
+            };
+            assert_eq!((record.id, record.schema_id), (7, 1));
+            assert_eq!(
+                (record.topic.as_str(), record.message_encoding.as_str()),
+                ("t", "e")
+            );
+            assert_eq!(record.metadata.len(), kept);
+        }
     }
 
     /// The texts of a map count before they are parsed.

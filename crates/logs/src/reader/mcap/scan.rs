@@ -15,7 +15,7 @@ use crate::{
     reader::{
         opening::Opening,
         source::Content,
-        storage::{Channel, Entry, Segment, Stop},
+        storage::{Channel, Definition, Entry, Segment, Stop},
         zstd_context::ZstdContext,
     },
 };
@@ -59,8 +59,8 @@ pub(super) fn open(
 struct Scan<'a, 'b> {
     opening: &'a mut Opening<'b>,
     index: McapIndex,
-    /// Names of message types by schema.
-    schemas: BTreeMap<u16, String>,
+    /// Name, encoding and definition of message types by schema.
+    schemas: BTreeMap<u16, (String, String, Vec<u8>)>,
     /// The range of messages outside of chunks that is being scanned.
     plain: Option<(Place, Segment)>,
     zstd: ZstdContext,
@@ -172,19 +172,22 @@ impl Scan<'_, '_> {
             Err(file.damage(head.at_byte, what))
         };
         match record::parse(head, body, file, self.opening)? {
-            Record::Schema { header, .. } => match self.schemas.get(&header.id) {
-                Some(known) if *known != header.name => return redefined("schema"),
+            Record::Schema { header, data } => match self.schemas.get(&header.id) {
+                Some((known, ..)) if *known != header.name => return redefined("schema"),
                 Some(_) => {}
                 None => {
                     let name = [header.name.as_str()];
                     self.opening.keep_names(&file.path, name)?;
-                    self.schemas.insert(header.id, header.name);
+                    let schema = (header.name, header.encoding, data.into_owned());
+                    self.schemas.insert(header.id, schema);
                 }
             },
             Record::Channel(record) => {
-                let type_name = self.schemas.get(&record.schema_id);
+                let schema = self.schemas.get(&record.schema_id);
+                let text = schema.map(|(_, encoding, text)| (encoding.as_str(), text.as_slice()));
                 let channel = Channel {
-                    type_name: type_name.cloned().unwrap_or_default(),
+                    type_name: schema.map_or(String::new(), |(name, ..)| name.clone()),
+                    definition: Definition::new(record.metadata, text),
                     topic: record.topic,
                     encoding: record.message_encoding,
                     ..Channel::default()
@@ -193,7 +196,9 @@ impl Scan<'_, '_> {
                     Some(known) if known.key() != channel.key() => return redefined("channel"),
                     Some(_) => {}
                     None => {
+                        let definition = &channel.definition;
                         self.opening.keep_names(&file.path, channel.key())?;
+                        self.opening.keep_definition(&file.path, definition)?;
                         self.index.channels.insert(record.id.into(), channel);
                     }
                 }

@@ -18,7 +18,7 @@ use super::{
 };
 use crate::reader::{
     opening::Opening,
-    storage::{Channel, Segment, Stop},
+    storage::{Channel, Definition, Segment, Stop},
 };
 
 /// Opcode and length of a footer.
@@ -163,15 +163,19 @@ fn index(
         bytes_left,
     };
     for (&id, defined) in summary.channels.iter().collect::<BTreeMap<_, _>>() {
-        let type_name = defined.schema.as_ref().map(|schema| schema.name.as_str());
+        let schema = defined.schema.as_ref();
+        let type_name = schema.map(|schema| schema.name.as_str());
+        let text = schema.map(|schema| (schema.encoding.as_str(), &*schema.data));
         let mut channel = Channel {
             topic: defined.topic.clone(),
             type_name: type_name.unwrap_or_default().to_owned(),
             encoding: defined.message_encoding.clone(),
+            definition: Definition::new(defined.metadata.clone(), text),
             ..Channel::default()
         };
         let (opening, path) = (&mut lookup.opening, &lookup.file.path);
         opening.keep_names(path, channel.key())?;
+        opening.keep_definition(path, &channel.definition)?;
         channel.count = counts.get(&id).copied().unwrap_or(0);
         let chunks = chunks_of.remove(&id).unwrap_or_default();
         lookup.find_times(id, &mut channel, chunks)?;
