@@ -207,6 +207,7 @@ impl Solution<'_> {
         let of_model = of_model.map(Finding::Model);
         CalibratedEstimate {
             result: BatchResult {
+                load: None,
                 linear: self.linear(),
                 estimate: self.counted(report.estimate),
                 principal_moments: report.principal_moments,

@@ -75,6 +75,7 @@
 
 pub mod batch;
 pub mod checks;
+mod contact;
 pub mod diagnosis;
 pub mod equations;
 mod error;
@@ -99,6 +100,9 @@ pub use tactid_dynamics as dynamics;
 pub use tactid_dynamics::{BaseKind, Manipulator, ModelError, Wrench};
 
 pub use batch::{BatchIdentifier, BatchResult, BatchSettings, FitReport, Forecast};
+pub use contact::{
+    ContactSample, ContactState, LoadEstimate, RecordedContact, WrenchEstimate, WrenchFrame,
+};
 pub use equations::{
     ActsOn, BaseState, Channel, Channels, EffortContent, EquationSettings, EquationStream,
     MotionRows, PushOutcome, Sample, SubtractedLoad, Unknowns, WORLD, states_of_poses,
@@ -113,7 +117,7 @@ pub use fit::{Delay, GainErrors};
 pub use known_bodies::{KnownBodies, KnownTool};
 pub use linear_estimate::{LinearEstimate, SharedErrors};
 pub use method::Method;
-pub use online::{ContactState, Identifier, OnlineSettings, WrenchEstimate, WrenchFrame};
+pub use online::{Identifier, OnlineSettings};
 pub use poses::RestIdentifier;
 pub use prior::{BoundingBox, KnownMass, PriorKnowledge};
 pub use range::Range;

@@ -9,13 +9,14 @@ mod arm;
 #[path = "common/handling.rs"]
 mod handling;
 
-use arm::{Run, TOOL, arm, body};
+use arm::{Instant, Run, TOOL, arm, body};
 use nalgebra::{Isometry3, Vector3};
 use rand::{RngExt, SeedableRng, rngs::SmallRng};
 use rand_distr::StandardNormal;
 use tactid_dynamics::{BaseKind, MassProperties, Wrench};
 use tactid_identify::{
-    ContactState, EquationSettings, HALF_WIDTH_95, Identifier, PushOutcome, WORLD,
+    ActsOn, BatchIdentifier, BatchSettings, ContactSample, ContactState, EquationSettings,
+    HALF_WIDTH_95, Identifier, LoadEstimate, PushOutcome, RecordedContact, WORLD,
 };
 
 /// Standard deviations of the sensor's noise, N and N m.
@@ -34,8 +35,13 @@ struct Trial {
     /// Standard deviations of joint positions, rad, and velocities, rad/s.
     joints: [f64; 2],
     hold: bool,
+    /// What the sensor measures when nothing acts on it.
+    offset: Wrench,
     seed: u64,
 }
+
+/// Standard deviation of the mean of white noise of 500 Hz over a window of the equations at a cutoff of 10 Hz.
+const AVERAGED: f64 = 0.205;
 
 /// What was seen of the contact in a run.
 #[derive(Default, Debug)]
@@ -68,6 +74,7 @@ impl Trial {
             contact: None,
             joints: [0.0; 2],
             hold: false,
+            offset: Wrench::zero(),
             seed,
         }
     }
@@ -79,7 +86,8 @@ impl Trial {
         active.map_or(Vector3::zeros(), |(_, force)| force)
     }
 
-    fn run(&self) -> Seen {
+    /// Returns the samples with their noise.
+    fn samples(&self) -> Vec<(Instant, [Wrench; 1])> {
         let run = Run {
             base: BaseKind::Fixed,
             rate_hz: 500.0,
@@ -88,27 +96,39 @@ impl Trial {
             gap_s: None,
             motion_seed: self.seed,
         };
-        let settings = EquationSettings::default();
-        let mut identifier =
-            Identifier::new(&arm(BaseKind::Fixed), TOOL, &[TOOL], &settings).unwrap();
-        let world = identifier.wrench_frame(TOOL, Some(WORLD)).unwrap();
         let mut random = SmallRng::seed_from_u64(self.seed);
         let mut draw = |std_dev: f64| std_dev * random.sample::<f64, _>(StandardNormal);
         let pushed = |time_s: f64, tool_from_world: &Isometry3<f64>| Wrench {
             force: tool_from_world.rotation * self.force_at(time_s),
             moment: Vector3::zeros(),
         };
-        let mut seen = Seen::default();
-        for mut instant in handling::stopping(&run, self.stop_s, pushed) {
+        let with_noise = |mut instant: Instant| {
             let wrenches = [Wrench {
-                force: instant.wrench.force + Vector3::from_fn(|_, _| draw(NOISE[0])),
-                moment: instant.wrench.moment + Vector3::from_fn(|_, _| draw(NOISE[1])),
+                force: instant.wrench.force
+                    + self.offset.force
+                    + Vector3::from_fn(|_, _| draw(NOISE[0])),
+                moment: instant.wrench.moment
+                    + self.offset.moment
+                    + Vector3::from_fn(|_, _| draw(NOISE[1])),
             }];
             for k in 0..2 {
                 instant.joints[k]
                     .iter_mut()
                     .for_each(|value| *value += draw(self.joints[k]));
             }
+            (instant, wrenches)
+        };
+        let instants = handling::stopping(&run, self.stop_s, pushed).into_iter();
+        instants.map(with_noise).collect()
+    }
+
+    fn run(&self) -> Seen {
+        let settings = EquationSettings::default();
+        let mut identifier =
+            Identifier::new(&arm(BaseKind::Fixed), TOOL, &[TOOL], &settings).unwrap();
+        let world = identifier.wrench_frame(TOOL, Some(WORLD)).unwrap();
+        let mut seen = Seen::default();
+        for (instant, wrenches) in self.samples() {
             if self.hold {
                 identifier.hold_payload(instant.time_s > 5.0 && instant.time_s < 11.0);
             }
@@ -124,6 +144,43 @@ impl Trial {
                 self.add(&mut seen, &found);
             }
         }
+        seen
+    }
+
+    /// Identifies the load from the whole recording.
+    fn load(&self) -> LoadEstimate {
+        let settings = BatchSettings {
+            shown_offset: true,
+            ..BatchSettings::default()
+        };
+        let (robot, equations) = (arm(BaseKind::Fixed), EquationSettings::default());
+        let mut batch = BatchIdentifier::new(&robot, TOOL, &[TOOL], equations, settings).unwrap();
+        for (instant, wrenches) in self.samples() {
+            batch.push(&instant.sample(&wrenches)).unwrap();
+        }
+        batch.solve().unwrap().load.unwrap()
+    }
+
+    /// Compensates the whole recording with a load.
+    fn compensated(&self, load: &LoadEstimate, is_of_another: bool) -> Seen {
+        let (robot, equations) = (arm(BaseKind::Fixed), EquationSettings::default());
+        let (load, frame) = ((load, is_of_another), (TOOL, Some(WORLD)));
+        let acts_on = ActsOn::Payload;
+        let contact = RecordedContact::new(&robot, TOOL, &[TOOL], &equations, load, frame, acts_on);
+        let mut contact = contact.unwrap();
+        let (mut seen, mut rows) = (Seen::default(), 0);
+        let mut take = |sample: ContactSample| {
+            rows += 1;
+            if let Some((_, [_, found])) = sample.wrenches {
+                self.add(&mut seen, &found);
+            }
+        };
+        let samples = self.samples();
+        for (instant, wrenches) in &samples {
+            contact.push(&instant.sample(wrenches), &mut take).unwrap();
+        }
+        contact.finish(&mut take);
+        assert_eq!(rows, samples.len());
         seen
     }
 
@@ -247,4 +304,59 @@ fn noise_alone_has_the_stated_uncertainty() {
     }
     let fraction = f64::from(inside) / f64::from(samples);
     assert!((0.94..0.99).contains(&fraction), "{fraction}");
+}
+
+/// A contact of 15 N for 4 s in a recording is measured without delay as well as the sensor measures, with the load and the
+/// offset of this recording or of another. Joints whose noise accelerates the load add a quarter to the moments' noise.
+#[test]
+fn a_recording_has_the_contact_as_the_sensor_measures_it() {
+    let offset = Wrench {
+        force: Vector3::new(4.0, -2.0, 3.0),
+        moment: Vector3::new(0.2, 0.3, -0.1),
+    };
+    let (mut inside, mut samples) = (0, 0);
+    for (seed, direction, joints, is_of_another) in [
+        (0, Vector3::new(1.0, 0.0, 0.0), [1e-4, 1e-3], true),
+        (1, Vector3::new(0.6, 0.8, 0.0), [0.0; 2], false),
+        (2, Vector3::new(0.5, -0.5, 0.7), [0.0; 2], true),
+        (3, Vector3::new(0.0, 0.7, -0.7), [1e-4, 1e-3], false),
+    ] {
+        // A contact that lasts for so much of a recording would be taken for a part of an offset there.
+        let offset = if is_of_another {
+            offset
+        } else {
+            Wrench::zero()
+        };
+        let trial = Trial {
+            contact: Some(([6.0, 10.0], direction * 15.0)),
+            joints,
+            offset,
+            hold: true,
+            ..Trial::moving(seed)
+        };
+        let without_contact = Trial {
+            joints,
+            offset,
+            ..Trial::moving(seed + 10)
+        };
+        let load = if is_of_another {
+            without_contact.load()
+        } else {
+            trial.load()
+        };
+        let seen = trial.compensated(&load, is_of_another);
+        let rms = seen
+            .squares
+            .map(|sum| (sum / f64::from(seen.during)).sqrt());
+        let most_of_moments = if joints[1] > 0.0 { 1.3 } else { 1.2 };
+        assert!(rms[0] < 1.2 * AVERAGED * NOISE[0], "{rms:?} {seen:?}");
+        assert!(
+            rms[1] < most_of_moments * AVERAGED * NOISE[1],
+            "{rms:?} {seen:?}"
+        );
+        assert!(seen.worst.0 < 6.0 && seen.largest < 0.5, "{seen:?}");
+        (inside, samples) = (inside + seen.inside, samples + seen.samples);
+    }
+    let fraction = f64::from(inside) / f64::from(samples);
+    assert!((0.94..0.97).contains(&fraction), "{fraction}");
 }

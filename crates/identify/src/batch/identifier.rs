@@ -10,11 +10,14 @@ use super::forecast::Forecast;
 use super::history::history;
 use super::report::FitReport;
 use super::rests::{is_one_attitude, rests};
+use crate::contact::LoadEstimate;
 use crate::diagnosis::{
     ConsistentPayload, LEAST_WINDOWS, consistent_payload, data_findings, mass_finding,
     without_repetition, wrong_assumptions,
 };
-use crate::equations::{Channels, EquationSettings, EquationStream, PushOutcome, Sample, Unknowns};
+use crate::equations::{
+    Channels, Equation, EquationSettings, EquationStream, PushOutcome, Sample, Unknowns,
+};
 use crate::finding::{Finding, Hypothesis, Rests, WrongAssumption};
 use crate::fit::further::{self, FurtherFit};
 use crate::fit::{Delay, Fit, FitOptions, least_squares};
@@ -103,6 +106,9 @@ pub struct BatchResult {
     /// What the recording says about the linear parameters of the payload, without prior knowledge: what
     /// a combination takes of each of several recordings.
     pub linear: LinearEstimate,
+    /// What the recording says about all that its wrench sensors measure; `None` where no wrench is used, or a weight that was
+    /// subtracted from them is an unknown.
+    pub load: Option<LoadEstimate>,
     /// How well the payload explains the measurements.
     pub fit: FitReport,
     /// Delay of the load relative to the motion in the given samples, where [`BatchSettings::delay`] is set.
@@ -216,6 +222,7 @@ impl BatchIdentifier {
                 ..self.counted(estimate)
             },
             linear: LinearEstimate::of_fit(fit_without_mass, &known, of_recording.widening),
+            load: self.load(fit, equations, has_gripper),
             principal_moments,
             history: history(equations, fit, &known, bounding_box),
             forecast: Forecast::new(equations, fit, &parameters, &of_fit),
@@ -246,6 +253,16 @@ impl BatchIdentifier {
         let found = is_shown.then(fit).flatten()?;
         let weight = found.values.weight_estimate()?;
         Some((weight.values[0], weight.std_devs[0]))
+    }
+
+    /// Returns what a fit says about all that the wrench sensors measure. `has_gripper` says that the parameters are those
+    /// of links of the robot, too, which the sensors need not carry.
+    fn load(&self, fit: &Fit, equations: &[Equation], has_gripper: bool) -> Option<LoadEstimate> {
+        let measures = self.stream.has_sensors() && self.stream.method().uses_wrench();
+        let is_known = !has_gripper && !self.equations.unknowns.weight;
+        (measures && is_known)
+            .then(|| LoadEstimate::new(fit, equations, self.batch.merged()))
+            .flatten()
     }
 
     /// Fits the parameters with the mass of the payload, where that is known.

@@ -2,9 +2,10 @@
 
 use nalgebra::SMatrix;
 
-use super::contact::{WrenchEstimate, WrenchFrame};
 use super::identifier::Identifier;
 use super::least_squares::Assessment;
+use crate::contact::{WrenchEstimate, WrenchFrame};
+use crate::solve::offsets::joint_covariance;
 use crate::{IdentifyError, WrenchOffset};
 
 impl Identifier {
@@ -118,18 +119,11 @@ impl Identifier {
     /// allocation. `None` where there is no [offset](Self::wrench_offset), or the noise is not known yet.
     #[must_use]
     pub fn joint_covariance(&self) -> Option<SMatrix<f64, 16, 16>> {
-        let of_load = self.update.estimator().covariance()?;
-        let offsets = self.update.estimator().joint_estimate().offsets?;
-        let of_payload = of_load + self.update.known().covariance;
-        let crossed = offsets.covariance_with(&of_load) * self.sign;
-        let of_offsets = offsets.covariance(&of_load);
-        let mut joint = SMatrix::<f64, 16, 16>::zeros();
-        joint.fixed_view_mut::<10, 10>(0, 0).copy_from(&of_payload);
-        joint.fixed_view_mut::<6, 10>(10, 0).copy_from(&crossed);
-        joint
-            .fixed_view_mut::<10, 6>(0, 10)
-            .copy_from(&crossed.transpose());
-        joint.fixed_view_mut::<6, 6>(10, 10).copy_from(&of_offsets);
+        let estimator = self.update.estimator();
+        let offsets = estimator.joint_estimate().offsets?;
+        let mut joint = joint_covariance(&estimator.covariance()?, Some(&offsets), self.sign);
+        let mut of_payload = joint.fixed_view_mut::<10, 10>(0, 0);
+        of_payload += self.update.known().covariance;
         Some(joint)
     }
 }

@@ -17,5 +17,4 @@ mod stage;
 mod staged_update;
 mod trusted;
 
-pub use contact::{ContactState, WrenchEstimate, WrenchFrame};
 pub use identifier::{Identifier, OnlineSettings};

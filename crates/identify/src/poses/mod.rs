@@ -202,6 +202,7 @@ impl RestIdentifier {
             },
             principal_moments,
             history: Vec::new(),
+            load: None,
             linear: LinearEstimate {
                 parameters: found,
                 information: fit.information,

@@ -101,6 +101,29 @@ impl Offsets {
     }
 }
 
+/// Returns the joint covariance of parameters and of offsets times a sign, which are zero where there are none, given that
+/// of the parameters.
+pub(crate) fn joint_covariance(
+    of_parameters: &Matrix,
+    offsets: Option<&Offsets>,
+    sign: f64,
+) -> SMatrix<f64, 16, 16> {
+    let mut joint = SMatrix::<f64, 16, 16>::zeros();
+    joint
+        .fixed_view_mut::<10, 10>(0, 0)
+        .copy_from(of_parameters);
+    if let Some(offsets) = offsets {
+        let crossed = offsets.covariance_with(of_parameters) * sign;
+        let of_offsets = offsets.covariance(of_parameters);
+        joint.fixed_view_mut::<6, 10>(10, 0).copy_from(&crossed);
+        joint
+            .fixed_view_mut::<10, 6>(0, 10)
+            .copy_from(&crossed.transpose());
+        joint.fixed_view_mut::<6, 6>(10, 10).copy_from(&of_offsets);
+    }
+    joint
+}
+
 /// Weighted mean of all rows of a channel, `N` entries each.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct MeanRow<const N: usize> {

@@ -1,0 +1,202 @@
+//! The wrench of the contact at each sample of a recording, without delay.
+
+use std::collections::VecDeque;
+use std::f64::consts::PI;
+
+use tactid_dynamics::{Manipulator, Wrench};
+
+use super::frame::WrenchFrame;
+use super::load::{Load, LoadEstimate};
+use super::wrench::{ContactState, Entries, WrenchEstimate, wrench_of};
+use crate::equations::window::length_s;
+use crate::equations::{EquationSettings, Model, MotionStep, MotionStream, Sample};
+use crate::{ActsOn, IdentifyError, Method};
+
+/// The wrenches at one sample of a recording.
+#[derive(Clone, Copy, Debug)]
+pub struct ContactSample {
+    /// Time of the sample, s.
+    pub time_s: f64,
+    /// Measured wrench through the filter, N and N m, load wrench and contact wrench; `None` for the first and last samples of
+    /// a stretch without gaps, which have no derivatives.
+    pub wrenches: Option<(Wrench, [WrenchEstimate; 2])>,
+}
+
+/// Computes the wrench of the load and that of the contact at each sample of a recording.
+///
+/// Measured wrench and motion pass the same filter, in which a load cancels: the mean with the weight of the equations'
+/// windows, cos⁴ over 0.926 / `cutoff_hz` seconds, about each sample. It is symmetric, so that nothing is delayed; about a
+/// sample near the begin or end of a stretch, the mean is over the part of the window that there is. Memory is that of
+/// one window.
+#[derive(Clone, Debug)]
+pub struct RecordedContact {
+    model: Model,
+    motion: MotionStream,
+    load: Load,
+    frame: WrenchFrame,
+    sign: f64,
+    half_window_s: f64,
+    /// Samples of the stretch that a mean may still need.
+    samples: VecDeque<Instant>,
+    /// Place of the first sample without its mean.
+    next: usize,
+}
+
+/// A sample, with its entries where it has derivatives.
+#[derive(Clone, Copy, Debug)]
+struct Instant {
+    time_s: f64,
+    entries: Option<Entries>,
+}
+
+impl RecordedContact {
+    /// Creates the computation for a robot with the payload in its link `tool` and wrenches in the links `sensors`.
+    ///
+    /// Wrenches are returned about the origin of the link `point` and along the axes of the link `axes`, or of `point` where
+    /// they are `None`, as [`Identifier::wrench_frame`](crate::Identifier::wrench_frame) says, with the sign of wrenches
+    /// that act on the body `acts_on`; samples have those on the payload. `is_of_another` says that the load was estimated
+    /// from another recording: it is then uncertain in the directions that the motion there did not determine.
+    ///
+    /// # Errors
+    /// Returns the errors of [`EquationStream::new`](crate::EquationStream::new) and of
+    /// [`Identifier::wrench_frame`](crate::Identifier::wrench_frame).
+    pub fn new(
+        robot: &Manipulator,
+        tool: &str,
+        sensors: &[&str],
+        settings: &EquationSettings,
+        (load, is_of_another): (&LoadEstimate, bool),
+        (point, axes): (&str, Option<&str>),
+        acts_on: ActsOn,
+    ) -> Result<Self, IdentifyError> {
+        let settings = EquationSettings {
+            method: Method::Tactile,
+            ..settings.clone()
+        };
+        let model = Model::new(robot, tool, sensors, &settings)?;
+        let (cutoff_hz, max_gap_s) = (settings.cutoff_hz, settings.max_gap_s);
+        Ok(Self {
+            motion: MotionStream::new(robot, sensors.len(), cutoff_hz, max_gap_s),
+            load: Load::new(load, is_of_another),
+            frame: WrenchFrame::new(robot, model.tool(), point, axes)?,
+            sign: acts_on.sign(),
+            half_window_s: 0.5 * length_s(cutoff_hz),
+            samples: VecDeque::new(),
+            next: 0,
+            model,
+        })
+    }
+
+    /// Adds a sample, and calls `take` with each of the earlier samples whose mean is complete, in their order. A sample that
+    /// is [rejected](crate::PushOutcome::Rejected) is left out.
+    ///
+    /// # Errors
+    /// Returns the errors of [`EquationStream::push`](crate::EquationStream::push).
+    pub fn push(
+        &mut self,
+        sample: &Sample<'_>,
+        take: &mut impl FnMut(ContactSample),
+    ) -> Result<(), IdentifyError> {
+        self.model.check_lengths(sample)?;
+        let added = Instant {
+            time_s: sample.time_s,
+            entries: None,
+        };
+        match self.motion.push(sample) {
+            MotionStep::Rejected => {}
+            MotionStep::Started => {
+                self.finish(take);
+                self.samples.push_back(added);
+            }
+            MotionStep::Waiting => self.samples.push_back(added),
+            MotionStep::Instant(instant) => {
+                self.model.entries(instant)?;
+                let time_s = instant.time_s;
+                self.samples.push_back(added);
+                self.set_entries(time_s);
+                self.take_complete(time_s, take);
+            }
+        }
+        Ok(())
+    }
+
+    /// Ends the stretch: calls `take` with all samples that are left.
+    pub fn finish(&mut self, take: &mut impl FnMut(ContactSample)) {
+        self.take_complete(f64::INFINITY, take);
+        self.samples.clear();
+        self.next = 0;
+    }
+
+    /// Sets the entries of the sample at a time to those of the model.
+    fn set_entries(&mut self, time_s: f64) {
+        let place = self.samples.partition_point(|each| each.time_s < time_s);
+        let before = place.checked_sub(1).and_then(|k| self.samples[k].entries);
+        let entries = Entries::of_instant(&self.model, &before.unwrap_or(Entries::zeros()));
+        if let Some(sample) = self.samples.get_mut(place) {
+            sample.entries = entries;
+        }
+    }
+
+    /// Calls `take` with the samples whose window ends at a time at the latest.
+    fn take_complete(&mut self, time_s: f64, take: &mut impl FnMut(ContactSample)) {
+        while let Some(sample) = self.samples.get(self.next) {
+            if sample.time_s + self.half_window_s > time_s {
+                break;
+            }
+            take(ContactSample {
+                time_s: sample.time_s,
+                wrenches: sample.entries.and_then(|_| self.wrenches(sample.time_s)),
+            });
+            self.next += 1;
+            // The sample before the window gives the first one in it its weight.
+            let begin_s = self
+                .samples
+                .get(self.next)
+                .map(|next| next.time_s - self.half_window_s);
+            let is_left = |second: &Instant| begin_s.is_some_and(|begin_s| second.time_s < begin_s);
+            while self.samples.get(1).is_some_and(is_left) {
+                self.samples.pop_front();
+                self.next -= 1;
+            }
+        }
+    }
+
+    /// Returns measured wrench, load wrench and contact wrench about a time.
+    fn wrenches(&self, middle_s: f64) -> Option<(Wrench, [WrenchEstimate; 2])> {
+        let (mut mean, mut total, mut squares) = (Entries::zeros(), 0.0, 0.0);
+        for (k, sample) in self.samples.iter().enumerate() {
+            let since_s = sample.time_s - middle_s;
+            let Some(entries) = sample
+                .entries
+                .filter(|_| since_s.abs() < self.half_window_s)
+            else {
+                continue;
+            };
+            let weight = (0.5 * PI * since_s / self.half_window_s).cos().powi(4) * self.step_s(k);
+            mean.0 += entries.0 * weight;
+            total += weight;
+            squares += weight * weight;
+        }
+        if total <= 0.0 {
+            return None;
+        }
+        mean.0 /= total;
+        let projection = self.model.offset_frame().projection();
+        let mut parts = self.load.parts(&mean, squares / (total * total));
+        if let Some(measured) = &projection {
+            parts.contact = measured * parts.contact;
+        }
+        let map = mean.map_to(&self.frame);
+        let estimates = parts.mapped(&map, projection.as_ref(), middle_s, ContactState::Settled);
+        let measured = wrench_of(&(map * mean.measured() * self.sign));
+        Some((measured, estimates.map(|each| each.with_sign(self.sign))))
+    }
+
+    /// Returns the time that a sample stands for, s: from the middle to its neighbour before to that to the one after it.
+    fn step_s(&self, place: usize) -> f64 {
+        let last = self.samples.len() - 1;
+        let (before, after) = (place.saturating_sub(1), (place + 1).min(last));
+        let passed_s = self.samples[after].time_s - self.samples[before].time_s;
+        passed_s / (after - before).max(1) as f64
+    }
+}

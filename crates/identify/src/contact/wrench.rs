@@ -1,0 +1,158 @@
+//! A wrench with its uncertainty, and what the load explains of a measured one.
+
+use nalgebra::{Matrix6, SMatrix, SVector, UnitQuaternion, Vector4, Vector6};
+use tactid_dynamics::Wrench;
+
+use super::frame::WrenchFrame;
+use crate::equations::{MOTION_TERMS, Model, WRENCH, WrenchRegressor, columns_expressed_in};
+use crate::solve::subspace::PIVOT_ROUNDING;
+
+/// Whether a wrench is what it says, or may be a payload that has changed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum ContactState {
+    /// The estimate of the load is that of the payload that is held, as far as the measurements show.
+    Settled,
+    /// The measurements contradict the load: something touches the payload, or the payload has changed. The load is held
+    /// at its last estimate that nothing contradicted, and the standard deviations of the contact contain all of it.
+    Changing,
+}
+
+/// A wrench with its uncertainty.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct WrenchEstimate {
+    /// Time to which the wrench belongs, on the clock of the samples, s: that of the last sample less the
+    /// [latency](crate::Identifier::contact_latency_s).
+    pub time_s: f64,
+    /// Force, N, and moment, N m, with the sign of the measured wrenches.
+    pub wrench: Wrench,
+    /// Covariance of force, N, then moment, N m.
+    pub covariance: Matrix6<f64>,
+    /// Whether the payload may have changed.
+    pub state: ContactState,
+}
+
+impl WrenchEstimate {
+    /// Makes the channels unknown that contain a wrench which is not measured: the columns, in the frame of the estimate.
+    fn hide(&mut self, unmeasured: &Matrix6<f64>) {
+        for (channel, share) in unmeasured.row_iter().enumerate() {
+            if share.amax() > PIVOT_ROUNDING {
+                let Wrench { force, moment } = &mut self.wrench;
+                let values = force.iter_mut().chain(moment);
+                values
+                    .skip(channel)
+                    .take(1)
+                    .for_each(|value| *value = f64::NAN);
+                self.covariance[(channel, channel)] = f64::INFINITY;
+            }
+        }
+    }
+
+    /// Returns the same wrench times a sign.
+    #[must_use]
+    pub fn with_sign(self, sign: f64) -> Self {
+        Self {
+            wrench: Wrench {
+                force: self.wrench.force * sign,
+                moment: self.wrench.moment * sign,
+            },
+            ..self
+        }
+    }
+
+    /// Returns the standard deviations of force, N, then moment, N m.
+    #[must_use]
+    pub fn std_devs(&self) -> [f64; 6] {
+        std::array::from_fn(|k| self.covariance[(k, k)].max(0.0).sqrt())
+    }
+}
+
+/// Entries of an instant, or means of them: the wrench in the tool frame, the terms of the motion, and the quaternion of
+/// the tool. A load explains a mean wrench by the mean terms.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Entries(pub(crate) SVector<f64, { WRENCH + MOTION_TERMS + 4 }>);
+
+impl Entries {
+    pub(crate) fn zeros() -> Self {
+        Self(SVector::zeros())
+    }
+
+    /// Returns the entries of the last instant of a model, with the quaternion on the side of that of other entries.
+    /// `None` where the method uses no wrenches, or where an entry is no number.
+    pub(crate) fn of_instant(model: &Model, before: &Self) -> Option<Self> {
+        let (wrench, terms, pose) = model.wrench_terms()?;
+        let rotation = pose.rotation.coords;
+        let side = 1f64.copysign(rotation.dot(&before.quaternion()));
+        let Self(mut entries) = Self::zeros();
+        entries.fixed_rows_mut::<WRENCH>(0).copy_from_slice(wrench);
+        entries
+            .fixed_rows_mut::<MOTION_TERMS>(WRENCH)
+            .copy_from_slice(terms);
+        entries
+            .fixed_rows_mut::<4>(WRENCH + MOTION_TERMS)
+            .copy_from(&(rotation * side));
+        let is_finite = entries.iter().all(|entry| entry.is_finite());
+        is_finite.then_some(Self(entries))
+    }
+
+    /// Measured wrench in the tool frame, N and N m.
+    pub(crate) fn measured(&self) -> Vector6<f64> {
+        self.0.fixed_rows::<WRENCH>(0).into()
+    }
+
+    /// Regressor of the wrench in the tool frame.
+    pub(crate) fn regressor(&self) -> SMatrix<f64, 6, 10> {
+        let terms = self.0.fixed_rows::<MOTION_TERMS>(WRENCH).into_owned();
+        WrenchRegressor::new(&terms).parameters
+    }
+
+    fn quaternion(&self) -> Vector4<f64> {
+        self.0.fixed_rows::<4>(WRENCH + MOTION_TERMS).into()
+    }
+
+    /// Returns the matrix that maps wrenches in the tool frame to a frame.
+    pub(crate) fn map_to(&self, frame: &WrenchFrame) -> Matrix6<f64> {
+        let world_from_tool = UnitQuaternion::new_normalize(self.quaternion().into());
+        let frame_from_tool = frame.frame_from_tool(&world_from_tool);
+        columns_expressed_in(&Matrix6::identity(), &frame_from_tool)
+    }
+}
+
+/// A measured wrench with what the load explains of it, in the tool frame.
+pub(crate) struct Parts {
+    pub(crate) load: Vector6<f64>,
+    pub(crate) of_load: Matrix6<f64>,
+    pub(crate) contact: Vector6<f64>,
+    pub(crate) of_contact: Matrix6<f64>,
+}
+
+impl Parts {
+    /// Returns the wrench of the load and that of the contact in the frame to which a matrix maps. Of the contact, what is not
+    /// measured is unknown: what a `projection` in the tool frame leaves out.
+    pub(crate) fn mapped(
+        &self,
+        map: &Matrix6<f64>,
+        projection: Option<&Matrix6<f64>>,
+        time_s: f64,
+        state: ContactState,
+    ) -> [WrenchEstimate; 2] {
+        let expressed = |wrench: &Vector6<f64>, covariance: &Matrix6<f64>| WrenchEstimate {
+            time_s,
+            wrench: wrench_of(&(map * wrench)),
+            covariance: map * covariance * map.transpose(),
+            state,
+        };
+        let mut contact = expressed(&self.contact, &self.of_contact);
+        if let Some(measured) = projection {
+            contact.hide(&(map * (Matrix6::identity() - measured)));
+        }
+        [expressed(&self.load, &self.of_load), contact]
+    }
+}
+
+/// Returns the wrench with these entries.
+pub(crate) fn wrench_of(entries: &Vector6<f64>) -> Wrench {
+    Wrench {
+        force: entries.fixed_rows::<3>(0).into(),
+        moment: entries.fixed_rows::<3>(3).into(),
+    }
+}
