@@ -22,6 +22,8 @@ pub enum Use {
     Live,
     /// Identification from arrays.
     Arrays,
+    /// Compensation of a recording.
+    Compensation,
     /// Identification from poses at rest.
     Poses,
     /// Online least squares.

@@ -51,66 +51,91 @@ pub(crate) fn urdf_errors<T>(
 
 /// Identifies the payload from arrays: see :func:`tactid.identify`.
 #[pyfunction]
-#[pyo3(signature = (time, options, progress=None, *, robot=None, q=None, qd=None, effort=None, wrench=None, pose=None, twist=None, acceleration=None, sensors=None))]
-#[expect(clippy::too_many_arguments, reason = "keywords in Python")]
+#[pyo3(signature = (time, options, arrays, progress=None))]
 pub(crate) fn identify_arrays(
     py: Python<'_>,
     time: &Bound<'_, PyAny>,
     options: &Bound<'_, PyDict>,
+    arrays: GivenArrays<'_>,
     progress: Option<Py<PyAny>>,
-    robot: Argument<'_, '_>,
-    q: Argument<'_, '_>,
-    qd: Argument<'_, '_>,
-    effort: Argument<'_, '_>,
-    wrench: Argument<'_, '_>,
-    pose: Argument<'_, '_>,
-    twist: Argument<'_, '_>,
-    acceleration: Argument<'_, '_>,
-    sensors: Argument<'_, '_>,
 ) -> PyResult<Py<PyDict>> {
-    let request = options::request(options)?;
-    let robot = robot.map(read_robot).transpose()?;
-    let dof = dof_of(robot.as_ref(), &request)?;
-    let names = sensors.map(read_sensors).transpose()?;
-    let names = names.as_ref().map(|names| borrowed(names));
-    let time = Series::read(time, "time", &[])?;
-    let [q, qd, effort] = read_joints([q, qd, effort], dof)?;
-    let wrench = read_wrenches(wrench, names.as_ref().map_or(1, Vec::len))?;
-    let unloaded = Unloaded::read(options, dof)?;
-    let given_pose = pose.is_some();
-    let pose = Poses::read_measured_or_identity(pose, "pose")?;
-    let twist = Series::read_or_empty(twist, "twist", 6)?;
-    let acceleration = Series::read_or_empty(acceleration, "acceleration", 6)?;
-    let all: [&dyn Sampled; 8] = [
-        &time,
-        &q,
-        &qd,
-        &effort,
-        &wrench,
-        &pose,
-        &twist,
-        &acceleration,
-    ];
-    let count = common_length(&all)?.unwrap_or(1);
-    let [time, q, qd, effort, wrench, twist, acceleration] =
-        [time, q, qd, effort, wrench, twist, acceleration].map(|series| series.repeated(count));
-    let arrays = Arrays {
-        robot: robot.as_ref().map(|robot| &robot.get().robot),
-        sensors: names.as_deref(),
-        time: &time,
-        q: &q,
-        qd: &qd,
-        effort: &effort,
-        wrench: &wrench,
-        pose: if given_pose { pose.as_slice() } else { &[] },
-        twist: &twist,
-        acceleration: &acceleration,
-        unloaded: unloaded.as_ref().map(Unloaded::arrays),
-    };
-    let found = run(py, progress, |observer| {
-        tactid_recordings::identify_arrays(&arrays, &request, observer)
-    })?;
-    identified(py, &found)
+    arrays.with(time, options, |arrays, request| {
+        let found = run(py, progress, |observer| {
+            tactid_recordings::identify_arrays(arrays, request, observer)
+        })?;
+        identified(py, &found)
+    })
+}
+
+/// The arrays of a recording besides its times, by their keywords.
+#[derive(FromPyObject)]
+#[pyo3(from_item_all)]
+pub(crate) struct GivenArrays<'py> {
+    robot: Option<Bound<'py, PyAny>>,
+    q: Option<Bound<'py, PyAny>>,
+    qd: Option<Bound<'py, PyAny>>,
+    effort: Option<Bound<'py, PyAny>>,
+    wrench: Option<Bound<'py, PyAny>>,
+    pose: Option<Bound<'py, PyAny>>,
+    twist: Option<Bound<'py, PyAny>>,
+    acceleration: Option<Bound<'py, PyAny>>,
+    sensors: Option<Bound<'py, PyAny>>,
+}
+
+impl GivenArrays<'_> {
+    /// Reads the arrays and the options, and does some work with them.
+    pub(crate) fn with<T>(
+        &self,
+        time: &Bound<'_, PyAny>,
+        options: &Bound<'_, PyDict>,
+        work: impl FnOnce(&Arrays<'_>, &Request) -> PyResult<T>,
+    ) -> PyResult<T> {
+        let request = options::request(options)?;
+        let robot = self.robot.as_ref().map(read_robot).transpose()?;
+        let dof = dof_of(robot.as_ref(), &request)?;
+        let names = self.sensors.as_ref().map(read_sensors).transpose()?;
+        let names = names.as_ref().map(|names| borrowed(names));
+        let time = Series::read(time, "time", &[])?;
+        let joints = [&self.q, &self.qd, &self.effort].map(Option::as_ref);
+        let [q, qd, effort] = read_joints(joints, dof)?;
+        let sensors = names.as_ref().map_or(1, Vec::len);
+        let wrench = read_wrenches(self.wrench.as_ref(), sensors)?;
+        let unloaded = Unloaded::read(options, dof)?;
+        let pose = Poses::read_measured_or_identity(self.pose.as_ref(), "pose")?;
+        let twist = Series::read_or_empty(self.twist.as_ref(), "twist", 6)?;
+        let acceleration = self.acceleration.as_ref();
+        let acceleration = Series::read_or_empty(acceleration, "acceleration", 6)?;
+        let all: [&dyn Sampled; 8] = [
+            &time,
+            &q,
+            &qd,
+            &effort,
+            &wrench,
+            &pose,
+            &twist,
+            &acceleration,
+        ];
+        let count = common_length(&all)?.unwrap_or(1);
+        let [time, q, qd, effort, wrench, twist, acceleration] =
+            [time, q, qd, effort, wrench, twist, acceleration].map(|series| series.repeated(count));
+        let arrays = Arrays {
+            robot: robot.as_ref().map(|robot| &robot.get().robot),
+            sensors: names.as_deref(),
+            time: &time,
+            q: &q,
+            qd: &qd,
+            effort: &effort,
+            wrench: &wrench,
+            pose: match self.pose {
+                Some(_) => pose.as_slice(),
+                None => &[],
+            },
+            twist: &twist,
+            acceleration: &acceleration,
+            unloaded: unloaded.as_ref().map(Unloaded::arrays),
+        };
+        work(&arrays, &request)
+    }
 }
 
 /// Identifies the payload from poses at rest: see :func:`tactid.identify_poses`.

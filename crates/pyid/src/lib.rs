@@ -9,6 +9,7 @@ mod arrays;
 mod calibration;
 mod collision_model;
 mod combine;
+mod compensation;
 mod dynamics;
 mod errors;
 mod estimators;
@@ -53,6 +54,8 @@ mod _native {
     use crate::calibration::calibrate_arm;
     #[pymodule_export]
     use crate::combine::{combine, identify_logs};
+    #[pymodule_export]
+    use crate::compensation::{compensate_arrays, compensate_into, compensate_log};
     #[pymodule_export]
     use crate::dynamics::{FrameMotion, Manipulator};
     #[pymodule_export]

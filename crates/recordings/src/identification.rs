@@ -8,7 +8,8 @@ use tactid_dynamics::{InertialParameters, Notice, Severity, Subject};
 use tactid_identify::diagnosis::LEAST_WINDOWS;
 use tactid_identify::{
     BatchIdentifier, BatchResult, BoundingBox, Delay, Finding as Data, FitReport, Forecast,
-    HistoryPoint, KnownMass, LinearEstimate, PayloadEstimate, PrincipalMoments, serial::TenValues,
+    HistoryPoint, KnownMass, LinearEstimate, LoadEstimate, PayloadEstimate, PrincipalMoments,
+    serial::TenValues,
 };
 
 use crate::plan::Plan;
@@ -73,6 +74,9 @@ pub struct Identification {
     #[serde(serialize_with = "History::of")]
     #[schemars(with = "History", extend("kept" = "file"))]
     pub history: Vec<HistoryPoint>,
+    /// What the recording says about all that its wrench sensors measure, for the compensation of a recording; `None` where
+    /// it says nothing of an offset and a load: without wrenches, with a calibration, or for poses at rest.
+    pub load: Option<LoadEstimate>,
     /// How well the payload explains the measurements. Its offset, as that of a finding, has the sign in which the sensor
     /// reports wrenches, whichever body these act on.
     pub fit: FitReport,
@@ -327,6 +331,7 @@ impl Identification {
             principal_moments: result.principal_moments,
             linear: result.linear,
             history: result.history,
+            load: result.load,
             fit: result.fit,
             forecast: result.forecast,
             estimated_delay,

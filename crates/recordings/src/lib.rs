@@ -65,6 +65,8 @@ mod choices;
 mod clock;
 mod combination;
 mod combine;
+mod compensated_log;
+mod compensation;
 mod contacts;
 mod decode;
 mod defaults;
@@ -117,6 +119,11 @@ pub use choices::{
 pub use clock::Clock;
 pub use combination::{CombinedRun, combine, combine_runs};
 pub use combine::{Agreement, Combination, RunDistance, ValueDifference, combine_estimates};
+pub use compensated_log::{CompensatedLog, WrenchSummary, WrittenWrench, compensate_into};
+pub use compensation::{
+    CompensationReport, IdentifiedLoad, WrenchPlace, WrenchReceiver, compensate_arrays,
+    compensate_log,
+};
 pub use defaults::DEFAULT_TIP;
 pub use error::RecordingError;
 pub use estimates::write_estimates;
@@ -136,8 +143,8 @@ pub use recording_report::RecordingReport;
 pub use request::Request;
 pub use setup::Setup;
 pub use tactid_identify::{
-    ActsOn, BoundingBox, Delay, EffortContent, FitReport, Forecast, HALF_WIDTH_95, HistoryPoint,
-    KnownMass, LinearEstimate, Method, Observability, PayloadEstimate, PrincipalMoments,
-    PriorKnowledge, VALUE_NAMES,
+    ActsOn, BoundingBox, ContactSample, Delay, EffortContent, FitReport, Forecast, HALF_WIDTH_95,
+    HistoryPoint, KnownMass, LinearEstimate, LoadEstimate, Method, Observability, PayloadEstimate,
+    PrincipalMoments, PriorKnowledge, VALUE_NAMES,
 };
 pub use tactid_options::{Declaration, Kind, Use};

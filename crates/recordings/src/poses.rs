@@ -273,6 +273,7 @@ fn sample(
 
 fn identification(result: BatchResult, recording: RecordingReport) -> Identification {
     Identification {
+        load: result.load,
         estimate: result.estimate,
         principal_moments: result.principal_moments,
         linear: result.linear,

@@ -19,8 +19,8 @@ use crate::clock::LONGEST_STAMP_DELAY_S;
 use crate::known_tool::GivenTool;
 use crate::paper::PaperSettings;
 use crate::uses::{
-    ALL, DELAY, EFFORTS, FRAME, LEAST_SQUARES, LOG, LOGS, METHODS, MODEL, OFFSET, PAPER, RECORDING,
-    SAMPLES, STREAM, WRENCHES,
+    ALL, DELAY, EFFORT_CONTENT, EFFORTS, FRAME, LEAST_SQUARES, LOG, LOGS, METHODS, MODEL, OFFSET,
+    PAPER, RECORDING, SAMPLES, STREAM, TOOL, WRENCHES,
 };
 
 /// Range of gravity, m/s²: up to twice that of Jupiter. A larger one is in another unit.
@@ -208,7 +208,7 @@ options! {
         /// What the joint efforts contain: all that moves and holds arm and payload (measured), all
         /// but what holds the arm itself against gravity (without-gravity), or what the payload
         /// needs alone, as in external torques (external).
-        #[option(SIGNS, SAMPLES, default = "measured", about = About::Efforts)]
+        #[option(SIGNS, EFFORT_CONTENT, default = "measured", about = About::Efforts)]
         pub efforts_are: Option<EffortContent>,
         /// Effort of each joint for one unit of the recorded value, in the robot's order.
         #[option(
@@ -235,7 +235,7 @@ options! {
         /// part of that of the payload: the path of its JSON file. Or it is ten numbers: mass,
         /// centre of mass, and inertia about it, Ixx, Ixy, Ixz, Iyy, Iyz, Izz.
         #[option(
-            PRIOR, WRENCHES,
+            PRIOR, TOOL,
             unit = "kg, m, kg m²",
             range = Range::FINITE,
             python = "A ``tactid.MassProperties``, ten numbers, a result or its estimate, or the path of its JSON file."
@@ -245,7 +245,7 @@ options! {
         /// largest value of their kind (mass, centre of mass, inertia): a fraction in Python, 0.01,
         /// and a percentage on the command line, 1%.
         #[option(
-            PRIOR, WRENCHES,
+            PRIOR, TOOL,
             default = "1 %",
             kind = Kind::Percentage,
             range = Range::GAIN_STD_DEV

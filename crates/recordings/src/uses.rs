@@ -2,15 +2,24 @@
 
 use tactid_options::Use;
 
-pub(crate) const LOG: &[Use] = &[Use::Log, Use::Live];
+pub(crate) const LOG: &[Use] = &[Use::Log, Use::Live, Use::Compensation];
 pub(crate) const MODEL: &[Use] = &[
     Use::Log,
     Use::Live,
     Use::Arrays,
+    Use::Compensation,
     Use::Poses,
     Use::Calibration,
 ];
-pub(crate) const WRENCHES: &[Use] = &[Use::Log, Use::Live, Use::Arrays, Use::Poses, Use::Online];
+pub(crate) const WRENCHES: &[Use] = &[
+    Use::Log,
+    Use::Live,
+    Use::Arrays,
+    Use::Compensation,
+    Use::Poses,
+    Use::Online,
+];
+pub(crate) const TOOL: &[Use] = &[Use::Log, Use::Live, Use::Arrays, Use::Poses, Use::Online];
 pub(crate) const OFFSET: &[Use] = &[
     Use::Log,
     Use::Live,
@@ -23,15 +32,22 @@ pub(crate) const FRAME: &[Use] = &[
     Use::Log,
     Use::Live,
     Use::Arrays,
+    Use::Compensation,
     Use::Poses,
     Use::Online,
     Use::PaperFilter,
     Use::Calibration,
     Use::Design,
 ];
-pub(crate) const LOGS: &[Use] = &[Use::Log, Use::Live, Use::Calibration];
+pub(crate) const LOGS: &[Use] = &[Use::Log, Use::Live, Use::Compensation, Use::Calibration];
 pub(crate) const RECORDING: &[Use] = &[Use::Log, Use::Arrays];
-pub(crate) const DELAY: &[Use] = &[Use::Log, Use::Live, Use::Arrays, Use::Online];
+pub(crate) const DELAY: &[Use] = &[
+    Use::Log,
+    Use::Live,
+    Use::Arrays,
+    Use::Compensation,
+    Use::Online,
+];
 pub(crate) const EFFORTS: &[Use] = &[Use::Log, Use::Live, Use::Arrays, Use::Calibration];
 pub(crate) const LEAST_SQUARES: &[Use] =
     &[Use::Log, Use::Live, Use::Arrays, Use::Online, Use::Design];
@@ -47,6 +63,14 @@ pub(crate) const SAMPLES: &[Use] = &[
     Use::Log,
     Use::Live,
     Use::Arrays,
+    Use::Compensation,
+    Use::Online,
+    Use::PaperFilter,
+];
+pub(crate) const EFFORT_CONTENT: &[Use] = &[
+    Use::Log,
+    Use::Live,
+    Use::Arrays,
     Use::Online,
     Use::PaperFilter,
 ];
@@ -55,6 +79,7 @@ pub(crate) const STREAM: &[Use] = &[
     Use::Log,
     Use::Live,
     Use::Arrays,
+    Use::Compensation,
     Use::Online,
     Use::PaperFilter,
     Use::Calibration,
@@ -63,6 +88,7 @@ pub(crate) const ALL: &[Use] = &[
     Use::Log,
     Use::Live,
     Use::Arrays,
+    Use::Compensation,
     Use::Online,
     Use::PaperFilter,
     Use::Calibration,

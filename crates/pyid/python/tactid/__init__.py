@@ -44,6 +44,7 @@ from tactid._api.calibrating import calibrate
 from tactid._api.calibration import Calibration
 from tactid._api.combined import Combination, combine
 from tactid._api.comparison import Attempt, compare
+from tactid._api.compensation import compensate
 from tactid._api.designed_motion import DesignedMotion
 from tactid._api.excitation import Grip, design_excitation
 from tactid._api.offline import identify
@@ -93,6 +94,7 @@ from tactid._native import (
 from tactid._options.options import Options
 from tactid._read.dh import dh_urdf
 from tactid._results.calibration_data import CalibrationRecording
+from tactid._results.compensation import Compensation
 from tactid._results.payload import PaperEstimate, PayloadEstimate
 from tactid._results.records import (
     ActiveContradiction,
@@ -111,6 +113,7 @@ from tactid._results.records import (
     History,
     KnownMass,
     LinearEstimate,
+    LoadEstimate,
     Margin,
     MotionHistory,
     PaperHistory,
@@ -144,6 +147,7 @@ __all__ = [
     "Channel",
     "CollisionFinding",
     "Combination",
+    "Compensation",
     "DataFault",
     "Delay",
     "DesignedMotion",
@@ -165,6 +169,7 @@ __all__ = [
     "KnownMass",
     "LinearEstimate",
     "Lms",
+    "LoadEstimate",
     "LogError",
     "LogInfo",
     "Manipulator",
@@ -201,6 +206,7 @@ __all__ = [
     "combination_schema",
     "combine",
     "compare",
+    "compensate",
     "design_excitation",
     "dh_urdf",
     "identify",

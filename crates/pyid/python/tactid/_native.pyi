@@ -16,6 +16,7 @@ _Sensors: TypeAlias = str | Sequence[str] | None
 _Wrench: TypeAlias = tuple[float, _Array, _Array, bool]
 _Progress: TypeAlias = Callable[[float], object] | None
 _Data: TypeAlias = dict[str, Any]
+_Load: TypeAlias = tuple[_Data, str | None, str | None]
 """Values by the names of the fields of a class in ``tactid._results.records``."""
 
 __all__ = [
@@ -41,6 +42,9 @@ __all__ = [
     "Topic",
     "calibrate_arm",
     "combine",
+    "compensate_arrays",
+    "compensate_into",
+    "compensate_log",
     "design_excitation",
     "distance_of_runs",
     "fault_words",
@@ -313,20 +317,13 @@ def probability(p_value: float) -> str: ...
 def distance_of_runs(
     chi_square: float, degrees_of_freedom: float, of_noise: float | None, p_value: float
 ) -> str: ...
-def identify_arrays(
-    time: ArrayLike,
-    options: _Data,
-    progress: _Progress = None,
-    *,
-    robot: _Robot = None,
-    q: ArrayLike | None = None,
-    qd: ArrayLike | None = None,
-    effort: ArrayLike | None = None,
-    wrench: ArrayLike | None = None,
-    pose: ArrayLike | None = None,
-    twist: ArrayLike | None = None,
-    acceleration: ArrayLike | None = None,
-    sensors: _Sensors = None,
+def identify_arrays(time: Any, options: _Data, arrays: _Data, progress: Any = None) -> _Data: ...
+def compensate_log(log: _Path, options: _Data, load: _Load, progress: Any = None) -> _Data: ...
+def compensate_arrays(
+    time: ArrayLike, options: _Data, arrays: _Data, load: _Load, progress: _Progress = None
+) -> _Data: ...
+def compensate_into(
+    log: _Path, folder: _Path, file: str, options: _Data, load: _Load, progress: _Progress = None
 ) -> _Data: ...
 def identify_poses(
     options: _Data,

@@ -9,6 +9,7 @@ from numpy.typing import ArrayLike
 
 from tactid import _native
 from tactid._api.combined import Combination, combine
+from tactid._api.compensation import Source
 from tactid._api.result import Identification, PaperIdentification
 from tactid._base.errors import ArgumentError
 from tactid._base.files import is_urdf_text
@@ -143,15 +144,17 @@ def identify(  # noqa: D417 - arrays and options are documented by their declara
         _check_no_arrays(arrays, f"{source} is a log")
         with opened([source], collected, progress) as ([log], run):
             found = _native.identify_log(log, run.options.plain(), run.progress)
-        return identification(found | provenance(inputs(source, collected), collected))
+        found |= provenance(inputs(source, collected), collected)
+        return identification(found, Source(source, {}, collected))
     if _are_logs(source):
         collected = collect(options, keywords, "log", own)
         _check_no_arrays(arrays, "the source is a list of logs")
         return _from_logs(source, collected, progress)
     collected = collect(options, keywords, "arrays", own)
     times, plain = cast(ArrayLike, source), with_urdf(collected).plain()
-    found = _native.identify_arrays(times, plain, progress, **arrays)
-    return identification(found | provenance(inputs(None, collected), collected))
+    found = _native.identify_arrays(times, plain, arrays, progress)
+    found |= provenance(inputs(None, collected), collected)
+    return identification(found, Source(times, arrays, collected))
 
 
 def _check_no_arrays(arrays: dict[str, Any], because: str) -> None:
@@ -176,7 +179,9 @@ def _from_logs(
         found = _native.identify_logs(each, run.options.plain(), run.progress)
     return combine(
         [
-            identification(data | provenance(inputs(log, options), options))
+            identification(
+                data | provenance(inputs(log, options), options), Source(log, {}, options)
+            )
             for log, data in zip(logs, found, strict=True)
         ]
     )
@@ -207,9 +212,14 @@ def inputs(source: str | os.PathLike[str] | None, options: Options) -> dict[str,
     }
 
 
-def identification(data: dict[str, Any]) -> Identification | PaperIdentification:
-    """Builds the result from the fields that the native part hands over."""
+def identification(
+    data: dict[str, Any], source: Source | None = None
+) -> Identification | PaperIdentification:
+    """Builds the result of a recording from the fields that the native part hands over."""
     faults = [DataFault(**fault) for fault in data["faults"]]
     findings = [Finding(kind, found) for kind, found in data["findings"]]
-    result = PaperIdentification if data["estimator"] == "nlms" else Identification
-    return result(**data | {"faults": faults, "findings": findings})
+    data = data | {"faults": faults, "findings": findings}
+    if data["estimator"] == "nlms":
+        return PaperIdentification(**data)
+    result = Identification(**data)
+    return result if source is None else result.of_source(source)

@@ -2,17 +2,19 @@
 
 import os
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
 from tactid import _native
+from tactid._api.compensation import Progress, Source
 from tactid._base.errors import IdentificationError
 from tactid._base.files import atomic_path
 from tactid._base.naming import Style, counted
 from tactid._base.output_files import FigureFormat, checked_output, checked_report
 from tactid._documents import result_json
 from tactid._results import records
+from tactid._results.compensation import Compensation
 from tactid._results.field_docs import with_fields
 from tactid._results.formats import Formats
 from tactid._results.identification import IdentificationData, Recorded
@@ -160,6 +162,52 @@ class Identification(Result, IdentificationData):
     >>> result
     <tactid.Identification: ... kg in tool0, 10 of 10 values identifiable, tactile...>
     """
+
+    _source: ClassVar[Source | None] = None
+    """The recording that the result comes from, where it was computed in this process."""
+
+    def __getstate__(self) -> dict[str, Any]:
+        """Returns what a copy of the result has: not the recording."""
+        return {name: value for name, value in vars(self).items() if name != "_source"}
+
+    def of_source(self, source: Source) -> "Identification":
+        """Returns the result with the recording that it comes from, for as long as it is used."""
+        object.__setattr__(self, "_source", source)
+        return self
+
+    def contact_wrench(
+        self, point: str | None = None, axes: str | None = None, progress: Progress = None
+    ) -> Compensation:
+        """Returns the wrench of the contact at each sample: measured less offset and load.
+
+        The recording is read once more, with the options of the identification.
+        :func:`tactid.compensate` takes another recording.
+
+        >>> wrenches = result.contact_wrench()
+        >>> wrenches.contact.shape == (len(wrenches.times_s), 6)
+        True
+
+        Args:
+            point: The link about whose origin the moments are; it moves with the tip. Default: the
+                frame of the only sensor, or the tip.
+            axes: The link along whose axes the wrenches are, which moves with the tip or is fixed
+                to the ground, or "world". Default: that of ``point``.
+            progress: Called with the fraction done, about twenty times a second.
+
+        Raises:
+            IdentificationError: The result was not computed by :func:`tactid.identify` in this
+                process.
+            ArgumentError: The result has no offset and no load of wrench sensors, or the link does
+                not move with the tip.
+            ModelError: The robot has no such link.
+            LogError: The log cannot be read any more.
+        """
+        if self._source is None:
+            raise IdentificationError(
+                "the recording of this result is not known here: `tactid.compensate` takes it with"
+                " the result"
+            )
+        return self._source.compensation(self, (point, axes), progress)
 
 
 @with_fields

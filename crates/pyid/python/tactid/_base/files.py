@@ -166,6 +166,33 @@ def new_folder(path: Path, option: str) -> Iterator[None]:
         raise
 
 
+@contextmanager
+def whole_folder(path: Path, option: str) -> Iterator[Path]:
+    """Yields an empty folder that becomes the one of an option if the block ends without an error.
+
+    Raises:
+        ArgumentError: There is something else than an empty folder, or it cannot be created.
+    """
+    target = Path(os.path.realpath(path))
+    if target.exists() and not (target.is_dir() and not any(target.iterdir())):
+        raise ArgumentError(f"{option} {path} exists already: give a new folder")
+    if not target.parent.is_dir():
+        raise ArgumentError(f"the folder {target.parent} of {option} does not exist")
+    if not os.access(target.parent, os.W_OK):
+        raise ArgumentError(f"the folder {target.parent} of {option} cannot be written")
+    temporary = target.parent / f".tactid-{secrets.token_hex(8)}"
+    temporary.mkdir()
+    try:
+        with _errors_name(path, temporary):
+            yield temporary
+            for file in temporary.iterdir():
+                _store(file)
+            temporary.rename(target)
+    except BaseException:
+        shutil.rmtree(temporary, ignore_errors=True)
+        raise
+
+
 def write_atomically(path: Path, content: str | bytes) -> None:
     """Writes a file so that it is there whole or not at all.
 

@@ -112,6 +112,20 @@ def _is_own(path: Path) -> bool:
         return b"tactid" in head or (head.startswith(b"%PDF") and b"tactid" in file.read())
 
 
+def check_inputs_of_folder(option: str, path: Path, inputs: Mapping[str, Path | None]) -> None:
+    """Checks that a folder to write is not in a folder that is read.
+
+    Raises:
+        ArgumentError: It is.
+    """
+    target = Path(os.path.realpath(path))
+    for source, given in inputs.items():
+        if given is not None and given.is_dir():
+            folder = Path(os.path.realpath(given))
+            if folder == target or folder in target.parents:
+                raise ArgumentError(f"{option} {path} is in the folder of {source}, {given}")
+
+
 def checked_output(path: str | os.PathLike[str], inputs: Mapping[str, Path | None]) -> Path:
     """Returns the path of one output of a method once :func:`check_outputs` has passed it."""
     check_outputs({"`path`": Path(path)}, inputs)

@@ -15,6 +15,7 @@ from tactid._base.startup import ending, interruption
 from tactid._cli import log_contents
 from tactid._cli.calibrate_command import calibrate_arm
 from tactid._cli.compare_command import compare_recording
+from tactid._cli.compensate_command import compensate_log
 from tactid._cli.console import (
     FLAG,
     Group,
@@ -200,6 +201,7 @@ app.command("identify", cls=NumberListCommand, epilog=EXIT_CODES)(identify_recor
 app.command("calibrate", cls=NumberListCommand)(calibrate_arm)
 app.command("excite", cls=NumberListCommand)(excite)
 app.command("live", cls=LiveCommand)(run_live)
+app.command("compensate", cls=NumberListCommand)(compensate_log)
 app.command("compare", cls=NumberListCommand)(compare_recording)
 
 

@@ -14,7 +14,17 @@ from typing import Any, Literal, TypeVar
 
 from tactid._base.naming import command_line_flag
 
-Use = Literal["log", "live", "arrays", "poses", "online", "paper filter", "calibration", "design"]
+Use = Literal[
+    "log",
+    "live",
+    "arrays",
+    "compensation",
+    "poses",
+    "online",
+    "paper filter",
+    "calibration",
+    "design",
+]
 """Where an option can apply: to a log, to the topics of a robot that runs, to arrays, to
 ``identify_poses``, to ``Identifier``, to ``PaperFilter``, to ``calibrate`` or to
 ``design_excitation``."""

@@ -39,7 +39,7 @@ _FILES: tuple[Declaration, ...] = (
         " SI and does not say so itself.",
         kind="columns",
         group="Tables",
-        uses=["log", "calibration"],
+        uses=["log", "compensation", "calibration"],
         default="the columns whose names are known",
         placeholder="ARRAY=COLUMN,...",
         python="A dict of ``time``, ``q``, ``qd``, ``effort`` and ``wrench``, each with a name or a"
@@ -50,7 +50,7 @@ _FILES: tuple[Declaration, ...] = (
         text="Number of the episode of a data set, from 0.",
         kind="count",
         group="Tables",
-        uses=["log", "calibration"],
+        uses=["log", "compensation", "calibration"],
         default="the only one",
     ),
 )
@@ -175,6 +175,7 @@ _NAMES: dict[Use, str] = {
     "log": "a log",
     "live": "a live session",
     "arrays": "arrays",
+    "compensation": "a compensation",
     "poses": "poses at rest",
     "online": "Identifier",
     "paper filter": "PaperFilter",

@@ -227,6 +227,7 @@ class Identification(RecordingReport):
     fit: FitReport
     subtracts_unloaded: bool
     principal_moments: PrincipalMoments | None = ...
+    load: LoadEstimate | None = ...
     forecast: Forecast | None = ...
     estimated_delay: Delay | None = ...
     calibrated: CalibratedFit | None = ...
@@ -257,6 +258,14 @@ class LiveStatus(Record):
     cutoff_hz: float
     restarts: int
     problem: str | None = ...
+
+@dataclass(frozen=True, eq=False)
+class LoadEstimate(Record):
+    parameters: NDArray[np.float64]
+    offset: NDArray[np.float64]
+    covariance: NDArray[np.float64]
+    unobservable: NDArray[np.float64]
+    noise: NDArray[np.float64]
 
 @dataclass(frozen=True, eq=False)
 class Margin(Record):

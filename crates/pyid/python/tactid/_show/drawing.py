@@ -69,9 +69,9 @@ class Figures:
 
     def html(self, name: str, figure: Figure, caption: str) -> str:
         """Returns a figure with its caption for the page, and draws it for its file."""
-        png = _saved(figure, "png")
+        png = saved(figure, "png")
         if self.form is not None:
-            self.files[name] = png if self.form == "png" else _saved(figure, self.form)
+            self.files[name] = png if self.form == "png" else saved(figure, self.form)
         return page.figure(png, caption)
 
     def write(self, path: Path, text: str) -> list[Path]:
@@ -83,7 +83,7 @@ class Figures:
         return list(files.values())
 
 
-def _saved(figure: Figure, form: FigureFormat) -> bytes:
+def saved(figure: Figure, form: FigureFormat) -> bytes:
     """Returns a figure as a file."""
     file = io.BytesIO()
     with mpl.rc_context(STYLE), warnings.catch_warnings():

@@ -1,0 +1,298 @@
+//! Compensation of a recording: the wrench of the load and that of the contact at each of its samples.
+
+use std::path::Path;
+
+use nalgebra::Vector3;
+use serde::{Deserialize, Serialize};
+use tactid_identify::{ContactSample, LoadEstimate, Method, RecordedContact, Sample};
+
+use crate::arrays::ArrayRecording;
+use crate::choices::GravityChoice;
+use crate::log::LogRecording;
+use crate::plan::Plan;
+use crate::recording::Recording;
+use crate::run::{Receiver, Run};
+use crate::{ActsOn, Arrays, Clock, DataFault, Finding, Observer, RecordingError, Request};
+
+/// A payload that was identified before, with what its result says about the recording: the fields of the result that a
+/// compensation needs, by their names there.
+#[derive(Clone, Debug, Deserialize)]
+pub struct IdentifiedLoad {
+    /// What the result says about all that the wrench sensors measure; `None` where it says nothing.
+    pub load: Option<LoadEstimate>,
+    /// Frame of the estimate.
+    pub frame: String,
+    /// Number that identifies the first messages or samples of its recording.
+    pub beginning: String,
+    /// Frame of each wrench.
+    pub wrench_frames: Vec<String>,
+    /// Body on which the measured wrenches act.
+    pub wrench_acts_on: ActsOn,
+    /// Cutoff of the low-pass of the equations, Hz.
+    pub cutoff_hz: f64,
+    /// Gravitational acceleration, m/s².
+    pub gravity_m_s2: [f64; 3],
+}
+
+/// Point about which the moments of the wrenches of a compensation are, and axes along which they are expressed.
+#[derive(Clone, Debug, Default)]
+pub struct WrenchPlace {
+    /// Link whose origin is the point. Default: the frame of the only sensor, or the tip where there are several or where the
+    /// sensor moves relative to the tip.
+    pub point: Option<String>,
+    /// Link along whose axes the wrenches are, or [`WORLD`](tactid_identify::WORLD). Default: the link of the point.
+    pub axes: Option<String>,
+}
+
+/// What a compensation found besides the wrenches.
+#[derive(Clone, Debug, Serialize)]
+pub struct CompensationReport {
+    /// Topic or array of each wrench.
+    pub wrench_topics: Vec<String>,
+    /// Link about whose origin the moments are.
+    pub point: String,
+    /// Link along whose axes the wrenches are.
+    pub axes: String,
+    /// Body on which the wrenches act.
+    pub acts_on: ActsOn,
+    /// Cutoff of the filter, Hz.
+    pub cutoff_hz: f64,
+    /// Delay that was subtracted from the times of the wrenches, s.
+    pub delay_s: f64,
+    /// Where the times come from.
+    pub clock: Clock,
+    /// Time zero of the samples, ns since the epoch.
+    pub start_ns: i64,
+    /// Messages and samples that could not be used.
+    #[serde(skip)]
+    pub faults: Vec<DataFault>,
+    /// What was noticed about the recording.
+    #[serde(skip)]
+    pub findings: Vec<Finding>,
+    /// Where the log could not be read further.
+    pub damage: Vec<String>,
+}
+
+/// What takes the wrenches of a compensation: first what does not change, then each sample.
+pub trait WrenchReceiver: Send {
+    /// Takes what was chosen, before the first sample.
+    ///
+    /// # Errors
+    /// Returns the error that ends the compensation.
+    fn begin(&mut self, _report: &CompensationReport) -> Result<(), RecordingError> {
+        Ok(())
+    }
+
+    /// Takes the wrenches of a sample.
+    ///
+    /// # Errors
+    /// Returns the error that ends the compensation.
+    fn take(&mut self, sample: ContactSample) -> Result<(), RecordingError>;
+}
+
+/// Computes the wrench of the load and that of the contact at each aligned sample of a log, without delay, from the same motion
+/// and through the same filter as [`identify_log`](crate::identify_log), and in bounded memory.
+///
+/// The request says how the recording is read; what it says about an estimate is not used. What it leaves open of the sign, of
+/// the cutoff and of an unknown gravity is that of the identified load.
+///
+/// # Errors
+/// Returns [`RecordingError::Option`] with the option `payload` where the load is that of another tip or of other sensors, or
+/// where its result says nothing about an offset and a load of wrench sensors, [`RecordingError::Identify`] where the point
+/// moves relative to the tip, [`RecordingError::Interrupted`] if the observer stops, and the errors of
+/// [`identify_log`](crate::identify_log) where the log cannot be read or has no wrench.
+pub fn compensate_log(
+    path: &Path,
+    request: &Request,
+    load: &IdentifiedLoad,
+    place: &WrenchPlace,
+    receiver: &mut impl WrenchReceiver,
+    observer: &mut Observer<'_>,
+) -> Result<CompensationReport, RecordingError> {
+    let request = reading(request, load);
+    request.check()?;
+    let recording = LogRecording::open(path, &request, observer)?;
+    compensate(&recording, &request, load, place, receiver, observer)
+}
+
+/// Computes the wrenches of load and contact of arrays, as [`compensate_log`] does for a log.
+///
+/// # Errors
+/// Returns the errors of [`compensate_log`], and those of [`identify_arrays`](crate::identify_arrays) where the arrays do not
+/// fit.
+pub fn compensate_arrays(
+    arrays: &Arrays<'_>,
+    request: &Request,
+    load: &IdentifiedLoad,
+    place: &WrenchPlace,
+    receiver: &mut impl WrenchReceiver,
+    observer: &mut Observer<'_>,
+) -> Result<CompensationReport, RecordingError> {
+    let request = reading(request, load);
+    request.check()?;
+    let arrays = Arrays {
+        unloaded: None,
+        ..*arrays
+    };
+    let recording = ArrayRecording::new(&arrays, &request)?;
+    compensate(&recording, &request, load, place, receiver, observer)
+}
+
+/// Returns the request that reads a recording as the identification of a load did, without what concerns an estimate.
+fn reading(request: &Request, load: &IdentifiedLoad) -> Request {
+    let gravity = match request.gravity {
+        Some(GravityChoice::Unknown) => {
+            Some(GravityChoice::Given(Vector3::from(load.gravity_m_s2)))
+        }
+        given => given,
+    };
+    let of_load = load.wrench_acts_on;
+    Request {
+        method: Some(Method::Tactile),
+        gravity,
+        cutoff_hz: Some(request.cutoff_hz.unwrap_or(load.cutoff_hz)),
+        wrench_acts_on: Some(request.wrench_acts_on.unwrap_or(of_load)),
+        urdf: request.urdf.clone(),
+        tip: Some(request.tip.clone().unwrap_or_else(|| load.frame.clone())),
+        rename_joints: request.rename_joints.clone(),
+        sensor_frame: request.sensor_frame.clone(),
+        wrench_axes: request.wrench_axes.clone(),
+        joint_topic: request.joint_topic.clone(),
+        wrench_topic: request.wrench_topic.clone(),
+        odometry_topic: request.odometry_topic.clone(),
+        imu_topic: request.imu_topic.clone(),
+        acceleration_topic: request.acceleration_topic.clone(),
+        delay_s: request.delay_s,
+        max_gap_s: request.max_gap_s,
+        wrench_is: request.wrench_is,
+        configured_payload: request.configured_payload,
+        ..Request::default()
+    }
+}
+
+fn compensate(
+    recording: &impl Recording,
+    request: &Request,
+    identified: &IdentifiedLoad,
+    place: &WrenchPlace,
+    receiver: &mut impl WrenchReceiver,
+    observer: &mut Observer<'_>,
+) -> Result<CompensationReport, RecordingError> {
+    let plan = Plan::new(recording, request, observer)?;
+    let load = checked(identified, &plan)?;
+    let point = place.point.clone();
+    let point = point.unwrap_or_else(|| default_point(&plan));
+    let is_of_another = identified.beginning != plan.beginning;
+    let acts_on = request.wrench_acts_on.unwrap_or_default();
+    let contact = RecordedContact::new(
+        &plan.sources.robot,
+        &plan.tip,
+        &plan.sensors(),
+        &plan.equations,
+        (load, is_of_another),
+        (&point, place.axes.as_deref()),
+        acts_on,
+    )?;
+    let mut report = CompensationReport {
+        wrench_topics: plan.sources.wrench_names.clone(),
+        axes: place.axes.clone().unwrap_or_else(|| point.clone()),
+        point,
+        acts_on,
+        cutoff_hz: plan.equations.cutoff_hz,
+        delay_s: plan.delay_s,
+        clock: plan.sources.clock,
+        start_ns: plan.sources.start_ns,
+        faults: Vec::new(),
+        findings: Vec::new(),
+        damage: Vec::new(),
+    };
+    receiver.begin(&report)?;
+    let mut compensating = Compensating { contact, receiver };
+    let run = Run::new(recording, &plan, &mut compensating, observer)?;
+    if run.interrupted {
+        return Err(RecordingError::Interrupted);
+    }
+    compensating.finish()?;
+    report.findings = run.noticed(&plan);
+    report.faults = run.faults.to_vec();
+    report.damage = run.damage;
+    Ok(report)
+}
+
+/// Returns the frame of the only sensor, if it does not move relative to the tip; otherwise the tip.
+fn default_point(plan: &Plan<'_>) -> String {
+    let robot = &plan.sources.robot;
+    let is_fixed = |sensor: &str| {
+        let frames = robot.frame(sensor).ok().zip(robot.frame(&plan.tip).ok());
+        frames.is_some_and(|(sensor, tip)| robot.fixed_transform(sensor, tip).is_some())
+    };
+    match plan.sensors()[..] {
+        [sensor] if is_fixed(sensor) => sensor.to_owned(),
+        _ => plan.tip.clone(),
+    }
+}
+
+/// Returns the load, once it is that of the robot, the tip and the sensors of a plan.
+fn checked<'a>(
+    identified: &'a IdentifiedLoad,
+    plan: &Plan<'_>,
+) -> Result<&'a LoadEstimate, RecordingError> {
+    let error = |what: String| RecordingError::Option {
+        option: "payload",
+        what: format!("`payload` {what}"),
+    };
+    let Some(load) = &identified.load else {
+        return Err(error(
+            "is a result without an offset and a load of wrench sensors: identify the payload with `method` tactile by \
+             least squares, from one recording, and with `configured_payload` where the wrenches lack a weight"
+                .to_owned(),
+        ));
+    };
+    if identified.frame != plan.tip {
+        return Err(error(format!(
+            "is in the frame {}, but the tip is {}: identify the payload of this tip",
+            identified.frame, plan.tip
+        )));
+    }
+    if identified.wrench_frames != plan.sources.sensors {
+        return Err(error(format!(
+            "was identified from wrenches in {}, but those of this recording are in {}: choose them by `wrench_topic` or \
+             `sensor_frame`, or identify the payload with these sensors",
+            identified.wrench_frames.join(" and "),
+            plan.sources.sensors.join(" and ")
+        )));
+    }
+    Ok(load)
+}
+
+/// Samples in, wrenches out.
+struct Compensating<'a, R> {
+    contact: RecordedContact,
+    receiver: &'a mut R,
+}
+
+impl<R: WrenchReceiver> Compensating<'_, R> {
+    /// Hands over the wrenches of the last samples.
+    fn finish(&mut self) -> Result<(), RecordingError> {
+        let mut outcome = Ok(());
+        self.contact.finish(&mut |sample| {
+            if outcome.is_ok() {
+                outcome = self.receiver.take(sample);
+            }
+        });
+        outcome
+    }
+}
+
+impl<R: WrenchReceiver> Receiver for Compensating<'_, R> {
+    fn push(&mut self, sample: &Sample<'_>) -> Result<(), RecordingError> {
+        let mut outcome = Ok(());
+        let receiver = &mut *self.receiver;
+        self.contact.push(sample, &mut |sample| {
+            if outcome.is_ok() {
+                outcome = receiver.take(sample);
+            }
+        })?;
+        outcome
+    }
+}
