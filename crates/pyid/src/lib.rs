@@ -95,11 +95,13 @@ mod _native {
 
     /// Reports a panic, which is a fault of tactid, in one line.
     #[pymodule_init]
-    fn init(_module: &Bound<'_, PyModule>) -> PyResult<()> {
+    fn init(module: &Bound<'_, PyModule>) -> PyResult<()> {
         std::panic::set_hook(Box::new(|panic| {
             let what = panic.to_string().replace('\n', " ");
             eprintln!("tactid: internal error: {what}; please report it");
         }));
+        // The first array loads the interface of NumPy, which panics where a signal interrupts it.
+        numpy::PyArray1::<f64>::zeros(module.py(), 0, false);
         Ok(())
     }
 

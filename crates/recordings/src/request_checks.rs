@@ -4,7 +4,7 @@ use tactid_dynamics::Manipulator;
 use tactid_identify::{BatchSettings, IdentifyError, Method};
 use tactid_options::{About, Given, Use};
 
-use crate::choices::{EstimatorKind, WrenchIs};
+use crate::choices::{EstimatorKind, GravityChoice, WrenchIs};
 use crate::paper::needs_least_squares;
 use crate::request::FILTER;
 use crate::request_tool::check_body;
@@ -216,6 +216,11 @@ impl Request {
             (WrenchIs::Contact, None) => {
                 "`configured_payload` is missing: wrenches of contacts (`wrench_is`) lack the payload that is configured \
                  in the controller, and only with it do they show the payload that is held"
+            }
+            (_, Some(_)) if self.gravity == Some(GravityChoice::Unknown) => {
+                "the direction in which the controller has subtracted the weight of `configured_payload` is that of its \
+                 own gravity, which is unknown here: give `gravity`, or leave the payload out, so that `wrench_is` \
+                 (without-weight) identifies the weight"
             }
             _ => return Ok(()),
         };

@@ -171,11 +171,10 @@ fn weight(found: &WrongAssumption, entries: &[String], explained: &str) -> Strin
 
 /// Says how a weight that was subtracted is accepted.
 fn of_weight(found: &WrongAssumption, reader: Reader) -> String {
-    let values = found.values.iter().map(|value| general(*value, 3));
+    // The numbers that are found are less precise than those of the controller.
     let payload = format!(
-        "{} beside it, the payload that is configured (about {})",
-        reader.option("configured_payload"),
-        values.collect::<Vec<_>>().join(",")
+        "{} beside it, the payload as it is configured in the controller",
+        reader.option("configured_payload")
     );
     let accepts = reader.choice("wrench_is", "without-weight");
     let controller = "A controller does so for its configured payload:";

@@ -325,7 +325,9 @@ impl Notice for Finding {
                 };
             }
             Self::WrongAssumption(found) => {
-                found.value_change > 1.0
+                // Exchanged channels are no matter of degree.
+                found.cause == Hypothesis::Axes
+                    || found.value_change > 1.0
                     || found.mass_change > LARGEST_MASS_CHANGE
                     || found.shift_m > LARGEST_SHIFT_M
                     // A change of six degrees is larger than the error of a mount, and lets a tenth of the

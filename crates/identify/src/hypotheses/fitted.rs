@@ -27,12 +27,26 @@ impl Fitted {
     /// Fits from a start. `None` where the numbers are not finite.
     pub(super) fn new(windows: &Windows, start: &Model, active: &[Hypothesis]) -> Option<Self> {
         let joints = start.zeros.len();
-        let mut model = minimized(windows, start.clone(), active)?;
-        if active.contains(&Hypothesis::AxisGains) && model.normalize_gains() {
-            model = minimized(windows, model, active)?;
+        let mut model = start.clone();
+        let mut sums = model.sums(windows, active);
+        let mut factor = 1.0;
+        for _ in 0..MAX_PASSES {
+            let found = information(&sums, active, joints)?;
+            let (step, decrease) = found.step(&sums)?;
+            if decrease * factor < CONVERGED_ENOUGH * sums.squares() {
+                break;
+            }
+            let moved = model.moved(&(step * factor), active);
+            let less = moved.sums(windows, active);
+            if less.squares() < sums.squares() {
+                (model, sums, factor) = (moved, less, 1.0);
+            } else {
+                factor *= 0.5;
+            }
+        }
+        if active.contains(&Hypothesis::AxisGains) {
             model.normalize_gains();
         }
-        let sums = model.sums(windows, active);
         let found = information(&sums, active, joints)?;
         sums.squares().is_finite().then(|| Self {
             covariance: found.covariance(),
@@ -102,28 +116,6 @@ impl Fitted {
     pub(super) fn parameter_covariance(&self, measurements: f64) -> nalgebra::SMatrix<f64, 10, 10> {
         self.covariance.fixed_view::<10, 10>(0, 0) * self.variance(measurements)
     }
-}
-
-/// Returns the model of the least squares, by Gauss-Newton iterations from a start.
-fn minimized(windows: &Windows, mut model: Model, active: &[Hypothesis]) -> Option<Model> {
-    let joints = model.zeros.len();
-    let mut sums = model.sums(windows, active);
-    let mut factor = 1.0;
-    for _ in 0..MAX_PASSES {
-        let found = information(&sums, active, joints)?;
-        let (step, decrease) = found.step(&sums)?;
-        if decrease * factor < CONVERGED_ENOUGH * sums.squares() {
-            break;
-        }
-        let moved = model.moved(&(step * factor), active);
-        let less = moved.sums(windows, active);
-        if less.squares() < sums.squares() {
-            (model, sums, factor) = (moved, less, 1.0);
-        } else {
-            factor *= 0.5;
-        }
-    }
-    Some(model)
 }
 
 /// Information of the unknowns in units in which each column has the length one.

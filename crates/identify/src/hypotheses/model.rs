@@ -240,12 +240,12 @@ impl Model {
         }
         sums.products.fill_upper_triangle_with_lower_triangle();
         if let Some(first) = first_column_of(Hypothesis::AxisGains, active, self.zeros.len()) {
-            // A common factor of the forces is one of the mass, and one of the moments one of the
-            // first moments and the inertia, but for what accelerates a centre of mass.
-            for kind in [0, 3] {
-                let axis = kind + middle(&self.gains.fixed_rows::<3>(kind).into());
-                fix(&mut sums.products, first, &Vector6::ith(axis, 1.0));
-            }
+            // A common factor of the gains is one of the load, too.
+            fix(
+                &mut sums.products,
+                first,
+                &self.gains.map(f64::signum).normalize(),
+            );
         }
         if let Some(first) = first_column_of(Hypothesis::Gravity, active, self.zeros.len()) {
             if self.gravity == Vector3::zeros() {
@@ -372,33 +372,16 @@ impl Model {
         self.parameters[0] - self.weight[0]
     }
 
-    /// Divides the gains of forces and of moments by their median: most axes are right. Returns
-    /// whether that changes them.
-    pub(super) fn normalize_gains(&mut self) -> bool {
-        let median = |kind: usize| {
-            let own: Vector3<f64> = self.gains.fixed_rows::<3>(kind).into();
-            own[middle(&own)].abs()
-        };
-        let medians = [median(0), median(3)];
-        let is_changed = medians != [1.0; 2] && medians.iter().all(|median| median.is_normal());
-        if is_changed {
-            for (kind, median) in medians.into_iter().enumerate() {
-                self.gains.fixed_rows_mut::<3>(3 * kind).unscale_mut(median);
-            }
-            self.parameters[0] *= medians[0];
-            self.parameters.rows_mut(1, 9).scale_mut(medians[1]);
-            self.weight[0] *= medians[0];
-            self.weight.rows_mut(1, 3).scale_mut(medians[1]);
+    /// Divides the gains by their median: most axes are right.
+    pub(super) fn normalize_gains(&mut self) {
+        let mut sizes: Vec<f64> = self.gains.iter().map(|gain| gain.abs()).collect();
+        sizes.sort_by(f64::total_cmp);
+        let median = 0.5 * (sizes[2] + sizes[3]);
+        if median.is_normal() {
+            self.gains /= median;
+            self.parameters *= median;
         }
-        is_changed
     }
-}
-
-/// Returns the place of the median of the sizes of three gains.
-fn middle(gains: &Vector3<f64>) -> usize {
-    let mut places = [0, 1, 2];
-    places.sort_by(|a, b| gains[*a].abs().total_cmp(&gains[*b].abs()));
-    places[1]
 }
 
 /// Returns the first column of a hypothesis among those of the active ones.
