@@ -1,4 +1,4 @@
-"""Checks the structure of the source: sizes of files and functions, and circles of imports.
+"""Checks the structure of the source: sizes of files and functions, circles, forgotten tests.
 
 Run by ``make lint``; prints each violation with its place and exits with 1 if there is any.
 Rust is read as text that rustfmt has formatted, Python by its syntax tree.
@@ -31,7 +31,7 @@ Module = tuple[str, ...]
 
 def main() -> int:
     """Prints the violations and returns the exit code."""
-    violations = [*sizes(), *circles()]
+    violations = [*sizes(), *unused_tests(), *circles()]
     for violation in violations:
         print(violation)
     return 1 if violations else 0
@@ -50,6 +50,15 @@ def sizes() -> Iterator[str]:
                 if length > MOST_FUNCTION_LINES:
                     limit = f"at most {MOST_FUNCTION_LINES}"
                     yield f"{place}:{line}: {name} has {length} lines, {limit}"
+
+
+def unused_tests() -> Iterator[str]:
+    """Files of integration tests that the test program of their crate leaves out."""
+    for program in sorted(CRATES.glob("*/tests/main.rs")):
+        named = re.findall(r"^mod (\w+);", program.read_text(encoding="utf-8"), re.MULTILINE)
+        for path in sorted(program.parent.glob("*.rs")):
+            if path.stem not in {"main", *named}:
+                yield f"{path.relative_to(ROOT)}: no `mod {path.stem};` in main.rs beside it"
 
 
 FUNCTION = re.compile(

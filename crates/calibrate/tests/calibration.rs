@@ -1,14 +1,9 @@
 //! Calibration of joint efforts on a simulated arm with other gains, friction and links than
 //! described.
 
-#![allow(clippy::unwrap_used, clippy::panic)]
-
-#[path = "common/effort_arm.rs"]
-mod effort_arm;
-
 use std::ops::ControlFlow;
 
-use effort_arm::{JOINTS, World, calibrated, described, payload, record, recorded, values};
+use crate::effort_arm::{JOINTS, World, calibrated, described, payload, record, recorded, values};
 use nalgebra::{Matrix3, Vector3};
 use tactid_calibrate::{
     CalibrateError, Calibration, CalibrationResult, CalibrationSettings, EffortRecording,

@@ -1,13 +1,8 @@
 //! Assumptions of a calibration that are wrong, and what its recordings show instead.
 
-#![allow(clippy::unwrap_used, clippy::panic)]
-
 use std::f64::consts::{FRAC_PI_2, PI};
 
-#[path = "common/effort_arm.rs"]
-mod effort_arm;
-
-use effort_arm::{JOINTS, World, described, payload, recorded, uncertain_gains};
+use crate::effort_arm::{JOINTS, World, described, payload, recorded, uncertain_gains};
 use nalgebra::Vector3;
 use tactid_calibrate::{
     Assumption, CalibrateError, CalibrationResult, CalibrationSettings, Contradiction,

@@ -1,11 +1,6 @@
 //! Payloads on arms that have changed since their calibration.
 
-#![allow(clippy::unwrap_used, clippy::panic)]
-
-#[path = "common/effort_arm.rs"]
-mod effort_arm;
-
-use effort_arm::{JOINTS, World, calibrated, payload, record, uncertain_gains, values};
+use crate::effort_arm::{JOINTS, World, calibrated, payload, record, uncertain_gains, values};
 use tactid_calibrate::{
     ArmChange, CalibrateError, Calibration, CalibrationResult, CalibrationSettings,
     EffortRecording, KnownPayload, calibrate,

@@ -1,11 +1,6 @@
 //! What a calibration refuses, and how it counts samples.
 
-#![allow(clippy::unwrap_used, clippy::panic)]
-
-#[path = "common/effort_arm.rs"]
-mod effort_arm;
-
-use effort_arm::{JOINTS, RATE_HZ, TOOL, World, arm, described, record, recorded};
+use crate::effort_arm::{JOINTS, RATE_HZ, TOOL, World, arm, described, record, recorded};
 use nalgebra::Vector3;
 use tactid_calibrate::{
     CalibrateError, Calibration, CalibrationSettings, EffortRecorder, KnownPayload, calibrate,

@@ -1,11 +1,6 @@
 //! Gains that are found with a payload of approximately known mass.
 
-#![allow(clippy::unwrap_used)]
-
-#[path = "common/effort_arm.rs"]
-mod effort_arm;
-
-use effort_arm::{World, payload, record, uncertain_gains};
+use crate::effort_arm::{World, payload, record, uncertain_gains};
 use tactid_calibrate::{EffortRecording, KnownPayload, calibrate};
 use tactid_identify::{BatchSettings, HALF_WIDTH_95};
 

@@ -1,11 +1,6 @@
 //! Arms that are calibrated with the description of another one.
 
-#![allow(clippy::unwrap_used, clippy::panic)]
-
-#[path = "common/effort_arm.rs"]
-mod effort_arm;
-
-use effort_arm::{JOINTS, World, arm, record};
+use crate::effort_arm::{JOINTS, World, arm, record};
 use tactid_calibrate::{Assumption, CalibrationSettings, Contradiction, calibrate};
 use tactid_dynamics::{BaseKind, Notice, Severity};
 

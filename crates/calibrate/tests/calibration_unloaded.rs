@@ -1,11 +1,6 @@
 //! Payloads on arms with known gains, which one recording without a payload calibrated.
 
-#![allow(clippy::unwrap_used, clippy::panic)]
-
-#[path = "common/effort_arm.rs"]
-mod effort_arm;
-
-use effort_arm::{JOINTS, World, payload, record, values};
+use crate::effort_arm::{JOINTS, World, payload, record, values};
 use tactid_calibrate::{CalibrationSettings, calibrate};
 use tactid_identify::{BatchSettings, HALF_WIDTH_95};
 

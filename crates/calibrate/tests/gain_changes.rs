@@ -1,12 +1,7 @@
 //! Payloads on six-axis arms with efforts that have changed by some percent since their
 //! calibration.
 
-#![allow(clippy::unwrap_used)]
-
-#[path = "common/effort_arm.rs"]
-mod effort_arm;
-
-use effort_arm::{World, calibrated, payload, record, values};
+use crate::effort_arm::{World, calibrated, payload, record, values};
 use tactid_calibrate::{Calibration, CalibrationSettings, EffortRecording, calibrate};
 use tactid_identify::{BatchSettings, HALF_WIDTH_95};
 

@@ -1,11 +1,6 @@
 //! Payloads on six-axis arms with a joint's zero moved since their calibration.
 
-#![allow(clippy::unwrap_used)]
-
-#[path = "common/effort_arm.rs"]
-mod effort_arm;
-
-use effort_arm::{World, calibrated, payload, record, recorded};
+use crate::effort_arm::{World, calibrated, payload, record, recorded};
 use tactid_calibrate::{Assumption, CalibrationSettings, EffortRecording};
 use tactid_identify::{BatchSettings, KnownMass};
 

@@ -1,11 +1,6 @@
 //! Intervals of payloads on calibrated arms, from recordings of a few seconds.
 
-#![allow(clippy::unwrap_used)]
-
-#[path = "common/effort_arm.rs"]
-mod effort_arm;
-
-use effort_arm::{World, calibrated, payload, record, values};
+use crate::effort_arm::{World, calibrated, payload, record, values};
 use tactid_identify::{BatchSettings, HALF_WIDTH_95};
 
 /// Errors of all ten values, each divided by its standard deviation.

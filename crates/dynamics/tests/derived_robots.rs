@@ -1,11 +1,7 @@
 //! Robots that are derived from another: with a frame, with a payload or without a subtree, against
 //! the same robots built directly from their URDF; with locked joints, against the whole robot.
 
-#![allow(clippy::unwrap_used)]
-
-mod common;
-
-use common::{Cloud, RandomTree, State, assert_close, isometry, rng, six, vector};
+use crate::common::{self, Cloud, RandomTree, State, assert_close, isometry, rng, six, vector};
 use nalgebra::Isometry3;
 use tactid_dynamics::{
     BaseKind, FrameId, InertialParameters, Manipulator, StateError, Workspace, base_acceleration,

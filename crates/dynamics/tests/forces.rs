@@ -1,10 +1,6 @@
 //! Forces (21)-(41), acceleration of the base and momentum, against the conservation laws.
 
-#![allow(clippy::unwrap_used)]
-
-mod common;
-
-use common::{Cloud, RandomTree, State, assert_close, derivative, rng, robots, six, vector};
+use crate::common::{Cloud, RandomTree, State, assert_close, derivative, rng, robots, six, vector};
 use nalgebra::{Isometry3, Vector3, Vector6};
 use tactid_dynamics::{
     BaseKind, FreeRobot, InertialParameters, Manipulator, Momentum, Workspace, Wrench,

@@ -1,13 +1,9 @@
 //! Manipulators from a Denavit-Hartenberg table and from a URDF.
 
-#![allow(clippy::unwrap_used)]
-
-mod common;
-
 use std::f64::consts::FRAC_PI_2;
 use std::fmt::Write;
 
-use common::{Cloud, RandomTree, State, assert_close, numbers, rng, tactid, vector};
+use crate::common::{self, Cloud, RandomTree, State, assert_close, numbers, rng, tactid, vector};
 use nalgebra::{Isometry3, Matrix4, Vector3};
 use rand::RngExt;
 use tactid_dynamics::{

@@ -1,10 +1,8 @@
 //! Motion (1)-(20) against numerical derivatives of poses along a trajectory.
 
-#![allow(clippy::unwrap_used)]
-
-mod common;
-
-use common::{State, assert_close, derivative, rng, robots, second_derivative, six, vector};
+use crate::common::{
+    self, State, assert_close, derivative, rng, robots, second_derivative, six, vector,
+};
 use nalgebra::{Isometry3, Matrix3, Vector3};
 use tactid_dynamics::{
     BaseKind, FrameMotion, JointMotion, Manipulator, StateError, Workspace, Wrench,

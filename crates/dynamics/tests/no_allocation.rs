@@ -1,11 +1,7 @@
 //! Computations of a control loop do not allocate.
 
-#![allow(clippy::unwrap_used)]
-
-mod common;
-
+use crate::common::{Cloud, State, rng, robots};
 use allocation_counter::measure;
-use common::{Cloud, State, rng, robots};
 use nalgebra::{SVector, Vector3};
 use std::hint::black_box;
 use tactid_dynamics::{

@@ -1,10 +1,6 @@
 //! The ten inertial parameters against clouds of point masses.
 
-#![allow(clippy::unwrap_used)]
-
-mod common;
-
-use common::{Cloud, assert_close, isometry, rng, vector};
+use crate::common::{Cloud, assert_close, isometry, rng, vector};
 use nalgebra::{Matrix3, Matrix4, Vector3};
 use tactid_dynamics::{InertialParameters, MassProperties, symmetric_entries, symmetric_matrix};
 

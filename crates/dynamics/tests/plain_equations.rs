@@ -2,11 +2,7 @@
 //! inertial frame, from centre of mass to centre of mass. The library computes them in the frames
 //! of the joints.
 
-#![allow(clippy::unwrap_used)]
-
-mod common;
-
-use common::{RandomTree, State, assert_close, rng, six, tactid, vector};
+use crate::common::{self, RandomTree, State, assert_close, rng, six, tactid, vector};
 use nalgebra::{DVector, Isometry3, SVector, Translation3, UnitQuaternion, Vector3};
 use tactid_dynamics::{
     BaseKind, FrameMotion, JointKind, JointView, Manipulator, StateError, Workspace, Wrench,

@@ -1,10 +1,8 @@
 //! The equations (30)-(32) and (44)-(48) and the regressor of a rigid body, with true parameters.
 
-#![allow(clippy::unwrap_used)]
-
-mod common;
-
-use common::{Cloud, RandomTree, State, assert_close, rng, robots, six, tactid, vector};
+use crate::common::{
+    self, Cloud, RandomTree, State, assert_close, rng, robots, six, tactid, vector,
+};
 use nalgebra::{DMatrix, DVector, Isometry3, SVector, UnitQuaternion, Vector3, Vector4, Vector6};
 use rand::RngExt;
 use tactid_dynamics::{

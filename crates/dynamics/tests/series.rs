@@ -1,10 +1,6 @@
 //! Many states at once give what each gives alone, on the widest vector unit and on the baseline.
 
-#![allow(clippy::unwrap_used)]
-
-mod common;
-
-use common::{State, assert_close, rng, robots, six, vector};
+use crate::common::{self, State, assert_close, rng, robots, six, vector};
 use nalgebra::{DVector, SMatrix, Vector3, Vector6};
 use tactid_dynamics::{
     BatchDynamics, FrameMotion, JointMotion, Manipulator, StateError, StateSeries, VectorUnit,

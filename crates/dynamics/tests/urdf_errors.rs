@@ -1,7 +1,5 @@
 //! Errors for URDFs that no robot can be made from name the link or joint at fault and the reason.
 
-#![allow(clippy::unwrap_used, clippy::panic)]
-
 use tactid_dynamics::{BaseKind, Manipulator, ModelError};
 
 /// A robot with one joint, of which each test replaces an element.

@@ -1,7 +1,5 @@
 //! What is wrong in a URDF without preventing a model is reported, with what the model assumes.
 
-#![allow(clippy::unwrap_used)]
-
 use nalgebra::{UnitQuaternion, Vector3};
 use tactid_dynamics::{
     BaseKind, IgnoredPart, InertialParameters, Manipulator, MimicFault, ModelError, ModelFinding,

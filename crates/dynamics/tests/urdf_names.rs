@@ -1,11 +1,7 @@
 //! Names with an XML prefix, which are not part of the URDF format, and what a program reads
 //! besides the model.
 
-#![allow(clippy::unwrap_used)]
-
-mod common;
-
-use common::{RandomTree, rng};
+use crate::common::{RandomTree, rng};
 use nalgebra::{Matrix3, Vector3};
 use rand::RngExt;
 use rand::rngs::StdRng;

@@ -1,10 +1,6 @@
 //! Robots that urdf-rs describes, and what stands between a document and urdf-rs.
 
-#![allow(clippy::unwrap_used)]
-
-mod common;
-
-use common::RandomTree;
+use crate::common::RandomTree;
 use tactid_dynamics::urdf_rs::{self, JointType};
 use tactid_dynamics::{BaseKind, Manipulator, ModelError, ModelFinding, Urdf};
 

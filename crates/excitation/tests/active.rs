@@ -1,13 +1,5 @@
 //! Active identification in closed loop, with exact dynamics and noisy sensors.
 
-#![allow(clippy::unwrap_used, clippy::panic)]
-
-#[path = "common/closed_loop.rs"]
-#[allow(dead_code, reason = "the example uses more of it")]
-mod closed_loop;
-#[allow(dead_code, reason = "not each test uses all of it")]
-mod common;
-
 use nalgebra::{Isometry3, Matrix3, Point3, UnitQuaternion, Vector3};
 use rand::rngs::StdRng;
 use rand::{RngExt, SeedableRng};
@@ -18,8 +10,8 @@ use tactid_excitation::{
 };
 use tactid_identify::{HALF_WIDTH_95, Identifier, largest_of_kind, values_of_body};
 
-use closed_loop::{Loop, Noise, Outcome, identify};
-use common::{NOISE, TOOL, in_orbit, on_ground, urdf};
+use crate::closed_loop::{Loop, Noise, Outcome, identify};
+use crate::common::{NOISE, TOOL, in_orbit, on_ground, urdf};
 
 const HEAVY: Prior = Prior {
     mass_kg: (5.0, 100.0),

@@ -1,11 +1,6 @@
 //! Designs that keep bodies in their places and apart, checked by points on the bodies at closely
 //! spaced times.
 
-#![allow(clippy::unwrap_used, clippy::panic)]
-
-#[allow(dead_code, reason = "not each test uses all of it")]
-mod common;
-
 use nalgebra::{Isometry3, Point3, Vector3};
 use tactid_dynamics::{FrameId, FrameMotion, Urdf, Workspace, motion};
 use tactid_excitation::{
@@ -13,7 +8,7 @@ use tactid_excitation::{
     Motion, NotTested, OrientedBox, Problem, WorkspaceBounds, design, margins,
 };
 
-use common::{TOOL, on_ground, urdf};
+use crate::common::{TOOL, on_ground, urdf};
 
 /// Depth by which a limit may be exceeded, m: less than one millionth of the boxes.
 const TOLERANCE_M: f64 = 1e-7;

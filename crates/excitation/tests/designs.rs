@@ -1,10 +1,5 @@
 //! How good designs are, and what they cost.
 
-#![allow(clippy::unwrap_used)]
-
-#[allow(dead_code, reason = "not each test uses all of it")]
-mod common;
-
 use std::ops::ControlFlow;
 
 use rand::{SeedableRng, rngs::StdRng};
@@ -15,7 +10,7 @@ use tactid_excitation::{
 use tactid_identify::Method;
 use tactid_identify::equations::window;
 
-use common::{in_orbit, on_ground};
+use crate::common::{in_orbit, on_ground};
 
 /// Returns the joint of a limit that depends on the motion of this joint only.
 fn joint_of(limit: &Limit) -> Option<&String> {

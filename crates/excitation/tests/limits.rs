@@ -1,10 +1,5 @@
 //! Limits of designed motions, checked by the dynamics alone at closely spaced times.
 
-#![allow(clippy::unwrap_used, clippy::panic)]
-
-#[allow(dead_code, reason = "not each test uses all of it")]
-mod common;
-
 use nalgebra::{Isometry3, Point3, UnitQuaternion, Vector3};
 use rand::{RngExt, SeedableRng, rngs::StdRng};
 use tactid_dynamics::{
@@ -16,7 +11,7 @@ use tactid_excitation::{
     Motion, Problem, design, margins,
 };
 
-use common::{TOOL, in_orbit, on_ground};
+use crate::common::{TOOL, in_orbit, on_ground};
 
 /// Excess of a limit, as a fraction of it, that counts as none.
 const TOLERANCE: f64 = 1e-6;

@@ -1,10 +1,5 @@
 //! Predicted covariances against identifications from noisy samples.
 
-#![allow(clippy::unwrap_used)]
-
-#[allow(dead_code, reason = "not each test uses all of it")]
-mod common;
-
 use nalgebra::Isometry3;
 use rand::{SeedableRng, rngs::StdRng};
 use rand_distr::{Distribution, StandardNormal};
@@ -12,7 +7,7 @@ use tactid_dynamics::{FrameMotion, Workspace, motion, wrench_regressor};
 use tactid_excitation::{Design, DesignSettings, Motion, Problem, design, predict};
 use tactid_identify::{BaseState, BatchIdentifier, BatchSettings, Sample, Wrench, values_of_body};
 
-use common::{NOISE, TOOL, on_ground};
+use crate::common::{NOISE, TOOL, on_ground};
 
 const RUNS: usize = 400;
 

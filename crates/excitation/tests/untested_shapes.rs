@@ -1,14 +1,9 @@
 //! Robots with missing collision shapes: no motion is designed unless that is accepted.
 
-#![allow(clippy::unwrap_used)]
-
-#[allow(dead_code, reason = "not each test uses all of it")]
-mod common;
-
 use tactid_dynamics::{BaseKind, Urdf};
 use tactid_excitation::{CollisionFinding, CollisionModel, DesignSettings, Problem, design};
 
-use common::{on_ground, urdf};
+use crate::common::{on_ground, urdf};
 
 fn quick() -> DesignSettings {
     DesignSettings {

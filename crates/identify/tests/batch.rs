@@ -1,12 +1,7 @@
 //! What the batch identifier reports where the data contradict what is known, on samples of the project's robot.
 
-#![allow(clippy::unwrap_used, clippy::panic)]
-
-mod common;
-#[path = "common/turning.rs"]
-mod turning;
-
-use common::{Experiment, Instant, Noise, SENSORS, TOOL, payload};
+use crate::common::{Experiment, Instant, Noise, SENSORS, TOOL, payload};
+use crate::turning::{BESIDE, PointMass, TETRAHEDRON, about_all_axes, about_y, samples};
 use nalgebra::{UnitQuaternion, Vector3};
 use rand::{SeedableRng, rngs::SmallRng};
 use tactid_dynamics::{MassProperties, Wrench};
@@ -14,7 +9,6 @@ use tactid_identify::{
     BatchIdentifier, BatchResult, BatchSettings, BoundingBox, EquationSettings, Finding,
     Hypothesis, IdentifyError, KnownMass, KnownTool,
 };
-use turning::{BESIDE, PointMass, TETRAHEDRON, about_all_axes, about_y, samples};
 
 fn identify(
     instants: &[Instant],

@@ -1,12 +1,6 @@
 //! What the online identifier notices about the samples themselves, which an arm on a floating base gives.
 
-#![allow(clippy::unwrap_used, clippy::panic)]
-
-#[allow(dead_code, reason = "each test file uses a part of what is shared")]
-#[path = "common/arm.rs"]
-mod arm;
-
-use arm::{Instant, Run, TOOL, arm, body};
+use crate::arm::{Instant, Run, TOOL, arm, body};
 use nalgebra::Vector3;
 use tactid_dynamics::BaseKind;
 use tactid_identify::checks::{TwistAxes, VelocityCause, VelocityContradiction};

@@ -1,15 +1,8 @@
 //! The wrench of a contact: the measured wrench less offset and load, with an uncertainty that holds at rest, in motion and
 //! while a payload changes.
 
-#![allow(clippy::unwrap_used)]
-
-#[path = "common/arm.rs"]
-#[allow(dead_code, reason = "no test file uses all of what is shared")]
-mod arm;
-#[path = "common/handling.rs"]
-mod handling;
-
-use arm::{Instant, Run, TOOL, arm, body};
+use crate::arm::{Instant, Run, TOOL, arm, body};
+use crate::handling;
 use nalgebra::{Isometry3, Vector3};
 use rand::{RngExt, SeedableRng, rngs::SmallRng};
 use rand_distr::StandardNormal;

@@ -2,13 +2,7 @@
 //! depend on the posture, and errors of the efforts' gains at all times alike. The 95 % intervals hold the truth
 //! nevertheless.
 
-#![allow(clippy::unwrap_used)]
-
-#[allow(dead_code, reason = "no test file uses all of it")]
-#[path = "common/arm.rs"]
-mod arm;
-
-use arm::{JOINTS, Run, TOOL, arm, body};
+use crate::arm::{self, JOINTS, Run, TOOL, arm, body};
 use nalgebra::{Isometry3, Vector3};
 use rand::{RngExt, SeedableRng, rngs::SmallRng};
 use rand_distr::StandardNormal;

@@ -1,20 +1,11 @@
 //! What the batch and the online identifier notice about wrong assumptions, from the same samples of an arm on the
 //! ground with noise on the wrist sensor.
 
-#![allow(clippy::unwrap_used, clippy::panic)]
-
-#[allow(dead_code, reason = "each test file uses a part of what is shared")]
-#[path = "common/arm.rs"]
-mod arm;
-#[allow(dead_code, reason = "each test file uses a part of what is shared")]
-#[path = "common/recorded.rs"]
-mod recorded;
-
-use arm::{JOINTS, TOOL, arm};
+use crate::arm::{JOINTS, TOOL, arm};
+use crate::recorded::{Recorded, payload, recorded, run};
 use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
 use rand::{RngExt, SeedableRng, rngs::SmallRng};
 use rand_distr::StandardNormal;
-use recorded::{Recorded, payload, recorded, run};
 use tactid_dynamics::{BaseKind, FrameMotion, JointMotion, Workspace, Wrench, forces, motion};
 use tactid_identify::{
     EquationSettings, Finding, Hypothesis, Method, UnexplainedLoad, WrenchOffset, WrongAssumption,

@@ -1,18 +1,9 @@
 //! A weight that was subtracted, and a direction of gravity, are identified together with the payload, or added again where
 //! they are known.
 
-#![allow(clippy::unwrap_used)]
-
-#[allow(dead_code, reason = "each test file uses a part of what is shared")]
-#[path = "common/arm.rs"]
-mod arm;
-#[allow(dead_code, reason = "each test file uses a part of what is shared")]
-#[path = "common/recorded.rs"]
-mod recorded;
-
-use arm::{JOINTS, TOOL, arm};
+use crate::arm::{JOINTS, TOOL, arm};
+use crate::recorded::{Recorded, payload, recorded};
 use nalgebra::{Isometry3, Matrix3, Rotation3, Vector3};
-use recorded::{Recorded, payload, recorded};
 use tactid_dynamics::{
     BaseKind, FrameMotion, InertialParameters, JointMotion, MassProperties, Workspace, Wrench,
     motion,

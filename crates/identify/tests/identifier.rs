@@ -1,10 +1,8 @@
 //! The online identifier on exact samples of the project's robot.
 
-#![allow(clippy::unwrap_used, clippy::panic)]
-
-mod common;
-
-use common::{Experiment, Instant, SENSORS, TOOL, URDF, errors_percent, identifier, worst_percent};
+use crate::common::{
+    Experiment, Instant, SENSORS, TOOL, URDF, errors_percent, identifier, worst_percent,
+};
 use nalgebra::Vector3;
 use tactid_dynamics::{BaseKind, InertialParameters, Manipulator, Workspace};
 use tactid_identify::{

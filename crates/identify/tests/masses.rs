@@ -1,8 +1,6 @@
 //! Methods that need the masses of the robot name what it lacks, and refuse a robot only where no mass is known; the
 //! tactile method needs none.
 
-#![allow(clippy::unwrap_used, clippy::panic)]
-
 use tactid_dynamics::ModelFinding;
 use tactid_identify::{
     BaseKind, EffortContent, EquationSettings, EquationStream, IdentifyError, Manipulator, Method,

@@ -1,12 +1,6 @@
 //! Rows of planned motions against those of the equation stream.
 
-#![allow(clippy::unwrap_used)]
-
-#[allow(dead_code, reason = "this test needs no payload changes")]
-#[path = "common/arm.rs"]
-mod arm;
-
-use arm::{Run, TOOL, arm, body};
+use crate::arm::{Run, TOOL, arm, body};
 use nalgebra::Isometry3;
 use tactid_dynamics::{BaseKind, FrameMotion, JointMotion};
 use tactid_identify::{EquationSettings, EquationStream, Method, MotionRows};

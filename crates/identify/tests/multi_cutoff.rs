@@ -1,10 +1,6 @@
 //! The equations of several cutoffs in one pass, on samples of the project's robot.
 
-#![allow(clippy::unwrap_used)]
-
-mod common;
-
-use common::{Experiment, Instant, Noise, SENSORS, TOOL};
+use crate::common::{Experiment, Instant, Noise, SENSORS, TOOL};
 use rand::{SeedableRng, rngs::SmallRng};
 use tactid_identify::equations::{Equation, MultiCutoffStream};
 use tactid_identify::{EquationSettings, EquationStream};

@@ -1,11 +1,7 @@
 //! The online identifier allocates nothing in a control loop.
 
-#![allow(clippy::unwrap_used)]
-
-mod common;
-
+use crate::common::{Experiment, Noise, TOOL, identifier, payload};
 use allocation_counter::measure;
-use common::{Experiment, Noise, TOOL, identifier, payload};
 use rand::{SeedableRng, rngs::SmallRng};
 use tactid_dynamics::MassProperties;
 use tactid_identify::{EquationSettings, Method, WORLD};

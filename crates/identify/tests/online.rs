@@ -1,10 +1,6 @@
 //! The online identifier under noise: its uncertainty, and payload changes.
 
-#![allow(clippy::unwrap_used)]
-
-mod common;
-
-use common::{Experiment, Instant, Noise, TOOL, identifier, payload};
+use crate::common::{Experiment, Instant, Noise, TOOL, identifier, payload};
 use nalgebra::{Matrix3, Vector3};
 use rand::{SeedableRng, rngs::SmallRng};
 use tactid_dynamics::{MassProperties, Wrench};

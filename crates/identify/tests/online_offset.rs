@@ -1,14 +1,7 @@
 //! The zero of a sensor outlives a payload change: what an identifier has learnt of it in motion holds for the next payload.
 
-#![allow(clippy::unwrap_used)]
-
-#[path = "common/arm.rs"]
-#[allow(dead_code, reason = "no test file uses all of what is shared")]
-mod arm;
-#[path = "common/handling.rs"]
-mod handling;
-
-use arm::{Run, TOOL, arm, body};
+use crate::arm::{Run, TOOL, arm, body};
+use crate::handling;
 use nalgebra::Vector3;
 use rand::{RngExt, SeedableRng, rngs::SmallRng};
 use rand_distr::StandardNormal;

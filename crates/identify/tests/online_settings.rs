@@ -1,14 +1,7 @@
 //! What an online identifier knows of the load and of the wrenches gives the result of samples from which it has been taken.
 
-#![allow(clippy::unwrap_used, clippy::panic)]
-
-#[path = "common/arm.rs"]
-#[allow(dead_code, reason = "no test file uses all of what is shared")]
-mod arm;
-#[path = "common/handling.rs"]
-mod handling;
-
-use arm::{Instant, Run, TOOL, arm, body};
+use crate::arm::{Instant, Run, TOOL, arm, body};
+use crate::handling;
 use nalgebra::Vector3;
 use rand::{RngExt, SeedableRng, rngs::SmallRng};
 use rand_distr::StandardNormal;

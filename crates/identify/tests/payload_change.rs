@@ -1,12 +1,7 @@
 //! Uncertainty of the online estimate: the error of each value that is reported as known is within six of its
 //! standard deviations, also in the first second, after a gap and after payload changes.
 
-#![allow(clippy::unwrap_used)]
-
-#[path = "common/arm.rs"]
-mod arm;
-
-use arm::{Instant, Run, TOOL, arm, body};
+use crate::arm::{Instant, Run, TOOL, arm, body};
 use nalgebra::Vector3;
 use rand::{RngExt, SeedableRng, rngs::SmallRng};
 use rand_distr::StandardNormal;
@@ -256,7 +251,7 @@ fn no_error_exceeds_six_std_devs() {
 /// that after a payload change. In the first seconds of a run the noise is known from few windows: errors in runs with 30
 /// seeds reached 6.7 standard deviations, and 1 of 42 000 values was off, most of them in one draw of the noise.
 #[test]
-#[ignore = "minutes in release mode: cargo test --release --test payload_change -- --ignored --nocapture"]
+#[ignore = "minutes in release mode: cargo test --release -p tactid-identify --test tests payload_change -- --ignored --nocapture"]
 fn errors_beyond_six_std_devs_are_rarer_than_one_in_a_million() {
     let mut statistics = Statistics::default();
     sweep(2000..2030, &mut statistics);

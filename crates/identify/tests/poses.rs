@@ -1,11 +1,6 @@
 //! Poses at rest: the payload from a few attitudes, without times.
 
-#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
-
-#[path = "common/at_rest.rs"]
-mod at_rest;
-
-use at_rest::*;
+use crate::at_rest::*;
 use nalgebra::{Isometry3, UnitQuaternion, Vector3};
 use rand::{RngExt, SeedableRng, rngs::SmallRng};
 use rand_distr::StandardNormal;

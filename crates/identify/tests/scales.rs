@@ -1,7 +1,5 @@
 //! One problem in other units of mass, length and time: every relative result is the same to 1e-9.
 
-#![allow(clippy::unwrap_used)]
-
 use std::f64::consts::{FRAC_PI_2, TAU};
 
 use nalgebra::{Isometry3, Matrix3, Vector3, Vector6};

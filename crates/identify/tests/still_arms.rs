@@ -1,13 +1,8 @@
 //! An arm that holds still: gravity determines the mass, and the noise of the joints determines nothing.
 
-#![allow(clippy::unwrap_used)]
-
-#[allow(dead_code, reason = "each test file uses a part of what is shared")]
-#[path = "common/arm.rs"]
-mod arm;
-
 use std::f64::consts::{FRAC_PI_2, FRAC_PI_4};
 
+use crate::arm;
 use nalgebra::{Isometry3, Vector3};
 use rand::{RngExt, SeedableRng, rngs::SmallRng};
 use rand_distr::StandardNormal;

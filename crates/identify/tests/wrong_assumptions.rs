@@ -1,18 +1,8 @@
 //! Wrong assumptions about a wrist sensor, gravity and the joints are named: random motions of arms, one fault each.
 
-#![allow(clippy::unwrap_used, clippy::panic)]
-
-#[allow(dead_code, reason = "each test file uses a part of what is shared")]
-#[path = "common/arm.rs"]
-mod arm;
-#[path = "common/faults.rs"]
-mod faults;
-#[path = "common/setups.rs"]
-mod setups;
-
-use faults::{Draws, Fault, of_a_real_sensor};
+use crate::faults::{Draws, Fault, of_a_real_sensor};
+use crate::setups::{DOWN, OTHERS, Recording, Setup, UR10};
 use nalgebra::{Rotation3, Vector3};
-use setups::{DOWN, OTHERS, Recording, Setup, UR10};
 use tactid_dynamics::{Notice, Severity};
 use tactid_identify::{
     BatchResult, BatchSettings, EquationSettings, Finding, Hypothesis, Unknowns, WrongAssumption,

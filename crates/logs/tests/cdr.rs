@@ -1,11 +1,8 @@
 //! Encoded messages have the bytes of other implementations, and damaged ones are refused.
 
-#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
-
-mod common;
-
 use std::fmt::Debug;
 
+use crate::common;
 use proptest::{collection::vec, prelude::*};
 use tactid_logs::{
     Message,

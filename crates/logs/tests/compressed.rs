@@ -1,15 +1,11 @@
 //! Bags of both storages that rosbag2 compresses by file or by message.
 
-#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
-
-mod common;
-
 use std::{
     fs,
     path::{Path, PathBuf},
 };
 
-use common::{
+use crate::common::{
     joint_state, joint_state_log, log, read, read_file,
     sqlite::{bag, create, fill},
 };

@@ -1,12 +1,8 @@
 //! Logs that are cut off or damaged are readable up to the damage, which is reported.
 
-#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
-
-mod common;
-
 use std::fs;
 
-use common::{foreign_log, log, random, read, read_file};
+use crate::common::{foreign_log, log, random, read, read_file};
 use mcap::Compression;
 
 const MAGIC: &[u8] = b"\x89MCAP0\r\n";

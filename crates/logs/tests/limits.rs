@@ -1,12 +1,8 @@
 //! A log cannot exhaust the memory, and a bag cannot name files outside its folder.
 
-#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
-
-mod common;
-
 use std::fs;
 
-use common::{joint_state_log, log};
+use crate::common::{joint_state_log, log};
 use mcap::{Compression, WriteOptions};
 use tactid_logs::{LogError, LogReader};
 

@@ -1,12 +1,10 @@
 //! Reading of logs by other writers, in any order and several files, and of other files.
 
-#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
-
-mod common;
-
 use std::{fs, io::Cursor, path::Path};
 
-use common::{STEP_NS, foreign_log, golden, joint_state, joint_state_log, log, read, sqlite::bag};
+use crate::common::{
+    STEP_NS, foreign_log, golden, joint_state, joint_state_log, log, read, sqlite::bag,
+};
 use mcap::{Compression, WriteOptions, records::MessageHeader};
 use tactid_logs::{
     LogReader, Message,

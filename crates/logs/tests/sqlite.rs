@@ -1,13 +1,9 @@
 //! SQLite bags have the same messages as MCAP logs: every version of their schema, in any order of
 //! rows, finished or not, and while another process writes them.
 
-#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
-
-mod common;
-
 use std::{fs, path::Path};
 
-use common::{
+use crate::common::{
     STEP_NS, log, read, read_file,
     sqlite::{bag, create, fill, message, topic},
 };

@@ -1,12 +1,8 @@
 //! A database that is not a whole bag ends in one error that names the file and the fault.
 
-#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
-
-mod common;
-
 use std::{fs, path::Path};
 
-use common::{
+use crate::common::{
     Read, random, read_file,
     sqlite::{bag, change, create, fill, message, topic},
 };

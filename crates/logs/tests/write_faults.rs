@@ -1,10 +1,6 @@
 //! Writing of a log to a stream that fails at some byte, as a disk that becomes full, or that takes
 //! few bytes at once.
 
-#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
-
-mod common;
-
 use std::cell::RefCell;
 use std::fs;
 use std::io::{self, Cursor, ErrorKind, Seek, SeekFrom, Write};
@@ -12,7 +8,7 @@ use std::path::Path;
 use std::rc::Rc;
 use std::thread;
 
-use common::{STEP_NS, header};
+use crate::common::{STEP_NS, header};
 use tactid_logs::messages::JointState;
 use tactid_logs::{Durability, LogError, LogReader, LogWriter};
 

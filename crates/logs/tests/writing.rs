@@ -1,12 +1,8 @@
 //! Logs that the writer leaves, also after an error.
 
-#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
-
-mod common;
-
 use std::{fs, io::Cursor, ops::ControlFlow, path::Path};
 
-use common::{
+use crate::common::{
     STEP_NS, golden, joint_state, log, read_file,
     sqlite::{create, fill},
 };

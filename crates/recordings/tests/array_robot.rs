@@ -1,15 +1,11 @@
 //! The robot of arrays, whose base is fixed unless its motion is given, and their unloaded reference.
 
-#![allow(clippy::unwrap_used, clippy::panic)]
-
-mod recorded_arrays;
-
 use std::f64::consts::TAU;
 use std::ops::ControlFlow;
 
+use crate::common::{Experiment, Instant, TOOL, URDF, payload};
+use crate::recorded_arrays::{Recording, quick, recorded};
 use nalgebra::{Isometry3, Vector3};
-use recorded_arrays::common::{Experiment, Instant, TOOL, URDF, payload};
-use recorded_arrays::{Recording, quick, recorded};
 use tactid_dynamics::{
     BaseKind, FrameMotion, InertialParameters, JointMotion, Manipulator, Urdf, Workspace, forces,
     motion,

@@ -1,16 +1,12 @@
 //! Identification from arrays: the estimate, the defaults, and arrays that do not fit or hold bad values.
 
-#![allow(clippy::unwrap_used, clippy::panic)]
-
-mod recorded_arrays;
-
 use std::ops::ControlFlow;
 
+use crate::common::{Experiment, SENSORS, TOOL, errors_percent};
+use crate::recorded_arrays::{CARRIED_AT, CARRIED_KG, Recording, carried, quick, recorded};
 use nalgebra::Vector3;
 use rand::{RngExt, SeedableRng, rngs::SmallRng};
 use rand_distr::StandardNormal;
-use recorded_arrays::common::{Experiment, SENSORS, TOOL, errors_percent};
-use recorded_arrays::{CARRIED_AT, CARRIED_KG, Recording, carried, quick, recorded};
 use tactid_dynamics::BaseKind;
 use tactid_recordings::{
     Arrays, FaultKind, Finding, Identified, Method, RecordingError, Request, identify_arrays,

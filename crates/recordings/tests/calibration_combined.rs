@@ -1,11 +1,6 @@
 //! One payload from several recordings that were identified with one calibration.
 
-#![allow(clippy::unwrap_used, clippy::panic)]
-
-#[path = "../../calibrate/tests/common/effort_arm.rs"]
-mod effort_arm;
-
-use effort_arm::{World, calibrated, payload, record, values};
+use crate::effort_arm::{World, calibrated, payload, record, values};
 use tactid_calibrate::{Calibration, EffortRecording};
 use tactid_identify::{BatchSettings, HALF_WIDTH_95, LinearEstimate, PriorKnowledge};
 use tactid_recordings::{Combination, combine_estimates};

@@ -1,13 +1,8 @@
 //! The file of a calibration: the same numbers come back, and what is wrong is named with its line.
 
-#![allow(clippy::unwrap_used, clippy::panic)]
-
-#[path = "common/stored_arm.rs"]
-mod stored_arm;
-
 use std::fs;
 
-use stored_arm::arm;
+use crate::stored_arm::arm;
 use tactid_recordings::{ArmCalibration, RecordingError};
 
 fn written(arm: &ArmCalibration) -> String {

@@ -1,14 +1,11 @@
 //! Errors of a recording say what to do.
 
-#![allow(clippy::unwrap_used, clippy::panic)]
-
-mod recorded_arrays;
-mod recorded_log;
-
 use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 
-use recorded_arrays::{carried, common, recorded};
+use crate::common;
+use crate::recorded_arrays::{carried, recorded};
+use crate::recorded_log;
 use tactid_dynamics::{BaseKind, Manipulator};
 use tactid_logs::messages::{Header, JointState, StringMsg, Time};
 use tactid_logs::{Durability, LogWriter};

@@ -1,18 +1,12 @@
 //! A live session: the messages of a log, one by one.
 
-#![allow(clippy::unwrap_used, clippy::panic)]
-
-#[path = "../../identify/tests/common/mod.rs"]
-mod common;
-mod recorded_log;
-
 use std::ops::ControlFlow;
 
-use common::{Experiment, Instant, Noise, TOOL, identifier};
+use crate::common::{Experiment, Instant, Noise, TOOL, identifier};
+use crate::recorded_log::Recording;
 use nalgebra::{Matrix3, Vector3};
 use rand::SeedableRng;
 use rand::rngs::SmallRng;
-use recorded_log::Recording;
 use tactid_dynamics::{BaseKind, MassProperties};
 use tactid_identify::{BaseState, EquationSettings, HALF_WIDTH_95, Sample};
 use tactid_logs::{LogReader, RawMessage};

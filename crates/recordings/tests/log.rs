@@ -1,16 +1,12 @@
 //! Identification from a log, through `tactid-logs` alone.
 
-#![allow(clippy::unwrap_used, clippy::panic)]
-
-#[path = "../../identify/tests/common/mod.rs"]
-mod common;
-mod recorded_log;
-
 use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 
-use common::{Experiment, Instant, SENSORS, TOOL, errors_percent, identifier, worst_percent};
-use recorded_log::Recording;
+use crate::common::{
+    Experiment, Instant, SENSORS, TOOL, errors_percent, identifier, worst_percent,
+};
+use crate::recorded_log::Recording;
 use tactid_identify::{EquationSettings, values_of_body};
 use tactid_logs::LogReader;
 use tactid_logs::messages::InertiaStamped;

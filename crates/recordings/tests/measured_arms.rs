@@ -5,8 +5,6 @@
 //! The recordings (University of Salerno, BSD-3) and the robots of the wheel `example-robot-data` are not part of the
 //! repository; without them the tests do nothing.
 
-#![allow(clippy::unwrap_used)]
-
 use std::path::{Path, PathBuf};
 
 use nalgebra::{DMatrix, DVector, Isometry3, Matrix3, Rotation3, SVector, Vector3};

@@ -1,7 +1,5 @@
 //! Options are declared once: the table of declarations, and requests that are read by the names of options.
 
-#![allow(clippy::unwrap_used)]
-
 use std::collections::BTreeMap;
 
 use nalgebra::{Matrix3, Vector3};

@@ -1,7 +1,5 @@
 //! Orientations that are not what they are taken for, at rest and in motion.
 
-#![allow(clippy::unwrap_used)]
-
 use std::ops::ControlFlow;
 
 use nalgebra::{Isometry3, Quaternion, UnitQuaternion, Vector3};

@@ -1,12 +1,7 @@
 //! The paper's filter, online, on exact samples of the project's robot.
 
-#![allow(clippy::unwrap_used)]
-
-#[path = "../../identify/tests/common/mod.rs"]
-mod common;
-
+use crate::common::{self, Experiment, SENSORS, TABLE_1, TOOL};
 use allocation_counter::measure;
-use common::{Experiment, SENSORS, TABLE_1, TOOL};
 use tactid_identify::{EquationSettings, IdentifyError};
 use tactid_recordings::{Method, PaperFilter, PaperSettings};
 

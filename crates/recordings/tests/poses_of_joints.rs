@@ -1,8 +1,6 @@
 //! Wrenches on an arm with a fixed base, on which no orientation is measured, and with sensors that do not measure
 //! every channel.
 
-#![allow(clippy::unwrap_used)]
-
 use std::ops::ControlFlow;
 
 use nalgebra::{Rotation3, Vector3};

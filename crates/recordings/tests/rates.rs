@@ -1,17 +1,13 @@
 //! Velocities that are not the derivatives of the positions: joints that are swapped, of the wrong sign or in degrees,
 //! and twists in the wrong axes.
 
-#![allow(clippy::unwrap_used, clippy::panic)]
-
-mod recorded_arrays;
-mod recorded_log;
-
 use std::ops::ControlFlow;
 
+use crate::common::{Experiment, Instant, Noise};
+use crate::recorded_arrays::{Recording, carried, quick, recorded};
+use crate::recorded_log;
 use nalgebra::Vector3;
 use rand::{SeedableRng, rngs::SmallRng};
-use recorded_arrays::common::{self, Experiment, Instant, Noise};
-use recorded_arrays::{Recording, carried, quick, recorded};
 use tactid_dynamics::Wrench;
 use tactid_identify::Finding as DataFinding;
 use tactid_identify::checks::{

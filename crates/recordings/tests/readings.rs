@@ -1,14 +1,8 @@
 //! What drivers do to wrenches and efforts before they record them: other axes, parts that are subtracted.
 
-#![allow(clippy::unwrap_used, clippy::panic)]
-
-#[path = "../../identify/tests/common/arm.rs"]
-#[allow(dead_code, reason = "each test file uses a part of what is shared")]
-mod arm;
-
 use std::ops::ControlFlow;
 
-use arm::{Instant, JOINTS, Run, TOOL, arm, body};
+use crate::arm::{Instant, JOINTS, Run, TOOL, arm, body};
 use nalgebra::{Isometry3, Vector3};
 use rand::{RngExt, SeedableRng, rngs::SmallRng};
 use tactid_dynamics::{

@@ -1,11 +1,7 @@
 //! What a request asks for: the paper's filter, known tools and signs, and values that cannot be used.
 
-#![allow(clippy::unwrap_used, clippy::panic)]
-
-mod recorded_arrays;
-
+use crate::recorded_arrays::{CARRIED_KG, Recording, carried, quick, recorded};
 use nalgebra::{Matrix3, Vector3};
-use recorded_arrays::{CARRIED_KG, Recording, carried, quick, recorded};
 use tactid_dynamics::{MassProperties, Wrench};
 use tactid_identify::{EquationSettings, Finding as Data, Sample, states_of_poses};
 use tactid_recordings::{

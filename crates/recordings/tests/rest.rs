@@ -1,7 +1,5 @@
 //! Arrays of poses at rest, of sensors that do not measure every channel.
 
-#![allow(clippy::unwrap_used)]
-
 use nalgebra::{Isometry3, Quaternion, UnitQuaternion, Vector3};
 use rand::{RngExt, SeedableRng, rngs::SmallRng};
 use rand_distr::StandardNormal;

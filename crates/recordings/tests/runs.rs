@@ -1,17 +1,11 @@
 //! Several logs, one payload.
 
-#![allow(clippy::unwrap_used, clippy::panic)]
-
-#[path = "../../identify/tests/common/mod.rs"]
-mod common;
-mod recorded_log;
-
 use std::ops::ControlFlow;
 use std::path::PathBuf;
 
-use common::{Experiment, Instant, Noise, TOOL};
+use crate::common::{self, Experiment, Instant, Noise, TOOL};
+use crate::recorded_log::Recording;
 use rand::{SeedableRng, rngs::SmallRng};
-use recorded_log::Recording;
 use tactid_recordings::{
     EstimatorKind, Identification, Method, Progress, RecordingError, Request, combine,
     identify_logs,

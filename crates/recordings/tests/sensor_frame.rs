@@ -1,15 +1,11 @@
 //! A sensor whose frame is no link of the robot: the request says where it stands.
 
-#![allow(clippy::unwrap_used, clippy::panic)]
-
-mod recorded_arrays;
-mod recorded_log;
-
 use std::ops::ControlFlow;
 
+use crate::common::Experiment;
+use crate::recorded_arrays::{CARRIED_AT, CARRIED_KG, carried, quick, recorded};
+use crate::recorded_log;
 use nalgebra::Vector3;
-use recorded_arrays::common::{self, Experiment};
-use recorded_arrays::{CARRIED_AT, CARRIED_KG, carried, quick, recorded};
 use tactid_dynamics::{ModelError, Wrench};
 use tactid_identify::IdentifyError;
 use tactid_recordings::{RecordingError, Request, SensorFrame, identify_log};

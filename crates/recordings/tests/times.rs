@@ -1,11 +1,7 @@
 //! Times that cannot be used: in other units than seconds, reversed, constant, or with gaps everywhere. Each error says
 //! what is wrong.
 
-#![allow(clippy::unwrap_used, clippy::panic)]
-
-mod recorded_arrays;
-
-use recorded_arrays::carried;
+use crate::recorded_arrays::carried;
 use tactid_recordings::Request;
 
 /// Times in other units than seconds are named by the unit.

@@ -1,7 +1,5 @@
 //! An arm that plans its motion while it identifies its payload.
 
-#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
-
 use std::ops::ControlFlow;
 use std::path::Path;
 

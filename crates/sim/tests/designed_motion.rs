@@ -1,7 +1,5 @@
 //! An arm that follows the motion in a file.
 
-#![allow(clippy::unwrap_used, clippy::panic)]
-
 use std::path::Path;
 
 use tactid_sim::{Experiment, Posture, Simulation};

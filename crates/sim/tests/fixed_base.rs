@@ -1,12 +1,8 @@
 //! A robot that is bolted to the ground, under gravity.
 
-#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
-
-#[allow(dead_code)]
-mod common;
-
 use std::ops::ControlFlow;
 
+use crate::common;
 use nalgebra::{Isometry3, Vector3};
 use tactid_logs::LogReader;
 use tactid_logs::messages::TFMessage;

@@ -1,7 +1,5 @@
 //! Errors for experiments that cannot be run.
 
-#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
-
 use std::path::PathBuf;
 
 use tactid_sim::{Experiment, SimError, Simulation};

@@ -1,8 +1,6 @@
 //! The log depends on the experiment only, contains the samples, and is complete after an
 //! interruption.
 
-#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
-
 use std::ops::ControlFlow;
 use std::path::PathBuf;
 

@@ -1,10 +1,6 @@
 //! The simulation satisfies the conservation laws, and the sensors are consistent with it.
 
-#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
-
-#[allow(dead_code)]
-mod common;
-
+use crate::common;
 use nalgebra::{Isometry3, Matrix4, Rotation3, Vector3};
 use tactid_dynamics::{BaseKind, FrameMotion, JointMotion, Manipulator, Workspace, motion};
 use tactid_sim::{

@@ -1,11 +1,8 @@
 //! Simulation of an arm with payload changes. The dynamics are exact; a test adds noise.
 
-#[path = "integration.rs"]
-mod integration;
-
 use std::f64::consts::{FRAC_PI_2, TAU};
 
-use self::integration::runge_kutta;
+use crate::common::integration::runge_kutta;
 use nalgebra::{Isometry3, Matrix3, UnitQuaternion, Vector3};
 use rand::{RngExt, SeedableRng, rngs::SmallRng};
 use tactid_dynamics::{

@@ -3,7 +3,7 @@
 
 #![allow(dead_code, reason = "no test file uses all of it")]
 
-mod integration;
+pub(crate) mod integration;
 
 use std::f64::consts::{FRAC_PI_2, TAU};
 

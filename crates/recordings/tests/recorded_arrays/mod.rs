@@ -2,12 +2,9 @@
 
 #![allow(dead_code, reason = "each test file uses a part of what is shared")]
 
-#[path = "../../../identify/tests/common/mod.rs"]
-pub(crate) mod common;
-
 use std::ops::ControlFlow;
 
-use common::{Experiment, Instant, SENSORS};
+use crate::common::{Experiment, Instant, SENSORS};
 use nalgebra::{Isometry3, UnitQuaternion, Vector3};
 use tactid_dynamics::Manipulator;
 use tactid_recordings::{
