@@ -278,10 +278,10 @@ def test_motor_currents_with_known_gains(
     assert exact["fit"]["noise_fraction"]["mass"] == 1
     assert_refused(command("identify", bag, "--effort-gain", "1,2"), "6")
     # Gains without a standard deviation have one of 5 %. There is no noise: the interval is theirs.
-    claimed, doubled = identify(bag, *given), identify(bag, *given, "--effort-gain-std-dev", "10%")
-    widths = [half_widths_of(found)[0] for found in (exact, claimed, doubled)]
+    claimed, halved = identify(bag, *given), identify(bag, *given, "--effort-gain-std-dev", "2.5%")
+    widths = [half_widths_of(found)[0] for found in (exact, claimed, halved)]
     assert widths[0] < 1e-3 * widths[1]
-    assert widths[2] == pytest.approx(2 * widths[1], rel=1e-3)
+    assert widths[2] == pytest.approx(widths[1] / 2, rel=1e-3)
     assert claimed["fit"]["noise_fraction"]["mass"] < 1e-3
     assert claimed["remaining_s"]["each"]["mass"] is None
     text = " ".join(command("identify", bag, *given).stderr.split())
