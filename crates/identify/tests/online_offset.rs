@@ -159,6 +159,9 @@ fn a_tare_sets_the_zero_and_holds_the_payload() {
             identifier.push(&instant.sample(&wrenches)).unwrap();
             if k == 2700 && moved_s > 0.0 {
                 assert_eq!(identifier.estimate().payload_changes, 1);
+                identifier.hold_payload(true);
+                assert!(!identifier.tare(), "no window would determine the zero");
+                identifier.hold_payload(false);
                 assert!(identifier.tare());
             }
             if k > 2850 && identifier.knows_weight() {

@@ -3,7 +3,6 @@
 use nalgebra::SMatrix;
 
 use super::identifier::Identifier;
-use super::least_squares::Assessment;
 use crate::contact::{WrenchEstimate, WrenchFrame};
 use crate::solve::offsets::joint_covariance;
 use crate::{IdentifyError, WrenchOffset};
@@ -21,13 +20,17 @@ impl Identifier {
     /// last estimate that nothing contradicted, so that a zero which has moved is taken for nothing else, even where it was
     /// reported as a payload change. Nothing may touch the payload meanwhile. The arm may move.
     ///
-    /// Returns `false`, and does nothing, where [`EquationSettings::wrench_offset`](crate::EquationSettings::wrench_offset) does not make the offset an unknown, or
-    /// before 32 windows determine the load for the first time.
+    /// Returns `false`, and does nothing, where [`EquationSettings::wrench_offset`](crate::EquationSettings::wrench_offset) does not make the offset an unknown,
+    /// before 32 windows determine the load for the first time, or while the payload is [held](Self::hold_payload), because
+    /// no window then updates the estimate.
     pub fn tare(&mut self) -> bool {
-        let Some(assessment) = self.update.forget_offsets() else {
+        if self.is_held {
+            return false;
+        }
+        let Some(is_taken_back) = self.update.forget_offsets() else {
             return false;
         };
-        if assessment == Assessment::PayloadReturned {
+        if is_taken_back {
             self.since_s = self.since_before_s;
         }
         self.stream.start_windows();

@@ -134,10 +134,7 @@ impl OnlineLeastSquares {
         self.centred = centred;
         match assessment {
             Assessment::Accepted(_) if self.alarms > 0 && self.explains_again(equation) => {
-                self.state.copy_from(self.trusted.state());
-                self.changes.restart();
-                self.trusted.restart();
-                self.alarms = 0;
+                self.return_to_trusted();
                 Assessment::PayloadReturned
             }
             Assessment::Accepted(_) => {
@@ -326,23 +323,26 @@ impl OnlineLeastSquares {
         self.state.windows_since_start = 0;
     }
 
+    /// Returns to the last estimate that nothing contradicted, and answers whether that takes a payload change back.
+    fn return_to_trusted(&mut self) -> bool {
+        self.state.copy_from(self.trusted.state());
+        self.changes.restart();
+        self.trusted.restart();
+        std::mem::take(&mut self.alarms) > 0
+    }
+
     /// Holds the load at the last estimate that nothing contradicted, and has the offsets determined anew by the windows
-    /// that follow. Returns what it means for the estimate, whose update begins with [`Stage::Solve`]; `None`, and nothing
-    /// done, where the offsets are no unknowns, or no load is known.
-    pub(crate) fn forget_offsets(&mut self) -> Option<Assessment> {
+    /// that follow. Returns whether a payload change is taken back; the update then begins with [`Stage::Solve`]. `None`,
+    /// and nothing done, where the offsets are no unknowns, or no load is known.
+    pub(crate) fn forget_offsets(&mut self) -> Option<bool> {
         if !self.state.centering.is_needed() || self.trusted.estimate().is_none() {
             return None;
         }
-        self.state.copy_from(self.trusted.state());
+        let is_taken_back = self.return_to_trusted();
         let factor = self.score_factor();
         self.state.rows.keep_offset_rows(factor);
         self.state.centering.restart(None);
-        self.changes.restart();
-        self.trusted.restart();
-        Some(match std::mem::take(&mut self.alarms) {
-            0 => Assessment::Accepted(Stage::Solve),
-            _ => Assessment::PayloadReturned,
-        })
+        Some(is_taken_back)
     }
 
     /// Whether the most recent window updates the noise.

@@ -77,12 +77,12 @@ impl StagedUpdate {
     }
 
     /// Holds the load and forgets the offsets, at once: see [`OnlineLeastSquares::forget_offsets`].
-    pub(crate) fn forget_offsets(&mut self) -> Option<Assessment> {
+    pub(crate) fn forget_offsets(&mut self) -> Option<bool> {
         self.finish();
-        let assessment = self.estimator.forget_offsets()?;
+        let is_taken_back = self.estimator.forget_offsets()?;
         self.stage = Some(Stage::Solve);
         self.finish();
-        Some(assessment)
+        Some(is_taken_back)
     }
 
     /// Sets the links below the tool that are part of the estimated body: their inertial parameters in the tool frame
