@@ -382,12 +382,12 @@ typedef struct tactid_wrench {
    */
   size_t size;
   /**
-   * Force, then moment.
+   * Force, then moment; NaN for a channel of a contact that the sensor does not measure.
    */
   double values[6];
   /**
-   * Standard deviation of each value, in its unit; infinite where the motion does not determine it, NaN where it is not
-   * estimated.
+   * Standard deviation of each value, in its unit; infinite where the motion does not determine it, or the sensor does not
+   * measure it, NaN where it is not estimated.
    */
   double std_devs[6];
   /**
@@ -521,7 +521,7 @@ tactid_status tactid_identifier_load_wrench(const struct tactid_identifier *iden
  *
  * What the load does not explain may be a contact or a payload change, and the first samples do not show which: `state` is then
  * `TACTID_CHANGING`. Answers `TACTID_STATUS_UNKNOWN` before 32 windows determine the load for the first time, after a gap, and for
- * methods without wrenches. Allocates nothing.
+ * methods without wrenches. Channels that the sensor does not measure are NaN, with an infinite variance. Allocates nothing.
  *
  * # Safety
  * `identifier` was created here, and `contact` has `size` writable bytes.

@@ -294,7 +294,7 @@ pub unsafe extern "C" fn tactid_identifier_load_wrench(
 ///
 /// What the load does not explain may be a contact or a payload change, and the first samples do not show which: `state` is then
 /// `TACTID_CHANGING`. Answers `TACTID_STATUS_UNKNOWN` before 32 windows determine the load for the first time, after a gap, and for
-/// methods without wrenches. Allocates nothing.
+/// methods without wrenches. Channels that the sensor does not measure are NaN, with an infinite variance. Allocates nothing.
 ///
 /// # Safety
 /// `identifier` was created here, and `contact` has `size` writable bytes.

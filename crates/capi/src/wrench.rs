@@ -17,10 +17,10 @@ pub const TACTID_CHANGING: u32 = 1;
 pub struct tactid_wrench {
     /// `sizeof(tactid_wrench)`.
     pub size: usize,
-    /// Force, then moment.
+    /// Force, then moment; NaN for a channel of a contact that the sensor does not measure.
     pub values: [f64; 6],
-    /// Standard deviation of each value, in its unit; infinite where the motion does not determine it, NaN where it is not
-    /// estimated.
+    /// Standard deviation of each value, in its unit; infinite where the motion does not determine it, or the sensor does not
+    /// measure it, NaN where it is not estimated.
     pub std_devs: [f64; 6],
     /// Covariance of the values; NaN for an offset.
     pub covariance: [[f64; 6]; 6],

@@ -27,9 +27,11 @@ class WrenchEstimate:
     time: float
     """Time to which the wrench belongs, on the clock of the samples, s."""
     values: Array
-    """Force, N, and moment, N m, (6,), with the sign of the measured wrenches."""
+    """Force, N, and moment, N m, (6,), with the sign of the measured wrenches.
+
+    NaN stands for a channel of a contact that the sensor does not measure."""
     covariance: Array
-    """Covariance of the values, (6, 6)."""
+    """Covariance of the values, (6, 6); a channel that is not measured has an infinite variance."""
     is_changing: bool
     """Whether the payload may have changed: the covariance then contains the contact itself."""
 
@@ -171,7 +173,8 @@ class Identifier(_Online):
         payload exerts on what it touches. It passes a causal low-pass with the cutoff of the
         identifier, and belongs to the time :attr:`WrenchEstimate.time`. What the load does not
         explain may also be a payload change: ``is_changing`` is then true, and the covariance
-        contains the contact itself, until the samples decide or :meth:`hold_payload` does.
+        contains the contact itself, until the samples decide or :meth:`hold_payload` does. A
+        channel that the sensor does not measure is NaN, with an infinite variance.
 
         Args:
             point: The link about whose origin the moment is; it moves with the tip.
