@@ -7,6 +7,7 @@ import subprocess
 import sys
 import time
 from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -37,17 +38,26 @@ def bag(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return record(tmp_path_factory.mktemp("arm") / "bag", duration=8.0, joint_hz=400)
 
 
+@contextmanager
+def _running(*arguments: str) -> Iterator[None]:
+    """Runs a command of tactid, and interrupts it at the end."""
+    command = [sys.executable, "-m", "tactid", *arguments]
+    with subprocess.Popen(command, env=os.environ | DOMAIN) as process:
+        try:
+            yield
+            process.send_signal(signal.SIGTERM)
+            assert process.wait(timeout=WAIT_S) == 143
+        finally:
+            process.kill()
+
+
 @pytest.fixture
-def node(tmp_path: Path) -> Iterator["subprocess.Popen[str]"]:
+def node(tmp_path: Path) -> Iterator[None]:
     """The node, with two of its options as parameters."""
     given = ["--tip", "tool0", "--cutoff-hz", "10", "--delay-s", "0", "--ros-args"]
     parameters = ["-p", "wrench_offset:=no", "-p", f"save_to:={tmp_path / 'payload.json'}"]
-    command = [sys.executable, "-m", "tactid", "live", *given, *parameters]
-    environment = os.environ | DOMAIN
-    with subprocess.Popen(command, env=environment, stderr=subprocess.PIPE, text=True) as process:
-        yield process
-        process.send_signal(signal.SIGTERM)
-        assert process.wait(timeout=WAIT_S) == 143, process.stderr and process.stderr.read()
+    with _running("live", *given, *parameters):
+        yield
 
 
 class Listener:
@@ -92,6 +102,7 @@ class Listener:
     def call(self, service: str) -> Any:
         """Calls a service of the node."""
         client = self.node.create_client(self.trigger, f"/tactid/{service}")
+        assert client.wait_for_service(WAIT_S)
         answer = client.call_async(self.trigger.Request())
         self.wait(answer.done)
         return answer.result()
@@ -116,17 +127,22 @@ def _from_log(bag: Path) -> Any:
     return estimate.values
 
 
+def _ns(message: Any) -> int:
+    """Returns the stamp of a message, ns."""
+    stamp = message.header.stamp
+    return int(stamp.sec * 10**9 + stamp.nanosec)
+
+
 def _check_contacts(listener: Listener, facts: dict[str, str]) -> None:
     """Nothing touches the payload; each wrench has the frame and the time that it belongs to."""
     contacts = listener.contacts
-    times_ns = [each.header.stamp.sec * 10**9 + each.header.stamp.nanosec for each in contacts]
-    assert len(contacts) > 50
-    assert np.all(np.diff(times_ns) > 0)
+    assert np.all(np.diff([_ns(each) for each in contacts]) > 0)
     assert {each.header.frame_id for each in contacts} == {"tool0"} == {facts["contact_frame"]}
     assert 0.02 < float(facts["contact_latency_s"]) < 0.06
+    # The status has the standard deviations of the last one alone.
     std_devs = [float(text) for text in facts["contact_std_devs"].split(", ")]
-    forces = [[getattr(each.wrench.force, axis) for axis in "xyz"] for each in contacts]
-    assert np.all(np.abs(forces) < 6 * np.array(std_devs[:3]))
+    force = [getattr(contacts[-1].wrench.force, axis) for axis in "xyz"]
+    assert np.all(np.abs(force) < 6 * np.array(std_devs[:3]))
 
 
 @pytest.mark.usefixtures("node")
@@ -141,9 +157,11 @@ def test_the_node_identifies_what_is_published(
         command, env=environment, stdout=subprocess.PIPE, text=True, timeout=90, check=True
     )
     published = int(done.stdout.split()[-1])
+    # A loaded machine may still be planning, and reports wait in queues.
+    listener.wait(lambda: "contact_frame" in listener.facts() and listener.contacts)
     listener.wait(lambda: "topic_silent" in listener.reports)
+    listener.wait(lambda: int(listener.facts()["messages"]) == published + 1)
     facts = listener.facts()
-    assert int(facts["messages"]) == published + 1
     assert facts["topics"] == ", ".join(MEASURED)
     assert not any("lost" in name for name in listener.reports)
     offline = tactid.identify(bag, **OPTIONS).estimate
@@ -153,7 +171,7 @@ def test_the_node_identifies_what_is_published(
     values = np.array(entries(saved["estimate"]["values"]))
     assert np.all(np.abs(values - offline.values) < 1.96 * offline.std_devs)
     assert np.all(np.abs(values - _from_log(bag)) < 1e-3 * offline.std_devs)
-    assert listener.masses[-1] == pytest.approx(values[0], rel=1e-9)
+    listener.wait(lambda: listener.masses[-1] == pytest.approx(values[0], rel=1e-9))
 
     _check_contacts(listener, facts)
     answer = listener.call("tare")
@@ -168,19 +186,32 @@ def test_the_node_identifies_what_is_published(
 
 def test_a_simulated_arm_is_published(listener: Listener) -> None:
     """Description, joint states and wrenches come as those of a robot, at real time."""
-    from rclpy.qos import qos_profile_sensor_data
+    from geometry_msgs.msg import WrenchStamped
+    from rclpy.qos import DurabilityPolicy, QoSProfile, qos_profile_sensor_data
     from sensor_msgs.msg import JointState
+    from std_msgs.msg import String
 
-    stamps_ns: list[int] = []
+    joints_ns: list[int] = []
+    wrenches_ns: list[int] = []
+    late_ns: list[int] = []
+    descriptions: list[Any] = []
 
     def heard(message: Any) -> None:
-        stamps_ns.append(message.header.stamp.sec * 10**9 + message.header.stamp.nanosec)
+        joints_ns.append(_ns(message))
+        late_ns.append(time.time_ns() - joints_ns[-1])
 
-    listener.node.create_subscription(JointState, "/joint_states", heard, qos_profile_sensor_data)
-    command = [sys.executable, "-m", "tactid", "simulate", "--publish"]
-    with subprocess.Popen(command, env=os.environ | DOMAIN) as process:
-        listener.wait(lambda: len(stamps_ns) > 500)
-        process.send_signal(signal.SIGTERM)
-        assert process.wait(timeout=WAIT_S) == 143
-    assert abs(time.time_ns() - stamps_ns[-1]) < 5 * 10**9
-    assert np.all(np.diff(stamps_ns) % 2_000_000 == 0)
+    def felt(message: Any) -> None:
+        assert message.header.frame_id == "tool0"
+        wrenches_ns.append(_ns(message))
+
+    node, sensor = listener.node, qos_profile_sensor_data
+    once = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+    node.create_subscription(JointState, "/joint_states", heard, sensor)
+    node.create_subscription(WrenchStamped, "/ft_sensor/wrench", felt, sensor)
+    node.create_subscription(String, "/robot_description", descriptions.append, once)
+    with _running("simulate", "--publish"):
+        listener.wait(lambda: min(len(joints_ns), len(wrenches_ns)) > 300 and descriptions)
+    assert len(tactid.Manipulator.from_urdf(descriptions[0].data).joint_names) == 6
+    assert 0 <= min(late_ns) < 5 * 10**9
+    assert np.all(np.diff(joints_ns) % 2_000_000 == 0)
+    assert np.all(np.diff(wrenches_ns) % 1_000_000 == 0)

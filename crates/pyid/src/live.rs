@@ -19,8 +19,8 @@ use crate::record::fields;
 /// Topic, type, data and time of arrival, ns, of a message.
 type Message = (String, String, PyBackedBytes, u64);
 
-/// Time, ns, frame and wrench of a contact.
-type Contact<'py> = (i64, String, WrenchData<'py>);
+/// Time, ns, frame, latency, s, and wrench of a contact.
+type Contact<'py> = (i64, String, f64, WrenchData<'py>);
 
 /// A live session: messages in, an estimate at any time.
 #[pyclass(module = "tactid._native", frozen)]
@@ -32,11 +32,11 @@ impl LiveSession {
     fn new(
         options: &Bound<'_, PyDict>,
         in_background: bool,
-        frame: Option<String>,
+        contact_frame: Option<String>,
     ) -> PyResult<Self> {
         let settings = LiveSettings {
             in_background,
-            contact_frame: frame,
+            contact_frame,
             ..LiveSettings::default()
         };
         let session = tactid_recordings::LiveSession::new(options::request(options)?, settings);
@@ -52,7 +52,7 @@ impl LiveSession {
         });
     }
 
-    /// Takes messages in the order in which they came.
+    /// Takes messages in the order in which they came, and what another thread has chosen from the beginning, if it has.
     fn push(&self, py: Python<'_>, messages: Vec<Message>) -> PyResult<()> {
         let pushed = detached(py, || {
             let mut session = self.lock();
@@ -60,7 +60,8 @@ impl LiveSession {
                 .iter()
                 .try_for_each(|(name, type_name, data, received_ns)| {
                     session.push(name, type_name, data.to_vec(), *received_ns)
-                })
+                })?;
+            session.proceed()
         })?;
         pushed.map_err(IntoPyErr::into_py_err)
     }
@@ -87,13 +88,13 @@ impl LiveSession {
         offset.map(|offset| fields(py, &offset)).transpose()
     }
 
-    /// Returns the wrench of a contact: time to which it belongs, ns since the epoch, its frame, and the wrench as that of an
-    /// online identifier; None before payload and offset are known.
+    /// Returns the wrench of a contact: time to which it belongs, ns since the epoch, its frame, its latency, s,
+    /// and the wrench as that of an online identifier; None before payload and offset are known.
     fn contact_wrench<'py>(&self, py: Python<'py>) -> PyResult<Option<Contact<'py>>> {
         let found = detached(py, || self.lock().contact_wrench())?;
         let contact = found.map(|found| {
             let wrench = wrench_data(py, &found.wrench)?;
-            Ok((found.time_ns, found.frame, wrench))
+            Ok((found.time_ns, found.frame, found.latency_s, wrench))
         });
         contact.transpose()
     }

@@ -5,16 +5,15 @@ use std::sync::mpsc::{SyncSender, sync_channel};
 use std::thread;
 
 use tactid_calibrate::EffortRecorder;
-use tactid_identify::checks::ChannelMonitor;
 use tactid_identify::{BatchIdentifier, Sample};
 
-use crate::alignment::{Aligned, Aligner, Event, Measured};
+use crate::alignment::{Aligned, Aligner, Event};
 use crate::fault::{FaultCounts, FaultKind};
 use crate::plan::Plan;
 use crate::recording::{Reading, Recording};
 use crate::steps::Steps;
 use crate::unloaded::UnloadedSubtraction;
-use crate::wrench_channels::constant_channels;
+use crate::wrench_channels::WrenchChannels;
 use crate::{Finding, Observer, Progress, RecordingError};
 
 /// Topic of the fault that a sample could not be aligned.
@@ -190,7 +189,7 @@ impl Samples {
 /// One presentation of a recording.
 struct Pass {
     aligner: Aligner,
-    channels: ChannelMonitor,
+    channels: WrenchChannels,
     steps: Steps,
     unloaded: UnloadedSubtraction,
     samples: u64,
@@ -218,7 +217,12 @@ impl Pass {
                 plan.delay_s,
                 plan.equations.max_gap_s,
             ),
-            channels: ChannelMonitor::new(plan.streams.wrenches),
+            channels: WrenchChannels::new(
+                plan.sources,
+                &plan.tip,
+                &plan.equations,
+                &plan.unmeasured,
+            ),
             steps: Steps::new(plan.sources),
             unloaded: UnloadedSubtraction::new(&plan.sources.robot),
             samples: 0,
@@ -230,9 +234,7 @@ impl Pass {
     }
 
     fn take(&mut self, event: Event, samples: &mut Samples) -> Result<(), RecordingError> {
-        if let Measured::Wrench(sensor, wrench) = &event.measured {
-            self.channels.push(*sensor, event.time_s, wrench);
-        }
+        self.channels.push(&event);
         self.steps.push(&event);
         self.aligner.push(event);
         while let Some(mut aligned) = self.aligner.next() {
@@ -252,15 +254,7 @@ impl Pass {
 
     fn totals(&self, plan: &Plan<'_>) -> Totals {
         let mut findings = self.steps.findings(plan.sources);
-        let (equations, tip) = (&plan.equations, &plan.tip);
-        let constant = constant_channels(
-            (&self.channels, f64::INFINITY),
-            equations,
-            plan.sources,
-            tip,
-            &plan.unmeasured,
-        );
-        findings.extend(constant);
+        findings.extend(self.channels.findings(f64::INFINITY, plan.sources));
         Totals {
             findings,
             samples: self.samples,

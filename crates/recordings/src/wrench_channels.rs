@@ -149,48 +149,78 @@ fn zero_channels(monitor: &ChannelMonitor) -> impl Iterator<Item = (usize, [bool
         .map(|channels| (channels.sensor, channels.mask()))
 }
 
-/// Reports the channels of each sensor that did not change in the last `span_s` seconds, or never for an infinite span, and
-/// those that were left out because they measured nothing in the beginning: of those, `unmeasured` are a sensor's own.
-pub(crate) fn constant_channels(
-    (monitor, span_s): (&ChannelMonitor, f64),
-    equations: &EquationSettings,
-    sources: &Sources,
-    tip: &str,
-    unmeasured: &[[bool; 6]],
-) -> Vec<Finding> {
-    let left_out = &equations.unmeasured;
-    let both = |a: &[bool; 6], b: &[bool; 6]| std::array::from_fn(|k| a[k] && b[k]);
-    let axes = ChannelAxes::of(sources, tip, equations);
-    let zero: Vec<_> = zero_channels(monitor).collect();
-    let mut reported: Vec<_> = zero
-        .iter()
-        .map(|(sensor, zero)| {
-            (
-                ConstantChannels::new(*sensor, both(zero, left_out), true),
-                true,
-            )
-        })
-        .collect();
-    reported.extend(unmeasured.iter().enumerate().map(|(sensor, own)| {
-        let zero = zero.iter().find(|(index, _)| *index == sensor);
-        let is_zero = zero.map_or([false; 6], |(_, zero)| *zero);
-        let later = both(&both(own, left_out), &is_zero.map(|is_zero| !is_zero));
-        (ConstantChannels::new(sensor, later, false), true)
-    }));
-    let others = monitor.constant_channels(span_s).into_iter();
-    let used = left_out.map(|is_left_out| !is_left_out);
-    reported.extend(others.map(|each| {
-        let others = both(&each.mask(), &used);
-        (
-            ConstantChannels::new(each.sensor, others, each.is_zero),
-            false,
-        )
-    }));
-    reported.retain(|(channels, _)| !channels.channels.is_empty());
-    let findings = reported.into_iter();
-    findings
-        .map(|(channels, is_left_out)| finding(channels, is_left_out, axes, sources))
-        .collect()
+/// The channels of the wrenches as they are measured, before they are averaged.
+pub(crate) struct WrenchChannels {
+    monitor: ChannelMonitor,
+    axes: ChannelAxes,
+    /// Channels that the equations are without.
+    left_out: [bool; 6],
+    /// Channels that each sensor does not measure in the beginning.
+    unmeasured: Vec<[bool; 6]>,
+}
+
+impl WrenchChannels {
+    /// Creates the channels of the sensors of a recording, given those that each does not measure in the beginning.
+    pub(crate) fn new(
+        sources: &Sources,
+        tip: &str,
+        equations: &EquationSettings,
+        unmeasured: &[[bool; 6]],
+    ) -> Self {
+        Self {
+            monitor: ChannelMonitor::new(unmeasured.len()),
+            axes: ChannelAxes::of(sources, tip, equations),
+            left_out: equations.unmeasured,
+            unmeasured: unmeasured.to_vec(),
+        }
+    }
+
+    /// Adds an event, if it is a wrench.
+    pub(crate) fn push(&mut self, event: &Event) {
+        if let Measured::Wrench(sensor, wrench) = &event.measured {
+            self.monitor.push(*sensor, event.time_s, wrench);
+        }
+    }
+
+    /// Reports the channels of each sensor that did not change in the last `span_s` seconds, or never for an infinite
+    /// span, and those that were left out because they measured nothing in the beginning.
+    pub(crate) fn findings(&self, span_s: f64, sources: &Sources) -> Vec<Finding> {
+        let left_out = self.left_out_channels().into_iter();
+        let left_out = left_out.map(|channels| (channels, true));
+        let used = self.left_out.map(|is_left_out| !is_left_out);
+        let constant = self.monitor.constant_channels(span_s).into_iter();
+        let constant = constant.map(|each| {
+            let of_used = both(&each.mask(), &used);
+            let channels = ConstantChannels::new(each.sensor, of_used, each.is_zero);
+            (channels, false)
+        });
+        left_out
+            .chain(constant)
+            .filter(|(channels, _)| !channels.channels.is_empty())
+            .map(|(channels, is_left_out)| finding(channels, is_left_out, self.axes, sources))
+            .collect()
+    }
+
+    /// Returns the channels of each sensor that were left out: those that are zero, then those that measured nothing in
+    /// the beginning and do later.
+    fn left_out_channels(&self) -> Vec<ConstantChannels> {
+        let zero: Vec<_> = zero_channels(&self.monitor).collect();
+        let always = zero
+            .iter()
+            .map(|(sensor, zero)| ConstantChannels::new(*sensor, both(zero, &self.left_out), true));
+        let later = self.unmeasured.iter().enumerate().map(|(sensor, own)| {
+            let zero = zero.iter().find(|(index, _)| *index == sensor);
+            let is_zero = zero.map_or([false; 6], |(_, zero)| *zero);
+            let later = both(&both(own, &self.left_out), &is_zero.map(|is_zero| !is_zero));
+            ConstantChannels::new(sensor, later, false)
+        });
+        always.chain(later).collect()
+    }
+}
+
+/// Returns the channels that both masks have.
+fn both(a: &[bool; 6], b: &[bool; 6]) -> [bool; 6] {
+    std::array::from_fn(|k| a[k] && b[k])
 }
 
 /// Reports the channels of each sensor that were left out because they are zero, or no number, in

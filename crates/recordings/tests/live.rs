@@ -1,6 +1,7 @@
 //! A live session: the messages of a log, one by one.
 
 use std::ops::ControlFlow;
+use std::time::Duration;
 
 use crate::common::{Experiment, Instant, Noise, TOOL, identifier};
 use crate::recorded_log::Recording;
@@ -252,8 +253,8 @@ fn what_cannot_be_used_is_named() {
     let error = LiveSession::new(unknown, SETTINGS).err().unwrap();
     assert_eq!(
         error.to_string(),
-        "`gravity`: only a whole recording shows the direction of gravity: identify one first, and give the gravity that it \
-         shows"
+        "`gravity`: only a whole recording shows the direction of gravity: identify it from a recording first, and give \
+         the gravity that it shows"
     );
 }
 
@@ -282,19 +283,17 @@ fn a_known_tool_is_subtracted() {
     assert!((found.std_devs[0] - expected).abs() < 1e-9);
 }
 
-/// What does not act on the payload is left over where neither touches anything, in the tip's frame, with its time; a tare
-/// needs an offset.
+/// The wrench of a contact is zero within its uncertainty where nothing touches the payload. A tare needs an offset that is
+/// an unknown.
 #[test]
 fn a_session_measures_contacts() {
     let (_folder, _, messages) = recorded(4.0, |_| {});
-    let session = live(given(), &messages);
+    let mut session = live(given(), &messages);
     let contact = session.contact_wrench().unwrap();
     assert_eq!(contact.frame, TOOL);
-    let latency_ns = session.status().last_ns - contact.time_ns;
-    assert!(
-        (10_000_000..60_000_000).contains(&latency_ns),
-        "{latency_ns}"
-    );
+    let latency_s = (session.status().last_ns - contact.time_ns) as f64 * 1e-9;
+    assert!((latency_s - contact.latency_s).abs() < 1e-6, "{latency_s}");
+    assert!((0.01..0.06).contains(&latency_s), "{latency_s}");
     let std_devs = contact.wrench.std_devs();
     for (value, std_dev) in contact.wrench.wrench.force.iter().zip(std_devs) {
         assert!(
@@ -302,7 +301,6 @@ fn a_session_measures_contacts() {
             "{value} {std_dev}"
         );
     }
-    let mut session = session;
     assert_eq!(
         session.tare().err().unwrap().option(),
         Some("wrench_offset")
@@ -319,4 +317,37 @@ fn a_session_measures_contacts() {
     assert!((offset.estimate().unwrap().body.mass_kg - mass_kg).abs() < 1e-6);
     offset.reset();
     assert!(offset.tare().is_err() && offset.contact_wrench().is_none());
+}
+
+/// A plan that another thread ends after the last message is used. A contact frame that the robot does not have, or that
+/// moves relative to the tip, is named by its option.
+#[test]
+fn a_plan_ends_after_the_last_message() {
+    let (_folder, _, messages) = recorded(2.2, |_| {});
+    let planned = |contact_frame: &str| {
+        let settings = LiveSettings {
+            in_background: true,
+            contact_frame: Some(contact_frame.to_owned()),
+            ..SETTINGS
+        };
+        let mut session = LiveSession::new(given(), settings).unwrap();
+        messages.iter().for_each(|m| push(&mut session, m, 0));
+        let until = std::time::Instant::now() + Duration::from_secs(60);
+        while !session.status().is_running && session.status().problem.is_none() {
+            assert!(std::time::Instant::now() < until, "no plan");
+            session.proceed().unwrap();
+        }
+        session
+    };
+    assert!(planned(TOOL).contact_wrench().is_some());
+    for (frame, expected) in [
+        ("fingertip", "`contact_frame`: "),
+        (
+            "base_link",
+            "`contact_frame`: the link `base_link` moves relative to the tip",
+        ),
+    ] {
+        let problem = planned(frame).status().problem.unwrap();
+        assert!(problem.starts_with(expected), "{problem}");
+    }
 }

@@ -168,12 +168,12 @@ impl EquationSettings {
         let (option, what) = match self.unknowns {
             Unknowns { gravity: true, .. } => (
                 "gravity",
-                "the direction of gravity: identify one first, and give the gravity that it shows",
+                "the direction of gravity: identify it from a recording first, and give the gravity that it shows",
             ),
             Unknowns { weight: true, .. } => (
                 "wrench_is",
-                "a subtracted weight that is unknown: identify one first, and give what was subtracted as \
-                 `configured_payload`",
+                "a subtracted weight that is unknown: identify the weight from a recording first, and give it \
+                 as `configured_payload`",
             ),
             _ => return Ok(()),
         };

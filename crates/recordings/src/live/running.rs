@@ -2,21 +2,20 @@
 
 use std::ops::ControlFlow;
 
-use tactid_identify::checks::ChannelMonitor;
 use tactid_identify::{
     Delay, EquationSettings, Identifier, IdentifyError, Method, OnlineSettings, PushOutcome,
     WrenchEstimate, WrenchFrame, WrenchOffset,
 };
 use tactid_logs::{LogReader, RawMessage};
 
-use crate::alignment::{Aligner, Event, Measured};
+use crate::alignment::{Aligner, Event};
 use crate::decode::Decoder;
 use crate::log::LogRecording;
 use crate::plan::Plan;
 use crate::recording::{Recording, Sources};
 use crate::run::Run;
 use crate::steps::Steps;
-use crate::wrench_channels::constant_channels;
+use crate::wrench_channels::WrenchChannels;
 use crate::{ActsOn, DataFault, Finding, OffsetChoice, RecordingError, Request};
 
 /// Time for which a channel of a wrench has not changed when it is reported, s.
@@ -37,11 +36,7 @@ pub(super) struct Running {
     identifier: Identifier,
     steps: Steps,
     events: Vec<Event>,
-    /// The channels of the wrenches as they are measured, before they are averaged.
-    channels: ChannelMonitor,
-    unmeasured: Vec<[bool; 6]>,
-    equations: EquationSettings,
-    tip: String,
+    channels: WrenchChannels,
     /// What was noticed of the topics, and what the beginning showed.
     noticed: Vec<Finding>,
     acts_on: ActsOn,
@@ -64,6 +59,8 @@ pub struct LiveContact {
     pub time_ns: i64,
     /// Link about whose origin and along whose axes the wrench is.
     pub frame: String,
+    /// Time by which it lags the last sample, s: see [`Identifier::contact_latency_s`].
+    pub latency_s: f64,
     /// The wrench, with the sign of the measured ones, and its uncertainty. Its time is since the start of the session.
     pub wrench: WrenchEstimate,
 }
@@ -119,10 +116,7 @@ impl Running {
             identifier,
             steps: Steps::new(sources),
             events: Vec::new(),
-            channels: ChannelMonitor::new(sensors.len()),
-            unmeasured: plan.unmeasured.clone(),
-            tip: plan.tip.clone(),
-            equations,
+            channels: WrenchChannels::new(sources, &plan.tip, &equations, &plan.unmeasured),
             noticed,
             acts_on: request.wrench_acts_on.unwrap_or_default(),
             samples: 0,
@@ -149,9 +143,7 @@ impl Running {
         self.decoder.decode(message, &mut self.events);
         for event in self.events.drain(..) {
             self.steps.push(&event);
-            if let Measured::Wrench(sensor, wrench) = &event.measured {
-                self.channels.push(*sensor, event.time_s, wrench);
-            }
+            self.channels.push(&event);
             self.aligner.push(event);
         }
         while let Some(aligned) = self.aligner.next() {
@@ -201,6 +193,7 @@ impl Running {
         Some(LiveContact {
             time_ns: self.time_ns(wrench.time_s),
             frame: frame.clone(),
+            latency_s: self.identifier.contact_latency_s()?,
             wrench: wrench.with_sign(self.acts_on.sign()),
         })
     }
@@ -214,13 +207,7 @@ impl Running {
     pub(super) fn noticed(&self) -> Vec<Finding> {
         let mut findings = self.noticed.clone();
         findings.extend(self.steps.findings(&self.sources));
-        findings.extend(constant_channels(
-            (&self.channels, CONSTANT_S),
-            &self.equations,
-            &self.sources,
-            &self.tip,
-            &self.unmeasured,
-        ));
+        findings.extend(self.channels.findings(CONSTANT_S, &self.sources));
         findings
     }
 
@@ -235,12 +222,21 @@ fn frame_of_contact(
     identifier: &Identifier,
     requested: Option<&str>,
     plan: &Plan<'_>,
-) -> Result<(String, WrenchFrame), IdentifyError> {
+) -> Result<(String, WrenchFrame), RecordingError> {
     let at = |link: &str| Ok((link.to_owned(), identifier.wrench_frame(link, None)?));
+    let refused = |link: &str, error: IdentifyError| RecordingError::Option {
+        option: "contact_frame",
+        what: match error {
+            IdentifyError::Option { .. } => {
+                format!("`contact_frame`: the link `{link}` moves relative to the tip")
+            }
+            other => format!("`contact_frame`: {other}"),
+        },
+    };
     match (requested, &plan.sources.sensors[..]) {
-        (Some(link), _) => at(link),
-        (None, [sensor]) => at(sensor).or_else(|_: IdentifyError| at(&plan.tip)),
-        (None, _) => at(&plan.tip),
+        (Some(link), _) => at(link).map_err(|error| refused(link, error)),
+        (None, [sensor]) => Ok(at(sensor).or_else(|_: IdentifyError| at(&plan.tip))?),
+        (None, _) => Ok(at(&plan.tip)?),
     }
 }
 

@@ -163,8 +163,16 @@ impl LiveSession {
         self.check_samples();
         let keeps_measured = self.due_s.is_some() || self.planning.is_some();
         self.beginning.push(message, keeps_measured);
-        self.receive_plan(false)?;
+        self.proceed()?;
         self.plan_where_due()
+    }
+
+    /// Takes over what another thread has chosen from the beginning, as [`push`](Self::push) does with each message.
+    ///
+    /// # Errors
+    /// Returns an error of the identification itself, which messages do not cause.
+    pub fn proceed(&mut self) -> Result<(), RecordingError> {
+        self.receive_plan(false)
     }
 
     /// Chooses once more from all messages of a session that ends before its last plan, and does the work that the
@@ -237,10 +245,8 @@ impl LiveSession {
                     .to_owned(),
             });
         }
-        match running.tare() {
-            true => Ok(()),
-            false => Err(RecordingError::data(not_yet)),
-        }
+        let is_set = running.tare().then_some(());
+        is_set.ok_or_else(|| RecordingError::data(not_yet))
     }
 
     /// Returns what the session does at the moment.

@@ -26,6 +26,8 @@ class LiveContact:
     """Time to which it belongs on the clock of the messages, ns since the epoch."""
     frame: str
     """The link about whose origin and along whose axes it is."""
+    latency_s: float
+    """Time by which it lags the last sample, s."""
     wrench: WrenchEstimate
     """The wrench with its uncertainty."""
 
@@ -54,7 +56,10 @@ class Session:
         self._native.announce(topics)
 
     def push(self, messages: Sequence[Message]) -> None:
-        """Takes messages in the order in which they came."""
+        """Takes messages in the order in which they came.
+
+        It also takes over what another thread has chosen: call it without messages, too.
+        """
         self._native.push(messages)
 
     def finish(self) -> None:
@@ -87,8 +92,8 @@ class Session:
         found = self._native.contact_wrench()
         if found is None:
             return None
-        time_ns, frame, wrench = found
-        return LiveContact(time_ns, frame, WrenchEstimate(*wrench))
+        time_ns, frame, latency_s, wrench = found
+        return LiveContact(time_ns, frame, latency_s, WrenchEstimate(*wrench))
 
     def payload_changes(self) -> int:
         """Returns the number of payload changes since the identification began."""

@@ -31,7 +31,7 @@ from tactid._ros.inputs import MEASURED, Inputs
 TAKEN_EVERY_S = 0.002
 """Time between two looks into the queues, s."""
 SPUN_EVERY = 10
-"""Number of looks after which services and events have their turn."""
+"""Looks after which services, events and what another thread has chosen have their turn."""
 PUBLISHED_EVERY_S = 0.05
 """Time between two estimates, s."""
 REPORTED_EVERY_S = 1.0
@@ -77,11 +77,12 @@ class LiveNode(Node):
         looks, published_s, reported_s = 0, 0.0, 0.0
         while rclpy.ok(context=self.context):
             begun_s = time.monotonic()
-            if messages := self._inputs.take():
+            messages, looks = self._inputs.take(), looks + 1
+            has_turn = looks % SPUN_EVERY == 0
+            if messages or has_turn:
                 self._session.push(messages)
                 self._publish_newest()
-            looks += 1
-            if looks % SPUN_EVERY == 0:
+            if has_turn:
                 executor.spin_once(timeout_sec=0.0)
             if begun_s - published_s >= PUBLISHED_EVERY_S:
                 self._publish()
@@ -130,17 +131,19 @@ class LiveNode(Node):
         self._payload.publish(message)
 
     def _look_around(self) -> None:
-        """Looks for topics, and reports in another thread, because findings take their time."""
+        """Looks for topics and publishes the status; findings take their time in another thread."""
         status = self._session.status()
         is_settled = status.is_running and status.problem is None
         self._session.announce(self._inputs.update(status.topics if is_settled else []))
+        own = self._own_status(status)
+        self._status.publish(own)
         if self._reporting is None or not self._reporting.is_alive():
-            self._reporting = threading.Thread(target=self._report, args=(status,), daemon=True)
+            known = [own, *self._of_inputs()]
+            self._reporting = threading.Thread(target=self._report, args=(known,), daemon=True)
             self._reporting.start()
 
-    def _report(self, status: LiveStatus) -> None:
+    def _report(self, known: list[DiagnosticStatus]) -> None:
         findings, faults = self._session.notices()
-        own = self._own_status(status)
         array = DiagnosticArray()
         array.header.stamp = self.get_clock().now().to_msg()
         of_findings = [
@@ -151,9 +154,8 @@ class LiveNode(Node):
             _diagnostic(f"{fault.topic}: {fault.kind}", DiagnosticStatus.WARN, fault)
             for fault in faults
         ]
-        array.status = [own, *of_findings, *of_faults, *self._of_inputs()]
+        array.status = [*known, *of_findings, *of_faults]
         self._diagnostics.publish(array)
-        self._status.publish(own)
 
     def _own_status(self, status: LiveStatus) -> DiagnosticStatus:
         """Returns what the node does, with the estimate in words."""
@@ -181,7 +183,7 @@ class LiveNode(Node):
         if contact is not None:
             facts |= {
                 "contact_frame": contact.frame,
-                "contact_latency_s": (status.last_ns - contact.time_ns) * 1e-9,
+                "contact_latency_s": contact.latency_s,
                 "contact_std_devs": ", ".join(f"{each:.3g}" for each in contact.wrench.std_devs),
                 "contact_or_payload_change": contact.wrench.is_changing,
             }
