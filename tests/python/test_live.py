@@ -14,6 +14,7 @@ from conftest import TactidCommand
 from moving_arm import record
 from tactid._live.replay import played
 from tactid._live.session import Message, Session
+from tactid._live.simulated_arm import RATE_HZ, TIP, SimulatedArm
 
 
 @pytest.fixture(scope="module")
@@ -143,3 +144,22 @@ def test_without_ros_the_error_says_what_to_do(
 def test_an_arm_that_is_published_is_not_chosen(command: TactidCommand) -> None:
     done = command("simulate", "own.toml", "--publish")
     assert (done.returncode, "leave out others" in done.stderr) == (2, True)
+
+
+def test_a_simulated_arm_is_pushed() -> None:
+    """After half a minute the contact is within 1 N of zero, and within 1 N of the push of 15 N."""
+    arm = SimulatedArm()
+    robot = tactid.Manipulator.from_urdf(arm.urdf)
+    identifier = tactid.Identifier(robot, TIP, tip=TIP, wrench_offset="yes")
+
+    def force_after(seconds: np.ndarray) -> np.ndarray:
+        q, qd, wrench = arm.samples(seconds)
+        assert identifier.push(seconds, q, qd, wrench[:, None]) > 0
+        contact = identifier.contact_wrench(TIP, "world")
+        assert contact is not None
+        return contact.values[:3]
+
+    parts = np.split(np.arange(40_600) / RATE_HZ, range(30_000, 40_001, 250))
+    forces = [force_after(part) for part in parts]
+    assert np.linalg.norm(forces[:-1], axis=1).max() < 1
+    np.testing.assert_allclose(forces[-1], [0, 0, 15], atol=1)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from xml.etree import ElementTree
+
 import numpy as np
 
 from tactid._base.values import Array
@@ -36,13 +38,17 @@ class SimulatedArm:
     """The arm of the built-in robot on a fixed base, with a force-torque sensor at its wrist.
 
     All joints move by sines without end. Payloads of 2.5 kg and of 1.2 kg take turns every minute,
-    and after 40 s something pushes on the payload by 15 N for 4 s. The sensor measures what acts on
-    the payload, with noise and a zero that is not set.
+    and after 40 s something pushes on the payload by 15 N for 4 s. The sensor measures what the
+    robot exerts on the payload, with noise and a zero that is not set.
     """
 
     def __init__(self) -> None:
-        gripper = '<joint name="gripper_mount"'
-        self.urdf = Experiment.paper().urdf.split(gripper)[0] + "</robot>"
+        robot = ElementTree.fromstring(Experiment.paper().urdf)
+        parts = list(robot)
+        gripper = [part.get("name") for part in parts].index("gripper_mount")
+        for part in parts[gripper:]:
+            robot.remove(part)
+        self.urdf = ElementTree.tostring(robot, encoding="unicode")
         """Description of the arm."""
         self._robot = Manipulator.from_urdf(self.urdf)
         self._random = np.random.default_rng(0)
@@ -74,6 +80,6 @@ class SimulatedArm:
             turn, since_s = divmod(seconds, _HELD_S)
             wrench[k] += regressor[k] @ _PAYLOADS[int(turn) % 2].parameters
             if _PUSHED_S[0] <= since_s < _PUSHED_S[1]:
-                # The sensor measures what the robot exerts, which holds against the push.
+                # The robot holds against the push.
                 wrench[k, :3] -= tool_from_world[k] @ _PUSH_N
         return q, qd, wrench

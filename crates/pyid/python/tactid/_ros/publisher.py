@@ -17,10 +17,10 @@ from std_msgs.msg import String
 
 from tactid._live.simulated_arm import RATE_HZ, TIP, SimulatedArm
 
-PUBLISHED_EVERY = 2
+WRENCHES_PER_JOINT_STATE = 2
 """Wrenches that are published at once, with one joint state."""
-COMPUTED = 100
-"""Wrenches that are computed at once."""
+SAMPLES_PER_BATCH = 100
+"""Samples that are computed at once."""
 
 
 class Publisher(Node):
@@ -41,14 +41,14 @@ class Publisher(Node):
         """Publishes until the context is shut down."""
         begun_ns, first = time.time_ns(), 0
         while rclpy.ok(context=self.context):
-            numbers = np.arange(first, first + COMPUTED)
+            numbers = np.arange(first, first + SAMPLES_PER_BATCH)
             rows = [part.tolist() for part in self._arm.samples(numbers / RATE_HZ)]
-            for k in range(0, COMPUTED, PUBLISHED_EVERY):
-                newest = k + PUBLISHED_EVERY - 1
+            for k in range(0, SAMPLES_PER_BATCH, WRENCHES_PER_JOINT_STATE):
+                newest = k + WRENCHES_PER_JOINT_STATE - 1
                 stamps_ns = [begun_ns + (first + j) * 10**9 // RATE_HZ for j in (k, newest)]
                 time.sleep(max(0, stamps_ns[-1] - time.time_ns()) * 1e-9)
                 self._publish(stamps_ns, [[part[j] for part in rows] for j in (k, newest)])
-            first += COMPUTED
+            first += SAMPLES_PER_BATCH
 
     def _publish(self, stamps_ns: list[int], samples: list[Any]) -> None:
         """Publishes the wrenches of some samples, and the joints of the first."""
