@@ -32,19 +32,21 @@ pub struct WrenchEstimate {
 }
 
 impl WrenchEstimate {
-    /// Makes the channels unknown that contain a wrench which is not measured: the columns, in the frame of the estimate.
+    /// Marks as unknown each channel to which an unmeasured one contributes: its variance is infinite, and it is correlated
+    /// with no other. `unmeasured` maps a wrench in the tool frame to what is not measured of it, in the frame of this
+    /// estimate.
     fn hide(&mut self, unmeasured: &Matrix6<f64>) {
+        let Wrench { force, moment } = self.wrench;
+        let mut values = Vector6::from_iterator(force.iter().chain(&moment).copied());
         for (channel, share) in unmeasured.row_iter().enumerate() {
             if share.amax() > PIVOT_ROUNDING {
-                let Wrench { force, moment } = &mut self.wrench;
-                let values = force.iter_mut().chain(moment);
-                values
-                    .skip(channel)
-                    .take(1)
-                    .for_each(|value| *value = f64::NAN);
+                values[channel] = f64::NAN;
+                self.covariance.row_mut(channel).fill(0.0);
+                self.covariance.column_mut(channel).fill(0.0);
                 self.covariance[(channel, channel)] = f64::INFINITY;
             }
         }
+        self.wrench = wrench_of(&values);
     }
 
     /// Returns the same wrench times a sign.
@@ -154,5 +156,35 @@ pub(crate) fn wrench_of(entries: &Vector6<f64>) -> Wrench {
     Wrench {
         force: entries.fixed_rows::<3>(0).into(),
         moment: entries.fixed_rows::<3>(3).into(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A channel that is not measured hides those of the frame to which it contributes, and these alone.
+    #[test]
+    fn unmeasured_channels_are_unknown_in_the_frame() {
+        let parts = Parts {
+            load: Vector6::repeat(1.0),
+            of_load: Matrix6::identity(),
+            contact: Vector6::repeat(2.0),
+            of_contact: Matrix6::repeat(0.5) + Matrix6::identity(),
+        };
+        let mut measured = Matrix6::identity();
+        measured[(2, 2)] = 0.0;
+        // The axes x and z change places.
+        let mut map = Matrix6::identity();
+        map.swap_rows(0, 2);
+        let [load, contact] = parts.mapped(&map, Some(&measured), 0.0, ContactState::Settled);
+        assert_eq!(load.covariance, Matrix6::identity());
+        assert!(contact.wrench.force.x.is_nan() && contact.std_devs()[0].is_infinite());
+        assert_eq!(
+            (contact.wrench.force.z, contact.std_devs()[2]),
+            (2.0, 1.5f64.sqrt())
+        );
+        assert_eq!(contact.covariance[(0, 1)], 0.0);
+        assert_eq!(contact.covariance[(1, 2)], 0.5);
     }
 }
