@@ -35,6 +35,7 @@ from conftest import TactidCommand
 from expectations import Identify, half_widths_of, values_of
 from recorded_arm import Arm, body, ur5e
 from recordings import clock
+from tactid._base.output_files import replaced_outputs
 from tactid._cli import cli
 from tactid._documents import calibration_json
 from tactid._documents.finding_schemas import calibration_finding_schema, kinds_of
@@ -137,6 +138,7 @@ def test_the_file_comes_back_bit_by_bit(
     text = (folder / "arm.toml").read_text(encoding="utf-8")
     back = tactid.Calibration.read(folder / "arm.toml")
     back.write(tmp_path / "again.toml")
+    assert replaced_outputs({"--out": tmp_path / "again.toml"})
     assert (tmp_path / "again.toml").read_text(encoding="utf-8") == text
     assert str(back).splitlines()[:11] == str(arm).splitlines()[:11]
     loaded, urdf = simulated(folder, OTHER, 13), folder / "arm.urdf"

@@ -18,6 +18,7 @@ from ruamel.yaml import YAML
 import tactid
 from conftest import TactidCommand
 from designs import BOX, START, URDF, designed
+from tactid._base.output_files import replaced_outputs
 from tactid._documents import motion_files
 
 
@@ -265,6 +266,7 @@ def test_command_writes_a_folder(command: TactidCommand, tmp_path: Path) -> None
     assert "assumed" not in done.stderr
     names = {path.name for path in out.iterdir()}
     assert {"trajectory.mcap", "trajectory.csv", "result.json", "report.html"} <= names
+    assert len(replaced_outputs({name: out / name for name in names})) == len(names)
     jsonschema.validate(json.loads((out / "result.json").read_text()), tactid.motion_schema())
 
 

@@ -102,7 +102,7 @@ def test_ctrl_c_while_files_are_written_names_them(
 def test_files_beside_another_are_named(capsys: pytest.CaptureFixture[str]) -> None:
     report, figure, result = (Path(name) for name in ("r.html", "r_fit.svg", "r.json"))
     writers = {report: lambda _path: [figure], result: lambda _path: None}
-    with console.printing_after(writers):
+    with console.printing_after(writers, []):
         pass
     assert capsys.readouterr().err == "Wrote r.html, r_fit.svg, r.json.\n"
 
@@ -116,7 +116,7 @@ def test_ctrl_c_while_a_result_is_printed_names_the_files(
         (console.printing_after, f"wrote {path}"),
     )
     for printing, outcome in cases:
-        with pytest.raises(typer.Exit) as end, printing({path: Path.touch}):
+        with pytest.raises(typer.Exit) as end, printing({path: Path.touch}, []):
             interrupt()
         assert end.value.exit_code == 130
         assert capsys.readouterr().err == f"tactid: interrupted: {outcome}\n"
@@ -125,7 +125,7 @@ def test_ctrl_c_while_a_result_is_printed_names_the_files(
 
 def test_files_are_written_where_nobody_reads_the_result(tmp_path: Path) -> None:
     path = tmp_path / "a.json"
-    with pytest.raises(BrokenPipeError), console.printing_before({path: Path.touch}):
+    with pytest.raises(BrokenPipeError), console.printing_before({path: Path.touch}, []):
         raise BrokenPipeError
     assert path.exists()
 

@@ -8,12 +8,14 @@ from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import pytest
+from matplotlib.figure import Figure
 
 import tactid
 from conftest import TactidCommand
 from tactid._base.files import atomic_path, write_atomically
-from tactid._base.output_files import check_outputs
+from tactid._base.output_files import FigureFormat, check_outputs, replaced_outputs
 from tactid._cli import paper_run
+from tactid._show.drawing import Figures
 from test_cli import assert_refused
 
 
@@ -114,12 +116,21 @@ def test_an_output_that_cannot_be_written_is_refused_before_any_reading(
     assert_refused_untouched(command, tmp_path, f"{arguments} {folder}/file", said[folder])
 
 
+MARKS = {
+    ".mcap": b"\x89MCAPtactid ",
+    ".json": b'{"schema": "tactid.result/3"}',
+    ".html": b'<!doctype html><meta name="generator" content="tactid 0">',
+    ".png": b"\x89PNG Software\0tactid",
+}
+"""What shows that tactid has written a file."""
+
+
 def earlier_run(folder: Path) -> Path:
     """Returns a folder with results of an earlier run, and two files that no run writes."""
     folder.mkdir()
     figures = [f"figure_{number:02}.png" for number in range(5, 11)]
     for name in ("run.mcap", "result.json", "report.html", *figures, "figure_99.png", "notes.txt"):
-        (folder / name).write_text(f"earlier {name} of tactid")
+        (folder / name).write_bytes(MARKS.get(Path(name).suffix, b"") + b"earlier")
     return folder
 
 
@@ -132,14 +143,28 @@ def test_a_command_says_what_it_replaces_and_never_what_tactid_has_not_written(
     assert "earlier run" not in first.stderr
     assert (inputs / "r.html").exists(), first.stderr
     second = command(*identify)
-    assert "Files of an earlier run are replaced: r.json, r.html, e.mcap" in second.stderr
+    assert "Files of an earlier run were replaced: r.json, r.html, e.mcap" in second.stderr
     assert "Wrote r.json, r.html" in second.stderr
-    of_others = (inputs / "run.mcap").read_bytes().replace(b"tactid", b"others")
-    for name in ("mine.json", "mine.mcap"):
-        (inputs / name).write_bytes(of_others)
+    broken = command("identify", "e.toml", "--result", "r.json")
+    assert broken.returncode != 0
+    assert "earlier run" not in broken.stderr
+    of_others = (inputs / "run.mcap").read_bytes().replace(b"tactid", b"others", 1)
+    for name, held in (("mine.mcap", of_others), ("mine.json", b"My notes on tactid.\n")):
+        (inputs / name).write_bytes(held)
         assert_refused_untouched(
             command, inputs, f"identify run.mcap --estimates {name}", "tactid has not written it"
         )
+
+
+@pytest.mark.parametrize("form", ["png", "svg", "pdf"])
+def test_figures_of_an_earlier_run_are_replaced(tmp_path: Path, form: FigureFormat) -> None:
+    figures = Figures(form)
+    figures.html("fit", Figure(), "")
+    (figure,) = figures.write(tmp_path / "r.html", "")
+    assert replaced_outputs({"the figure": figure}) == [figure]
+    figure.write_bytes(figure.read_bytes().replace(b"tactid", b"others"))
+    with pytest.raises(tactid.ArgumentError, match="tactid has not written it"):
+        replaced_outputs({"the figure": figure})
 
 
 @pytest.mark.parametrize("arguments", ["--posture 1,2", "--frequency 1e9", "--posture 0,0,0,0,0,9"])
@@ -165,7 +190,7 @@ def test_a_new_run_removes_only_what_it_writes(command: TactidCommand, tmp_path:
     folder = earlier_run(tmp_path / "mine")
     done = command("paper", "--out", "mine", "--duration", 3, "--estimator", "least-squares")
     assert done.returncode == 0, done.stderr
-    earlier = {file.name for file, held in contents(folder).items() if held[:7] == b"earlier"}
+    earlier = {file.name for file, held in contents(folder).items() if held.endswith(b"earlier")}
     assert earlier == {"figure_99.png", "notes.txt"}
 
 

@@ -16,6 +16,7 @@ from rerun.chunk import RrdReader
 import tactid
 from bags import joints, message, odometry, wrench, write_bag
 from conftest import TactidCommand
+from tactid._base.output_files import replaced_outputs
 from tactid._base.values import nested
 from tactid._view import open_viewer, record
 from tactid._view.estimate import Estimate
@@ -106,6 +107,7 @@ def recording(log: Path, tmp_path_factory: pytest.TempPathFactory) -> Recording:
     assert (done.returncode, done.stdout) == (0, ""), done.stderr
     assert done.stderr == "Wrote a.rrd: open it with rerun a.rrd\n"
     assert {path.name for path in folder.iterdir()} == {"a.rrd", "result.json"}
+    assert replaced_outputs({"--save": folder / "a.rrd"})
     return Recording(folder / "a.rrd")
 
 

@@ -82,11 +82,30 @@ def check_outputs(outputs: Mapping[str, Path | None], inputs: Mapping[str, Path 
             raise ArgumentError(f"{option} and {other} are the same file, {path}")
 
 
+OWN_MARKS = tuple(
+    re.compile(mark, re.DOTALL)
+    for mark in (
+        rb'\{\s*"schema":\s*"tactid\.',
+        rb'<!doctype html>.{,100}<meta name="generator" content="tactid ',
+        rb"\x89PNG.*Software\0tactid",
+        rb"<\?xml.*<dc:title>tactid</dc:title>",
+        rb"%PDF.*/Creator \(tactid\)",
+        # The library that its header names; what follows may be topics of tactid.
+        rb"\x89MCAP.{,40}tactid ",
+        # The name of the application of a Rerun recording, after its length.
+        rb"RRF.*\x06tactid",
+        rb"# Calibrated joint efforts of a robot arm\. `tactid calibrate` wrote this file",
+        rb"# Motion for the payload at .*written[\s#]+by[\s#]+tactid\b",
+    )
+)
+"""What the beginning of each format shows that tactid writes, and the end of PDF."""
+
+
 def replaced_outputs(outputs: Mapping[str, Path | None]) -> list[Path]:
     """Returns the outputs in whose place a file of an earlier run is.
 
     Raises:
-        ArgumentError: A file in the place of an output is nobody's but the user's.
+        ArgumentError: A file in the place of an output was not written by tactid.
     """
     replaced = []
     for option, path in outputs.items():
@@ -102,14 +121,13 @@ def replaced_outputs(outputs: Mapping[str, Path | None]) -> list[Path]:
 
 
 def _is_own(path: Path) -> bool:
-    """Returns whether tactid has written a file: its formats name their writer at an end."""
+    """Returns whether tactid has written a file, which one of :data:`OWN_MARKS` shows."""
     with path.open("rb") as file:
-        # The header of a log names its writer; what follows may be topics of tactid.
-        head = file.read(1024)
-        if head.startswith(LOG_BEGINNINGS):
-            return b"tactid" in head[:64]
-        file.seek(max(path.stat().st_size - 4096, 0))
-        return b"tactid" in head or (head.startswith(b"%PDF") and b"tactid" in file.read())
+        content = file.read(2048)
+        if content.startswith(b"%PDF"):  # names its writer after the figure
+            file.seek(max(path.stat().st_size - 4096, 0))
+            content += file.read()
+    return any(mark.match(content) for mark in OWN_MARKS)
 
 
 def check_inputs_of_folder(option: str, path: Path, inputs: Mapping[str, Path | None]) -> None:

@@ -62,9 +62,11 @@ def calibrate_arm(
             progress=done,
         )
     # The figures are those of its joints, which are known now.
-    check_files({"--out": out, **figure_outputs(report, arm.joints, figures)}, arm.inputs)
+    outputs = {"--out": out, "--report": report}
+    outputs |= figure_outputs(report, arm.joints, figures)
+    replaced = check_files(outputs, arm.inputs)
     reports = {} if report is None else {report: partial(_write_report, arm, figures)}
-    with printing_after({out: arm.write, **reports}):
+    with printing_after({out: arm.write, **reports}, replaced):
         _print(arm, as_json=as_json)
     if any(each.contradicts_result for each in arm.contradictions):
         raise typer.Exit(1)

@@ -10,7 +10,7 @@ from typer.exceptions import TyperException
 from tactid._base import terminal
 from tactid._base.errors import ArgumentError, InternalError, TactidError
 from tactid._base.files import new_folder
-from tactid._base.output_files import FigureFormat, check_outputs, replaced_outputs
+from tactid._base.output_files import FigureFormat
 from tactid._base.startup import ending, interruption
 from tactid._cli import log_contents
 from tactid._cli.calibrate_command import calibrate_arm
@@ -23,8 +23,8 @@ from tactid._cli.console import (
     check_files,
     interruptible,
     notes,
-    print_replaced,
     print_whole,
+    print_written,
     progress,
     reporting_partial_log,
 )
@@ -166,9 +166,7 @@ def run_paper(
     )
     files = paper_run.Files(out, figures)
     with new_folder(out, "--out"), reporting_partial_log(files.log), progress("simulating") as done:
-        outputs = {f"{file.name} in --out": file for file in files.written}
-        check_outputs(outputs, {})
-        replaced = replaced_outputs(outputs)
+        replaced = check_files({f"{file.name} in --out": file for file in files.written}, {})
         report = paper_run.simulate_into(files, experiment, done)
     with interruptible(f"{files.log} is complete, no result was written"):
         with progress("identifying") as done:
@@ -179,8 +177,8 @@ def run_paper(
     print_whole(table.rich_table(outcome.columns[:1], outcome.truth))
     for remark in outcome.remarks:
         notes.print(remark, markup=False)
-    print_replaced(replaced)
-    notes.print(f"Wrote {files.log}, {files.result}, {files.report} and the figures beside them.")
+    wrote = f"Wrote {files.log}, {files.result}, {files.report} and the figures beside them."
+    print_written(wrote, replaced)
     if results[0].is_contradicted:
         raise typer.Exit(1)
 
@@ -256,7 +254,8 @@ def show_view(
 
     A designed motion has the joints alone, and needs --urdf.
     """
-    check_files({"--save": save}, {"the log": log, "--result": result_file, "--urdf": urdf})
+    inputs = {"the log": log, "--result": result_file, "--urdf": urdf}
+    replaced = check_files({"--save": save}, inputs)
     if save is not None and save.suffix != ".rrd":
         raise ArgumentError(f"--save {save}: expected a name that ends in .rrd, which Rerun opens")
     from tactid import _view as viewer
@@ -271,4 +270,4 @@ def show_view(
             with interruptible("the viewer is closed"):
                 viewer.open_viewer(recording)
         else:
-            notes.print(f"Wrote {save}: open it with rerun {save}")
+            print_written(f"Wrote {save}: open it with rerun {save}", replaced)

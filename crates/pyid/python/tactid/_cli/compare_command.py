@@ -11,7 +11,14 @@ from tactid._base.files import write_atomically
 from tactid._base.text_table import empty_table
 from tactid._base.values import nested
 from tactid._cli import option_flags, option_text
-from tactid._cli.console import check_files, interruptible, notes, print_whole, progress
+from tactid._cli.console import (
+    check_files,
+    interruptible,
+    notes,
+    print_whole,
+    print_written,
+    progress,
+)
 from tactid._cli.identify_command import truth_in_frame
 from tactid._documents import result_json
 from tactid._native import VALUE_NAMES
@@ -30,7 +37,7 @@ def compare_recording(
     **options: Any,
 ) -> None:
     """Identifies the payload by every method and estimator that a recording permits."""
-    check_files(
+    replaced = check_files(
         {"--result": result_file},
         {
             "the log": log,
@@ -52,7 +59,7 @@ def compare_recording(
     if result_file is not None:
         record = comparison_record(attempts, truth)
         write_atomically(result_file, result_json.to_json(record))
-        notes.print(f"Wrote {result_file}.")
+        print_written(f"Wrote {result_file}.", replaced)
 
 
 SCHEMA = "tactid.comparison/2"

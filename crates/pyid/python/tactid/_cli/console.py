@@ -87,21 +87,25 @@ FIGURES = "Writes the figures of the report beside it, too, in this format."
 """Help of the option for figures."""
 
 
-def check_files(outputs: Mapping[str, Path | None], inputs: Mapping[str, Path | None]) -> None:
-    """Checks the outputs of a command, and says which files of an earlier run they replace.
+def check_files(
+    outputs: Mapping[str, Path | None], inputs: Mapping[str, Path | None]
+) -> list[Path]:
+    """Checks the outputs of a command, and returns the files of an earlier run that they replace.
 
     Raises:
         ArgumentError: An output cannot be written, or would replace what tactid has not written.
     """
     check_outputs(outputs, inputs)
-    print_replaced(replaced_outputs(outputs))
+    return replaced_outputs(outputs)
 
 
-def print_replaced(paths: Sequence[Path]) -> None:
-    """Names files of an earlier run that are replaced."""
-    if paths:
-        names = abridged([str(path) for path in paths], 6)
-        notes.print(f"Files of an earlier run are replaced: {names}.", markup=False)
+def print_written(sentence: str, replaced: Sequence[Path]) -> None:
+    """Prints what was written, after the files of an earlier run that were replaced."""
+    if replaced:
+        names = abridged([str(path) for path in replaced], 6)
+        notes.print(f"Files of an earlier run were replaced: {names}.", markup=False)
+    if sentence:
+        notes.print(sentence, markup=False)
 
 
 def check_figures(report: Path | None, figures: FigureFormat | None) -> None:
@@ -163,10 +167,14 @@ Writers: TypeAlias = Mapping[Path, Callable[[Path], list[Path] | None]]
 
 
 @contextmanager
-def printing_before(writers: Writers) -> Iterator[None]:
+def printing_before(writers: Writers, replaced: Sequence[Path]) -> Iterator[None]:
     """Prints a result in its block, then writes files, also where nobody reads the result.
 
     Ctrl-C in the block says that the files are not written.
+
+    Args:
+        writers: What writes the files.
+        replaced: Those that :func:`check_files` has returned.
     """
     names = [str(path) for path in writers]
     try:
@@ -179,19 +187,23 @@ def printing_before(writers: Writers) -> Iterator[None]:
         raise
     wrote = _sentence(write_files(writers))
     with interruptible(_clause(wrote)):
-        _print_sentence(wrote)
+        print_written(wrote, replaced)
 
 
 @contextmanager
-def printing_after(writers: Writers) -> Iterator[None]:
+def printing_after(writers: Writers, replaced: Sequence[Path]) -> Iterator[None]:
     """Writes files, then prints a result in its block, and then the names of the files.
 
     Ctrl-C in the block says which files are written.
+
+    Args:
+        writers: What writes the files.
+        replaced: Those that :func:`check_files` has returned.
     """
     wrote = _sentence(write_files(writers))
     with interruptible(_clause(wrote)):
         yield
-        _print_sentence(wrote)
+        print_written(wrote, replaced)
 
 
 def _sentence(written: Sequence[Path]) -> str:
@@ -200,11 +212,6 @@ def _sentence(written: Sequence[Path]) -> str:
 
 def _clause(sentence: str) -> str | None:
     return sentence[:1].lower() + sentence[1:].removesuffix(".") if sentence else None
-
-
-def _print_sentence(sentence: str) -> None:
-    if sentence:
-        notes.print(sentence, markup=False)
 
 
 def write_files(writers: Writers) -> list[Path]:

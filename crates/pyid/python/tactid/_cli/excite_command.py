@@ -19,6 +19,7 @@ from tactid._cli.console import (
     interruptible,
     notes,
     print_whole,
+    print_written,
     progress,
     write_files,
 )
@@ -70,13 +71,13 @@ def excite(
     outputs |= figure_outputs(out / REPORT, captions.MOTION, figures)
     fraction = _speed(speed)
     with new_folder(out, "--out"):
-        check_files(outputs, {"--urdf": urdf})
+        replaced = check_files(outputs, {"--urdf": urdf})
         motion = _design(urdf, base, arguments)
         report = {out / REPORT: partial(_write_report, motion, fraction, figures)}
         written = write_files({**motion_files.writers(motion, out, fraction), **report})
     with interruptible(f"wrote {out}"):
         _print(motion, fraction)
-        notes.print(f"Wrote {out}: {', '.join(file.name for file in written)}.")
+        print_written(f"Wrote {out}: {', '.join(file.name for file in written)}.", replaced)
 
 
 def _speed(text: str) -> float:

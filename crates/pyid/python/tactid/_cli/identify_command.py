@@ -139,12 +139,12 @@ def identify_recording(
     output = Output(
         chosen, precision, accept_contradicted, result_file, report, figures, estimates, design
     )
-    _check(output, logs, options)
+    replaced = _check(output, logs, options)
     with interruptible("no result"), progress("identifying") as done:
         result = _identified(logs, option_flags.read(options, "log"), done)
     if estimates is not None and not isinstance(result, Combination):
         result.check_times()
-    with printing_before(_writers(logs[0], result, output)):
+    with printing_before(_writers(logs[0], result, output), replaced):
         refusal = _print(logs[0], result, output)
     if refusal is not None:
         terminal.report(f"error: {refusal.worded('command-line')}")
@@ -168,10 +168,14 @@ option_flags.show(
 )
 
 
-def _check(output: Output, logs: list[Path], options: dict[str, Any]) -> None:
-    """Checks that the files to write can be written, and replace nothing that is read."""
+def _check(output: Output, logs: list[Path], options: dict[str, Any]) -> list[Path]:
+    """Checks that the files to write can be written, and replace nothing that is read.
+
+    Returns:
+        The files of an earlier run that they replace.
+    """
     names = captions.RECORDING if len(logs) == 1 else captions.COMBINATION
-    check_files(
+    replaced = check_files(
         {
             "--result": output.result_file,
             "--report": output.report,
@@ -191,6 +195,7 @@ def _check(output: Output, logs: list[Path], options: dict[str, Any]) -> None:
         raise ArgumentError(
             f"--estimates writes the estimate over time of one recording, but {len(logs)} are given"
         )
+    return replaced
 
 
 def _identified(logs: list[Path], options: Options, done: Callable[[float], object]) -> AnyResult:

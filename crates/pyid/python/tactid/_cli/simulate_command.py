@@ -12,6 +12,7 @@ from tactid._cli.console import (
     check_files,
     interruptible,
     notes,
+    print_written,
     progress,
     reporting_partial_log,
 )
@@ -60,13 +61,14 @@ def run_simulation(
     chosen = Experiment.paper() if experiment is None else Experiment.from_file(experiment)
     if motion is not None:
         chosen = chosen.following(motion)
-    check_files({"--out": out}, {"the experiment": experiment} | files_of(chosen))
+    replaced = check_files({"--out": out}, {"the experiment": experiment} | files_of(chosen))
     with reporting_partial_log(out), progress("simulating") as done:
         report = simulate(chosen, out, progress=done)
-    notes.print(
+    print_written(
         f"Wrote {out}: {report.simulated_time_s:g} s in {report.wall_time_s:.1f} s,"
         f" grasp drift {report.grasp_drift_m * 1e6:.1f} µm,"
-        f" momentum drift {momentum_drift(report)}."
+        f" momentum drift {momentum_drift(report)}.",
+        replaced,
     )
     if _print_outcome(report, chosen):
         raise typer.Exit(1)
