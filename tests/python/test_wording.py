@@ -199,10 +199,7 @@ FINDINGS = [
             "frame": "sensor",
             "force_noise": 0.0096,
             "moment_noise": 0.0005,
-            "next_gravity": [1.0, 0.0, -1.0],
-            "next_value": "com x",
-            "next_fraction": 0.98,
-            "is_contradicted": False,
+            "next": {"gravity": [1.0, 0.0, -1.0], "value": "com x", "fraction": 0.98},
         },
     ),
     Finding(

@@ -109,7 +109,7 @@ pub use equations::{
 };
 pub use error::{IdentifyError, digits, three_digits};
 pub use finding::{
-    Disagreement, FarCenter, Finding, Hypothesis, OutlyingPose, RestingPoses, Rests,
+    Disagreement, FarCenter, Finding, Hypothesis, NextAttitude, OutlyingPose, RestingPoses, Rests,
     UnexplainedLoad, WrongAssumption, distance_of_runs, probability,
 };
 pub use fingerprint::fingerprint;

@@ -15,6 +15,7 @@ use tactid_identify::{
 use crate::plan::Plan;
 use crate::run::Run;
 use crate::shortage::{check_windows, explain};
+use crate::sources::proposes_weight;
 use crate::{ActsOn, ArmChanged, Finding, PaperIdentification, RecordingError, RecordingReport};
 
 /// A joint is reported as noisy above this misfit: three times the standard deviation of the calibration. A payload of 4 kg
@@ -260,15 +261,15 @@ impl Identification {
         let findings = &mut self.recording.findings;
         let mut severities = findings.iter().map(Notice::severity);
         let is_sound = severities.all(|severity| severity == Severity::Notes);
-        if !is_sound || !findings.iter().any(Finding::proposes_weight) {
+        if !is_sound || !findings.iter().any(proposes_weight) {
             return;
         }
         let largest_kg = LARGEST_EXCLUDED * self.estimate.body.mass_kg;
-        let subtracted = batch.subtracted_mass_kg();
-        let is_excluded = subtracted.is_some_and(|(mass_kg, std_dev_kg)| {
-            mass_kg.abs() + HALF_WIDTH_95 * std_dev_kg < largest_kg
+        let subtracted = batch.subtracted_weight();
+        let is_excluded = subtracted.is_some_and(|weight| {
+            weight.values[0].abs() + HALF_WIDTH_95 * weight.std_devs[0] < largest_kg
         });
-        findings.retain(|finding| !(is_excluded && finding.proposes_weight()));
+        findings.retain(|finding| !(is_excluded && proposes_weight(finding)));
     }
 
     /// Returns the result of a payload that was identified with a calibration of the arm.

@@ -175,7 +175,7 @@ fn replaces(residual_ratio: f64, result: &mut BatchResult) -> bool {
     let is_ambiguous = residual_ratio > CLEARLY_LESS * others_leave;
     result.findings.retain_mut(|finding| match finding {
         Data::PosesAtRest(resting) => {
-            resting.is_contradicted = true;
+            resting.next = None;
             true
         }
         Data::WrongAssumption(_) => is_ambiguous,

@@ -142,7 +142,7 @@ fn values_not_finite(run: &Run) -> Option<RecordingError> {
     (2 * count > incomplete).then(|| {
         RecordingError::data(format!(
             "{count} samples of {} have a value that is not finite, and none could be used: leave out a sensor or a joint \
-             that does not measure (of one sensor among several, moments alone may be missing)",
+             that does not measure; with several sensors, a sensor may lack its moments, but not its forces",
             stream(name)
         ))
     })

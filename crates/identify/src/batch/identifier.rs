@@ -18,14 +18,14 @@ use crate::diagnosis::{
 use crate::equations::{
     Channels, Equation, EquationSettings, EquationStream, PushOutcome, Sample, Unknowns,
 };
-use crate::finding::{Finding, Hypothesis, Rests, WrongAssumption};
+use crate::finding::{Finding, Hypothesis, WrongAssumption};
 use crate::fit::further::{self, FurtherFit};
 use crate::fit::{Delay, Fit, FitOptions, least_squares};
 use crate::hypotheses::Explanation;
 use crate::known_bodies::{KnownBodies, KnownTool};
 use crate::linear_estimate::LinearEstimate;
 use crate::prior::{BoundingBox, KnownMass, PriorKnowledge};
-use crate::result::{HistoryPoint, PayloadEstimate, is_physical};
+use crate::result::{HistoryPoint, PayloadEstimate, WeightEstimate, is_physical};
 use crate::solve::PrincipalMoments;
 use crate::solve::report::{Posterior, Report, body_of, estimate};
 use crate::solve::uncertainty::ValueStdDevs;
@@ -232,13 +232,12 @@ impl BatchIdentifier {
         })
     }
 
-    /// Returns the mass of a body whose weight was subtracted from the wrenches, with its standard deviation, kg, from a
-    /// fit with this weight and an offset of the wrenches beside the payload. `None` where something else than wrenches is
+    /// Returns the body whose weight was subtracted from the wrenches, from a fit with this weight and an offset of the wrenches beside the payload. `None` where something else than wrenches is
     /// measured, or the windows are too few to show it.
     ///
     /// Cost: one fit.
     #[must_use]
-    pub fn subtracted_mass_kg(&self) -> Option<(f64, f64)> {
+    pub fn subtracted_weight(&self) -> Option<WeightEstimate> {
         let equations = self.batch.equations();
         let is_shown = self.equations.method == Method::Tactile && equations.len() >= LEAST_WINDOWS;
         let channels = self.stream.channels().with_offsets(true);
@@ -251,8 +250,7 @@ impl BatchIdentifier {
             further::fit(equations, options, &self.stream.gravity(), unknowns)
         };
         let found = is_shown.then(fit).flatten()?;
-        let weight = found.values.weight_estimate()?;
-        Some((weight.values[0], weight.std_devs[0]))
+        found.values.weight_estimate()
     }
 
     /// Returns what a fit says about all that the wrench sensors measure. `has_gripper` says that the parameters are those
@@ -323,12 +321,15 @@ impl BatchIdentifier {
         let has_offset = self.settings.shown_offset || self.equations.wrench_offset;
         let of_rests = rests(self.batch.equations(), &self.stream.gravity())
             .filter(|found| !found.is_one_attitude() || (is_wrench && has_offset));
-        let is_cause = of_rests.as_ref().is_some_and(Rests::is_one_attitude);
         findings.extend(of_offset);
-        // What one attitude causes follows it, and a mass of zero may be a zero of the sensor.
-        findings.retain(|found| !(is_cause && matches!(found, Finding::NothingHeld { .. })));
-        let place = if is_cause { 0 } else { findings.len() };
-        findings.splice(place..place, of_rests.map(Finding::ConsistsOfRests));
+        match of_rests {
+            // What one attitude causes follows it, and a mass of zero may be a zero of the sensor.
+            Some(found) if found.is_one_attitude() => {
+                findings.retain(|other| !matches!(other, Finding::NothingHeld { .. }));
+                findings.insert(0, Finding::ConsistsOfRests(found));
+            }
+            of_rests => findings.extend(of_rests.map(Finding::ConsistsOfRests)),
+        }
         findings.extend(of_model);
         findings
     }

@@ -20,7 +20,8 @@ const HELD_OUT_EVERY: usize = 5;
 pub struct FitReport {
     /// Names and units of the C channels of the measured load.
     pub channels: Vec<Channel>,
-    /// Middle of each of W windows, on the clock of the samples, s, (W,).
+    /// Middle of each of W windows, on the clock of the samples, s, (W,); of poses at rest, which have no times, their
+    /// numbers, counted from zero.
     #[schemars(extend("kept" = "file"))]
     pub times_s: Vec<f64>,
     /// Measured load of each window after the low-pass, in the unit of each channel, (W, C).

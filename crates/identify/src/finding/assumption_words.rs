@@ -101,13 +101,12 @@ fn offset(found: &WrongAssumption, entries: &[String], explained: &str, reader: 
 
 /// Says by how much the wrenches are later than the motion, or earlier.
 fn delay(found: &WrongAssumption, explained: &str) -> String {
-    let delays = found.values.iter().zip(&found.std_devs);
-    let sentences = delays.map(|(delay_s, std_dev_s)| {
-        let direction = if *delay_s < 0.0 { "earlier" } else { "later" };
-        let size = with_interval(delay_s.abs(), *std_dev_s);
-        format!("The wrenches are {direction} than the motion by {size} s ({explained}).")
-    });
-    sentences.collect()
+    let (Some(&delay_s), Some(&std_dev_s)) = (found.values.first(), found.std_devs.first()) else {
+        return String::new();
+    };
+    let direction = if delay_s < 0.0 { "earlier" } else { "later" };
+    let size = with_interval(delay_s.abs(), std_dev_s);
+    format!("The wrenches are {direction} than the motion by {size} s ({explained}).")
 }
 
 /// Says which channels are exchanged.
@@ -160,8 +159,8 @@ fn weight(found: &WrongAssumption, entries: &[String], explained: &str) -> Strin
         "subtracted from"
     };
     format!(
-        "The weight of a body seems to be {done} the wrenches, of {} kg at ({}) m: they feel {} kg, \
-         but accelerate {} kg ({explained}).",
+        "The weight of a body seems to be {done} the wrenches, of {} kg at ({}) m: the static \
+         load corresponds to {} kg, the dynamic load to {} kg ({explained}).",
         with_interval(subtracted_kg.abs(), std_dev_kg),
         center.join(", "),
         general(found.mass_kg - subtracted_kg, 3),

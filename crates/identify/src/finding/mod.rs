@@ -21,7 +21,7 @@ use crate::checks::{
 };
 use crate::sampling::Sampling;
 
-pub use self::resting_poses::{FarCenter, OutlyingPose, RestingPoses, Rests};
+pub use self::resting_poses::{FarCenter, NextAttitude, OutlyingPose, RestingPoses, Rests};
 pub use self::run_words::{distance_of_runs, probability};
 pub(crate) use self::wrong_assumption::CHANNELS;
 pub use self::wrong_assumption::{Hypothesis, WrongAssumption};

@@ -3,7 +3,7 @@
 use tactid_dynamics::Reader;
 use tactid_dynamics::words::{counted, general, listed, percent};
 
-use super::{FarCenter, Finding, OutlyingPose, RestingPoses, Rests};
+use super::{FarCenter, Finding, NextAttitude, OutlyingPose, RestingPoses, Rests};
 
 impl Finding {
     /// Says what was noticed about poses at rest; nothing for other findings.
@@ -36,11 +36,8 @@ fn poses_at_rest(found: &RestingPoses) -> String {
     let noise: Vec<String> = measured
         .map(|(noise, unit)| format!("{} {unit}", general(*noise, 2)))
         .collect();
-    let next = if found.is_contradicted {
-        String::new()
-    } else {
-        next(found)
-    };
+    let next = found.next.as_ref();
+    let next = next.map_or_else(String::new, |next| further(next, &found.frame));
     format!(
         "The payload is identified from {attitudes} at rest{visited}{averaged}; poses at rest never show \
          the inertia. The intervals follow from the noise between poses, {}.{next}",
@@ -118,8 +115,8 @@ fn outlying(found: &OutlyingPose) -> String {
 }
 
 /// Says which further attitude would help most.
-fn next(found: &RestingPoses) -> String {
-    let axes = found.next_gravity.iter().zip(["x", "y", "z"]);
+fn further(next: &NextAttitude, frame: &str) -> String {
+    let axes = next.gravity.iter().zip(["x", "y", "z"]);
     let axes: Vec<String> = axes
         .filter(|(entry, _)| **entry != 0.0)
         .map(|(entry, axis)| format!("{}{axis}", if *entry > 0.0 { "+" } else { "-" }))
@@ -128,17 +125,14 @@ fn next(found: &RestingPoses) -> String {
         [axis] => format!("along {axis}"),
         _ => format!("in the middle between {}", listed(&axes)),
     };
-    let gain = if found.next_fraction == 0.0 {
-        format!("it makes {} observable", found.next_value)
+    let gain = if next.fraction == 0.0 {
+        format!("it makes {} observable", next.value)
     } else {
-        let narrower = 100.0 * (1.0 - found.next_fraction);
+        let narrower = 100.0 * (1.0 - next.fraction);
         format!(
             "the interval of {} becomes {narrower:.0} % narrower",
-            found.next_value
+            next.value
         )
     };
-    format!(
-        " A further attitude with gravity {direction} of {} would help most: {gain}.",
-        found.frame
-    )
+    format!(" A further attitude with gravity {direction} of {frame} would help most: {gain}.")
 }

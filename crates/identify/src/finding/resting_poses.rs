@@ -20,17 +20,22 @@ pub struct RestingPoses {
     pub force_noise: f64,
     /// Standard deviation of a moment between poses, N m; zero where no moment is measured.
     pub moment_noise: f64,
-    /// Direction of gravity in the frame of the sensor in the attitude that would add most, without a
-    /// unit: along an axis, or in the middle between two or three, so that each entry is -1, 0 or 1.
-    pub next_gravity: [f64; 3],
+    /// The further attitude that would help most; `None` where another finding contradicts the
+    /// result, because then none helps.
+    pub next: Option<NextAttitude>,
+}
+
+/// A further attitude for poses at rest, and what it would give.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct NextAttitude {
+    /// Direction of gravity in the frame of the sensor, without a unit: along an axis, or in the middle
+    /// between two or three, so that each entry is -1, 0 or 1.
+    pub gravity: [f64; 3],
     /// Name of the value that it would improve most, of [`VALUE_NAMES`](crate::VALUE_NAMES).
-    pub next_value: Cow<'static, str>,
+    pub value: Cow<'static, str>,
     /// Standard deviation of this value with that attitude, relative to the present one, without a
     /// unit; 0 where the value is unobservable without it.
-    pub next_fraction: f64,
-    /// Whether another finding contradicts the result: then no further attitude helps.
-    #[serde(default)]
-    pub is_contradicted: bool,
+    pub fraction: f64,
 }
 
 /// A pose at rest that the others contradict, as after a contact or a bump of the sensor.

@@ -5,23 +5,12 @@ use nalgebra::{Matrix4, Matrix6, SMatrix, Vector3};
 use super::fit::RestFit;
 use super::pose_fit::set_angles;
 use crate::equations::{WRENCH, acceleration_columns};
+use crate::finding::NextAttitude;
 use crate::fit::elimination::tangents;
 use crate::result::{KINDS, VALUE_NAMES};
 use crate::solve::pseudo_inverse::pseudo_inverse;
 use crate::solve::subspace::{EIGENVALUE_RATIO, Matrix, Vector};
 use crate::solve::uncertainty::{std_dev, value_jacobian};
-
-/// A further attitude, and what it would give.
-pub(super) struct NextAttitude {
-    /// Direction of gravity in the frame of the offset, whose entries are -1, 0 or 1: along an
-    /// axis, or in the middle between two or three.
-    pub(super) gravity: [f64; 3],
-    /// The value that it improves most, of [`VALUE_NAMES`].
-    pub(super) value: &'static str,
-    /// Standard deviation of this value afterwards, relative to the present one; 0 where only then
-    /// it becomes observable.
-    pub(super) fraction: f64,
-}
 
 /// Returns which of 26 directions of gravity adds most information on mass and centre of mass: the
 /// largest determinant of the information of both (D-optimality). `map` maps wrenches in the tool
@@ -56,7 +45,7 @@ pub(super) fn next_attitude(fit: &RestFit, gravity_m_s2: f64, map: &Matrix6<f64>
     let (value, fraction) = improvement(fit, &after(&gravity));
     NextAttitude {
         gravity,
-        value: VALUE_NAMES[value],
+        value: VALUE_NAMES[value].into(),
         fraction,
     }
 }

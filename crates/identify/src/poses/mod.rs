@@ -317,25 +317,28 @@ impl RestIdentifier {
             .chain(of_mass)
             .chain(outliers.map(Finding::OutlyingPose))
             .collect();
-        let mut contradictions = findings.iter().map(Notice::severity);
-        let resting = RestingPoses {
-            is_contradicted: contradictions.any(|severity| severity == Severity::Contradicts),
-            ..self.resting(poses, solution)
-        };
+        let mut severities = findings.iter().map(Notice::severity);
+        let is_sound = severities.all(|severity| severity != Severity::Contradicts);
+        let resting = self.resting(poses, solution, is_sound);
         findings.push(Finding::PosesAtRest(resting));
         findings.extend(self.model.findings().map(Finding::Model));
         findings
     }
 
-    /// Returns what is known of the poses that are kept.
-    fn resting(&self, poses: &Poses<'_>, solution: &WithoutOutliers) -> RestingPoses {
+    /// Returns what is known of the poses that are kept, with advice where their result is sound.
+    fn resting(
+        &self,
+        poses: &Poses<'_>,
+        solution: &WithoutOutliers,
+        is_sound: bool,
+    ) -> RestingPoses {
         let fit = &solution.found.fit;
         let kept: Vec<usize> = (0..self.poses.len())
             .filter(|pose| solution.kept[*pose])
             .collect();
         let attitudes: BTreeSet<usize> = kept.iter().map(|pose| poses.attitudes[*pose]).collect();
         let gravity_m_s2 = self.model.gravity().norm();
-        let next = next_attitude(fit, gravity_m_s2, self.model.offset_frame().map());
+        let next = || next_attitude(fit, gravity_m_s2, self.model.offset_frame().map());
         let [force_noise, moment_noise] = fit.measured_noise();
         RestingPoses {
             attitudes: attitudes.len(),
@@ -344,10 +347,7 @@ impl RestIdentifier {
             frame: self.model.offset_frame().name().to_string(),
             force_noise,
             moment_noise,
-            next_gravity: next.gravity,
-            next_value: next.value.into(),
-            next_fraction: next.fraction,
-            is_contradicted: false,
+            next: is_sound.then(next),
         }
     }
 

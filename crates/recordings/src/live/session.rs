@@ -12,6 +12,7 @@ use tactid_logs::{RawMessage, Topic};
 
 use super::beginning::Beginning;
 use super::running::{LiveContact, Running};
+use crate::sources::is_of_tactid;
 use crate::{DataFault, Finding, RecordingError, Request};
 
 /// Length of the beginning from which the last plan is made, s: that of a recording.
@@ -409,7 +410,9 @@ impl LiveSession {
         let used = &self.running.as_ref()?.sources.names;
         let is_open = |topic: &Topic| {
             (topic.is::<JointState>() && self.request.joint_topic.is_none())
-                || (topic.is::<WrenchStamped>() && self.request.wrench_topic.is_none())
+                || (topic.is::<WrenchStamped>()
+                    && self.request.wrench_topic.is_none()
+                    && !is_of_tactid(&topic.name))
         };
         let met = self.topics.values().map(|met| &met.topic);
         let others = met.filter(|topic| is_open(topic) && !used.contains(&topic.name));

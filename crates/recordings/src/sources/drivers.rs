@@ -56,11 +56,9 @@ impl Known {
     }
 }
 
-impl Finding {
-    /// Returns whether it is the proposal that the weight of a configured payload was subtracted.
-    pub(crate) fn proposes_weight(&self) -> bool {
-        matches!(self, Self::TopicRecognized { value, .. } if value == WITHOUT_WEIGHT)
-    }
+/// Returns whether a finding is the proposal that the weight of a configured payload was subtracted.
+pub(crate) fn proposes_weight(finding: &Finding) -> bool {
+    matches!(finding, Finding::TopicRecognized { value, .. } if value == WITHOUT_WEIGHT)
 }
 
 /// Proposes options for the topics that are read and that are those of known drivers, unless the

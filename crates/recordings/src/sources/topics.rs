@@ -260,14 +260,28 @@ fn several(requested: &Option<Vec<String>>) -> &[String] {
     requested.as_deref().unwrap_or_default()
 }
 
-/// Returns the requested topics of wrenches or of forces at points; else all wrenches, and where there are none, all forces
-/// at points. The second value is whether it is the latter.
+/// Last parts of the names of the topics on which tactid publishes the wrenches of the load and of the contact.
+pub(crate) const OWN_WRENCHES: [&str; 2] = ["load_wrench", "contact_wrench"];
+
+/// Returns whether tactid publishes a topic of wrenches, by its name.
+pub(crate) fn is_of_tactid(topic: &str) -> bool {
+    topic
+        .rsplit('/')
+        .next()
+        .is_some_and(|last| OWN_WRENCHES.contains(&last))
+}
+
+/// Returns the requested topics of wrenches or of forces at points; else all wrenches but those of tactid beside others, and
+/// where there are none, all forces at points. The second value is whether it is the latter.
 fn choose_wrenches(
     log: &LogReader,
     requested: &[String],
 ) -> Result<(Vec<String>, bool), RecordingError> {
     if requested.is_empty() {
         let mut topics = choose::<WrenchStamped>(log, requested, TopicKind::Wrenches)?;
+        if !topics.iter().all(|name| is_of_tactid(name)) {
+            topics.retain(|name| !is_of_tactid(name));
+        }
         let are_wrenches = !topics.is_empty();
         if !are_wrenches {
             let clouds = log.topics_of::<PointCloud2>();
@@ -401,5 +415,43 @@ pub(crate) fn first<M: Message>(log: &LogReader, topic: &str) -> Result<M, Recor
         None => Err(RecordingError::data(format!(
             "{topic} is in the log, but has no message: record it once more, or use another topic"
         ))),
+    }
+}
+
+#[cfg(test)]
+#[allow(clippy::unwrap_used)]
+mod tests {
+    use tactid_logs::{Durability, LogWriter};
+
+    use super::*;
+
+    /// Wrenches that tactid has published are used where there are no others, or on request.
+    #[test]
+    fn wrenches_of_tactid_are_no_candidates_beside_others() {
+        let (measured, load, contact) = ("/ft", "/ft/load_wrench", "/tactid/contact_wrench");
+        let cases: [(&[&str], &[&str], &[&str]); 4] = [
+            (&[measured, load, contact], &[], &[measured]),
+            (
+                &[measured, "/ft_of_contact_wrench"],
+                &[],
+                &[measured, "/ft_of_contact_wrench"],
+            ),
+            (&[contact], &[], &[contact]),
+            (&[measured, load, contact], &[contact], &[contact]),
+        ];
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("run.mcap");
+        for (topics, requested, expected) in cases {
+            let mut log = LogWriter::create(&path).unwrap();
+            for name in topics {
+                let topic = log.channel(name, Durability::Volatile).unwrap();
+                log.write(&topic, 1, &WrenchStamped::default()).unwrap();
+            }
+            log.finish().unwrap();
+            let requested: Vec<_> = requested.iter().map(|name| (*name).to_owned()).collect();
+            let log = LogReader::open(&path).unwrap();
+            let (chosen, _) = choose_wrenches(&log, &requested).unwrap();
+            assert_eq!(chosen, expected);
+        }
     }
 }

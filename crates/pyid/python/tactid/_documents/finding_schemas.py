@@ -141,6 +141,8 @@ def _plain(part: Schema) -> Schema:
         part["type"] = ["number", "null"]
     if "items" in part:
         part["items"] = _plain(part["items"])
+    if "properties" in part:
+        part["properties"] = {key: _plain(each) for key, each in part["properties"].items()}
     return part
 
 

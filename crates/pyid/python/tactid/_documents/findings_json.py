@@ -1,6 +1,6 @@
 """Findings and faults as JSON has them."""
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from typing import Any
 
 from tactid._base.findings import DataFault, Finding
@@ -31,14 +31,12 @@ def _fault(fault: DataFault) -> dict[str, Any]:
     }
 
 
-def _plain(data: Any) -> dict[str, Any]:
+def _plain(value: Any) -> Any:
     """Returns the data of a finding with numbers that JSON has."""
-
-    def plain(value: Any) -> Any:
-        if isinstance(value, float):
-            return finite(value)
-        if isinstance(value, Iterable) and not isinstance(value, str):
-            return [plain(entry) for entry in value]
-        return value
-
-    return {name: plain(value) for name, value in data.items()}
+    if isinstance(value, float):
+        return finite(value)
+    if isinstance(value, Mapping):
+        return {name: _plain(entry) for name, entry in value.items()}
+    if isinstance(value, Iterable) and not isinstance(value, str):
+        return [_plain(entry) for entry in value]
+    return value
