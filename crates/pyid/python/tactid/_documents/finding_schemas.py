@@ -141,7 +141,8 @@ def _plain(part: Schema) -> Schema:
         part["type"] = ["number", "null"]
     if "items" in part:
         part["items"] = _plain(part["items"])
-    if "properties" in part:
+    if "properties" in part:  # an object is optional, as the advice of poses at rest
+        part["type"] = ["object", "null"]
         part["properties"] = {key: _plain(each) for key, each in part["properties"].items()}
     return part
 
