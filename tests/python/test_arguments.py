@@ -252,7 +252,10 @@ Q, W = RECORDED["q"], RECORDED["wrench"]
         ({"q": None}, r"`q` is missing: the robot has joints"),
         ({"q": []}, r"`q` has the shape \(0,\): expected \(2,\) or \(N, 2\)"),
         ({"q": Q[:-1]}, r"`q` has 399 samples, but `time` has 400"),
-        ({"q": np.full_like(Q, np.nan)}, r"have values: q, wrench; check .*; q: 400 samples with"),
+        (
+            {"q": np.full_like(Q, np.nan)},
+            r"400 samples of `q` have a value that is not finite, and none could be used: leave",
+        ),
         ({"q": Q.astype(str)}, r"`q` is not an array of numbers: it holds text"),
         ({"q": [["a", "b"]] * 400}, r"`q` is not an array of numbers: it holds text"),
         ({"q": [[1.0, 2.0], [3.0]]}, r"`q` is not .* its rows have different lengths"),

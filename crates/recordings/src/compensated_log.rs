@@ -13,10 +13,8 @@ use crate::compensation::{
     CompensationReport, IdentifiedLoad, WrenchPlace, WrenchReceiver, compensate_log,
 };
 use crate::progress::{open_log, part_of};
+use crate::sources::OWN_WRENCHES;
 use crate::{ActsOn, Clock, ContactSample, Observer, Progress, RecordingError, Request};
-
-/// Names of the topics of load and contact within the namespace of the wrench topic.
-const NAMES: [&str; 2] = ["load_wrench", "contact_wrench"];
 /// Namespace of the topics where several wrench topics are summed.
 const SUM: &str = "/tactid";
 /// File of the wrenches until they are merged with the log.
@@ -162,7 +160,7 @@ impl WrenchReceiver for WrenchWriter<'_> {
             [topic] => topic.as_str(),
             _ => SUM,
         };
-        let topics = NAMES.map(|name| format!("{namespace}/{name}"));
+        let topics = OWN_WRENCHES.map(|name| format!("{namespace}/{name}"));
         if let Some(known) = topics
             .iter()
             .find(|name| self.original.topic(name).is_some())

@@ -18,7 +18,8 @@ pub(crate) use drivers::proposes_weight;
 pub(crate) use frames::place_sensor;
 use frames::{FrameOf, is_fixed_to_ground, place_frame};
 pub(crate) use topics::{
-    MeasuredTopics, MotionTopics, is_of_tactid, joint_topics, several_topics, times_ns,
+    MeasuredTopics, MotionTopics, OWN_WRENCHES, is_of_tactid, joint_topics, several_topics,
+    times_ns,
 };
 use topics::{first, frame_of_wrenches, missing, slowest_period_s};
 use transforms::Transforms;

@@ -47,7 +47,7 @@ def run_simulation(
     """Simulates an experiment and writes its log.
 
     With --publish, the built-in arm swings payloads of 2.5 and 1.2 kg in turn, a minute each, and
-    is pushed by 15 N for 4 s of each minute: topics for tactid live without a robot.
+    is pushed by 15 N for 0.8 s of each minute: topics for tactid live without a robot.
 
     The exit code is 1 where the payload contradicts the bounds of active excitation, or the base
     exceeds its bound.

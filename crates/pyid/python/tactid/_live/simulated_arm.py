@@ -20,7 +20,7 @@ _PAYLOADS = (
 )
 _HELD_S = 60.0
 """Time for which a payload is held before the other one, s."""
-_PUSHED_S = (40.0, 44.0)
+_PUSHED_S = (40.0, 40.8)
 """Begin and end of a contact while a payload is held, s."""
 _PUSH_N = np.array([0.0, 0.0, -15.0])
 """Force of the contact on the payload, in the base frame, N."""
@@ -38,7 +38,7 @@ class SimulatedArm:
     """The arm of the built-in robot on a fixed base, with a force-torque sensor at its wrist.
 
     All joints move by sines without end. Payloads of 2.5 kg and of 1.2 kg take turns every minute,
-    and after 40 s something pushes on the payload by 15 N for 4 s. The sensor measures what the
+    and after 40 s something pushes on the payload by 15 N for 0.8 s. The sensor measures what the
     robot exerts on the payload, with noise and a zero that is not set.
     """
 
