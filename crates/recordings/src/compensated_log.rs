@@ -15,6 +15,7 @@ use crate::compensation::{
 use crate::progress::{open_log, part_of};
 use crate::sources::OWN_WRENCHES;
 use crate::{ActsOn, Clock, ContactSample, Observer, Progress, RecordingError, Request};
+
 /// Namespace of the topics where several wrench topics are summed.
 const SUM: &str = "/tactid";
 /// File of the wrenches until they are merged with the log.
