@@ -154,7 +154,8 @@ fn floating_inverse_dynamics(dynamics: &mut Dynamics, out: &mut [f64]) -> Option
     })
 }
 
-/// Position and quaternion (x, y, z, w), velocity, angular velocity, acceleration, angular acceleration in world axes.
+/// Position and quaternion (x, y, z, w), velocity, angular velocity, acceleration, angular
+/// acceleration in world axes.
 fn tool_kinematics(dynamics: &mut Dynamics, out: &mut [f64]) -> Option<()> {
     let tool = dynamics.tool;
     dynamics.each(out, |workspace, base, joints, out| {
@@ -181,7 +182,8 @@ fn payload_rows(dynamics: &mut Dynamics, out: &mut [f64]) -> Option<()> {
     })
 }
 
-/// The regressor of all joint torques for the parameters of all moving links: for each joint a row for each link.
+/// The regressor of all joint torques for the parameters of all moving links: for each joint a row
+/// for each link.
 fn torque_regressor(dynamics: &mut Dynamics, out: &mut [f64]) -> Option<()> {
     let mut rows = std::mem::take(&mut dynamics.rows);
     let done = dynamics.each(out, |workspace, base, joints, out| {

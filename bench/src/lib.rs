@@ -1,7 +1,7 @@
 //! Kernels of tactid behind a C interface, for the comparisons in `bench/peers`.
 //!
-//! A kernel computes one state, or all of them, and writes its result. The loop that repeats it is here, so that one call
-//! from Python runs for milliseconds and its own cost does not count.
+//! A kernel computes one state, or all of them, and writes its result. The loop that repeats it is
+//! here, so that one call from Python runs for milliseconds and its own cost does not count.
 
 mod dynamics;
 mod estimators;
@@ -14,12 +14,13 @@ use online::Online;
 
 /// Creates the robot of a URDF (its text) with the states to compute.
 ///
-/// `states` has `count` rows: pose of the base (x, y, z, qx, qy, qz, qw), its twist and classical acceleration in world
-/// axes (6 each), then positions, velocities and accelerations of the joints. Returns null where the robot has no link
-/// `tool`.
+/// `states` has `count` rows: pose of the base (x, y, z, qx, qy, qz, qw), its twist and classical
+/// acceleration in world axes (6 each), then positions, velocities and accelerations of the joints.
+/// Returns null where the robot has no link `tool`.
 ///
 /// # Safety
-/// The strings end with zero, and each of the `count` rows of `states` has 19 numbers of the base and three for each joint.
+/// The strings end with zero, and each of the `count` rows of `states` has 19 numbers of the base
+/// and three for each joint.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn tactid_dynamics_new(
     urdf: *const c_char,
@@ -44,11 +45,13 @@ pub unsafe extern "C" fn tactid_dynamics_new(
     })
 }
 
-/// Computes all states `repetitions` times with the kernel of a name, and returns whether there is such a kernel and no error.
-/// The results of the states lie one after another in `out`, which has `len` numbers.
+/// Computes all states `repetitions` times with the kernel of a name, and returns whether there is
+/// such a kernel and no error. The results of the states lie one after another in `out`, which has
+/// `len` numbers.
 ///
 /// # Safety
-/// The handle is one that the constructor returned and not null, the name ends with zero, and `out` has `len` numbers.
+/// The handle is one that the constructor returned and not null, the name ends with zero, and `out`
+/// has `len` numbers.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn tactid_dynamics_run(
     dynamics: *mut Dynamics,
@@ -71,8 +74,9 @@ pub unsafe extern "C" fn tactid_dynamics_run(
     (0..repetitions).all(|_| kernel(dynamics, std::hint::black_box(&mut *out)).is_some())
 }
 
-/// Presents rows, each of ten entries and a target, `repetitions` times to a new estimator of a name, and returns whether
-/// there is such an estimator. The ten parameters after the last row lie in `out`.
+/// Presents rows, each of ten entries and a target, `repetitions` times to a new estimator of a
+/// name, and returns whether there is such an estimator. The ten parameters after the last row lie
+/// in `out`.
 ///
 /// # Safety
 /// `rows` has eleven numbers for each of `count` rows, and `out` has ten.
@@ -103,8 +107,9 @@ pub unsafe extern "C" fn tactid_estimator_run(
     true
 }
 
-/// Creates the robot of a URDF (its text) on a fixed base with a wrench sensor at the link `tool`, and `len` numbers of samples:
-/// time, positions and velocities of the joints, force and moment. Returns null where the robot has no such link.
+/// Creates the robot of a URDF (its text) on a fixed base with a wrench sensor at the link `tool`,
+/// and `len` numbers of samples: time, positions and velocities of the joints, force and moment.
+/// Returns null where the robot has no such link.
 ///
 /// # Safety
 /// The strings end with zero, and `samples` has `len` numbers.
@@ -129,11 +134,12 @@ pub unsafe extern "C" fn tactid_online_new(
         })
 }
 
-/// Presents all samples `repetitions` times with the kernel of a name, and returns whether there is such a kernel and no error.
-/// The last result lies in `out`, which has `len` numbers.
+/// Presents all samples `repetitions` times with the kernel of a name, and returns whether there is
+/// such a kernel and no error. The last result lies in `out`, which has `len` numbers.
 ///
 /// # Safety
-/// The handle is one that the constructor returned and not null, the name ends with zero, and `out` has `len` numbers.
+/// The handle is one that the constructor returned and not null, the name ends with zero, and `out`
+/// has `len` numbers.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn tactid_online_run(
     online: *const Online,

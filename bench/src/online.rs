@@ -1,4 +1,5 @@
-//! The online update: each kernel presents all samples to a new stream or identifier and writes its last result.
+//! The online update: each kernel presents all samples to a new stream or identifier and writes its
+//! last result.
 
 use nalgebra::Vector3;
 use tactid_dynamics::{BaseKind, InertialParameters, Manipulator, Wrench};
@@ -67,7 +68,8 @@ impl Online {
     }
 }
 
-/// The mean rows of the last window: for each channel the ten entries of the regressor and the target.
+/// The mean rows of the last window: for each channel the ten entries of the regressor and the
+/// target.
 fn rows(online: &Online, out: &mut [f64]) -> Option<()> {
     let settings = EquationSettings::default();
     let (tool, robot) = (online.tool.as_str(), &online.robot);
@@ -83,7 +85,8 @@ fn rows(online: &Online, out: &mut [f64]) -> Option<()> {
     Some(())
 }
 
-/// The ten parameters after the last sample. The estimate with its uncertainty is asked for after each sample.
+/// The ten parameters after the last sample. The estimate with its uncertainty is asked for after
+/// each sample.
 fn update(online: &Online, out: &mut [f64]) -> Option<()> {
     let settings = EquationSettings::default();
     let (tool, robot) = (online.tool.as_str(), &online.robot);

@@ -1,14 +1,15 @@
 //! A limit of the memory that one input of a fuzz target may allocate.
 //!
-//! Each file in `targets/` is a program of libFuzzer, which mutates inputs towards new coverage, and runs a function of
-//! `checks/`. A target fails by a panic, by more than [`MEMORY`] for one input, and by an input that takes longer than
-//! libFuzzer's `-timeout`.
+//! Each file in `targets/` is a program of libFuzzer, which mutates inputs towards new coverage,
+//! and runs a function of `checks/`. A target fails by a panic, by more than [`MEMORY`] for one
+//! input, and by an input that takes longer than libFuzzer's `-timeout`.
 
 use std::alloc::System;
 
 use cap::Cap;
 
-/// Allocator of all targets. Memory that SQLite and zstd allocate in C is bounded by libFuzzer's `-rss_limit_mb`.
+/// Allocator of all targets. Memory that SQLite and zstd allocate in C is bounded by libFuzzer's
+/// `-rss_limit_mb`.
 #[global_allocator]
 static ALLOCATOR: Cap<System> = Cap::new(System, usize::MAX);
 
@@ -26,7 +27,8 @@ pub const MEMORY: usize = 512 << 20;
 /// Runs `check` with an allocator that refuses more than [`MEMORY`], which ends the process.
 ///
 /// # Panics
-/// Panics if the limit cannot be set, which is below what is allocated only if other threads allocate meanwhile.
+/// Panics if the limit cannot be set, which is below what is allocated only if other threads
+/// allocate meanwhile.
 pub fn within_memory<T>(check: impl FnOnce() -> T) -> T {
     let limit = ALLOCATOR.allocated().saturating_add(MEMORY);
     assert!(

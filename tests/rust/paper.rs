@@ -111,8 +111,8 @@ fn at_the_posture_of_table_1() {
     assert_eq!(unknown, ["Ixx"], "{:?}", found.singular_values);
 }
 
-/// Identification reads nothing that a real robot could not measure: without any metadata record the
-/// result is the same, bit by bit. And the alignment of force and acceleration is what makes it
+/// Identification reads nothing that a real robot could not measure: without any metadata record
+/// the result is the same, bit by bit. And the alignment of force and acceleration is what makes it
 /// good: wrenches stamped twenty milliseconds late spoil it ten times over.
 #[test]
 fn from_measurements_alone_and_aligned() {

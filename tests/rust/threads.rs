@@ -1,5 +1,6 @@
-//! The public types of every library crate may move to another thread and be shared between threads, but for a log's writer: a
-//! field that forbids it breaks every program that does so, and this test.
+//! The public types of every library crate may move to another thread and be shared between
+//! threads, but for a log's writer: a field that forbids it breaks every program that does so, and
+//! this test.
 
 use std::fs::File;
 use std::io::BufWriter;

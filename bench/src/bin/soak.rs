@@ -1,10 +1,11 @@
 //! A day of samples at 1 kHz through the online identifier, as fast as they can be computed.
 //!
-//! A sensor that is swung by hand carries payloads that change, with rests, gaps, steps of the clock and bursts of NaN.
-//! The run ends with an error if the process grows by more than 1 MB after the first minute, if the covariance is not positive
-//! definite, if the 95 % intervals of the last hour hold fewer than 93 or more than 97 % of the true values, or 3 % fewer than those
-//! of the first, if a value has no interval at the end of a payload's 20 s, or if in an hour more than one of a hundred payload
-//! changes is missed, or more than one alarm is false.
+//! A sensor that is swung by hand carries payloads that change, with rests, gaps, steps of the
+//! clock and bursts of NaN. The run ends with an error if the process grows by more than 1 MB after
+//! the first minute, if the covariance is not positive definite, if the 95 % intervals of the last
+//! hour hold fewer than 93 or more than 97 % of the true values, or 3 % fewer than those of the
+//! first, if a value has no interval at the end of a payload's 20 s, or if in an hour more than one
+//! of a hundred payload changes is missed, or more than one alarm is false.
 //!
 //! `soak 86400` is the full run; the number is that of the simulated seconds.
 
@@ -39,8 +40,8 @@ const HOUR: u64 = 3_600_000;
 /// Samples after a payload change within which an alarm detects it, 2 s.
 const DETECTED_WITHIN: u64 = 2_000;
 
-/// Time from a payload change to the rest that follows, time until the motion goes on, and time in which it slows down or
-/// gets faster, s.
+/// Time from a payload change to the rest that follows, time until the motion goes on, and time in
+/// which it slows down or gets faster, s.
 const REST: (f64, f64, f64) = (12.0, 14.0, 0.5);
 
 /// Standard deviations of the noise of one sample, N and N m.
@@ -55,8 +56,9 @@ const MAX_GROWTH: u64 = 1 << 20;
 /// Range of the coverage of the last hour.
 const COVERAGE: std::ops::RangeInclusive<f64> = 0.93..=0.97;
 
-/// Largest loss of coverage of the last hour against the first, where there are several: twice the standard deviation of the
-/// difference. An hour has 1800 values, the ten of a payload being correlated.
+/// Largest loss of coverage of the last hour against the first, where there are several: twice the
+/// standard deviation of the difference. An hour has 1800 values, the ten of a payload being
+/// correlated.
 const MAX_LOSS: f64 = 0.03;
 
 /// Largest fraction of an hour's payload changes that is missed.
@@ -65,7 +67,8 @@ const MAX_MISSED: f64 = 0.01;
 /// Largest number of false alarms in an hour.
 const MAX_FALSE: u64 = 1;
 
-/// Shortest time to simulate, s: memory is compared with that after the first minute, and intervals are counted.
+/// Shortest time to simulate, s: memory is compared with that after the first minute, and intervals
+/// are counted.
 const SHORTEST_S: f64 = 120.0;
 
 fn main() -> ExitCode {
@@ -185,7 +188,8 @@ impl Hour {
         Ok(())
     }
 
-    /// Counts an alarm at a sample: the first one soon after a payload change detects it, and any other one is false.
+    /// Counts an alarm at a sample: the first one soon after a payload change detects it, and any
+    /// other one is false.
     fn count_alarm(&mut self, sample: u64) {
         let is_in_time = sample >= CHANGE_EVERY && sample % CHANGE_EVERY < DETECTED_WITHIN;
         if is_in_time && !self.is_detected {
@@ -263,7 +267,8 @@ impl Source {
             self.change();
         }
         let fault = k % FAULT_EVERY;
-        // Faults take turns: a gap of 0.5 s, a step of the clock by 0.05 s back, one by an hour ahead, a burst of NaN.
+        // Faults take turns: a gap of 0.5 s, a step of the clock by 0.05 s back, one by an hour
+        // ahead, a burst of NaN.
         let turn = (k / FAULT_EVERY) % 4;
         if k >= FAULT_EVERY && fault == 0 {
             self.clock_s += [0.5, -0.05, 3600.0, 0.0][turn as usize];
@@ -316,7 +321,8 @@ impl Source {
         self.parameters = self.payload.into();
     }
 
-    /// Returns the motion of the flange, which turns about the vertical and about its own x axis and sways.
+    /// Returns the motion of the flange, which turns about the vertical and about its own x axis
+    /// and sways.
     fn motion(&self, k: u64) -> FrameMotion {
         let [phase, rate, acceleration] = phase(k);
         let phase = phase + self.skipped_s;
@@ -343,7 +349,8 @@ impl Source {
     }
 }
 
-/// Returns the phase of the motion, s, with its first and second derivative. It stops during the rests.
+/// Returns the phase of the motion, s, with its first and second derivative. It stops during the
+/// rests.
 fn phase(k: u64) -> [f64; 3] {
     let (begin, end, ramp) = REST;
     let advance = CHANGE_EVERY as f64 * PERIOD_S - (end - begin) + ramp;

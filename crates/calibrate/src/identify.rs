@@ -385,7 +385,8 @@ impl Solution<'_> {
     }
 }
 
-/// Returns the widened errors of groups of unknowns, each with its source's number, and those of a known tool.
+/// Returns the widened errors of groups of unknowns, each with its source's number, and those of a
+/// known tool.
 fn shared_errors(groups: [(u64, &GainErrors); 3], of_tool: &[(u64, Vector)]) -> SharedErrors {
     let columns = |(source, changes): (u64, &GainErrors)| {
         let unknowns = (0..changes.ncols() as u64).map(move |k| fingerprint([source, k]));

@@ -134,8 +134,8 @@ impl EffortRecorder {
     /// Ends the recording.
     ///
     /// # Errors
-    /// Returns [`CalibrateError::Data`] if no sample had efforts, and [`CalibrateError::Identify`] if
-    /// the recording has no complete window, or its sample rate is too low for the cutoff.
+    /// Returns [`CalibrateError::Data`] if no sample had efforts, and [`CalibrateError::Identify`]
+    /// if the recording has no complete window, or its sample rate is too low for the cutoff.
     pub fn finish(self) -> Result<EffortRecording, CalibrateError> {
         let windows = self.recording.windows();
         if windows == 0 && self.motion.accepted() == 0 && self.without_effort > 0 {

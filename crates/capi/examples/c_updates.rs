@@ -1,6 +1,7 @@
-//! Updates of the online identifier through the C interface: `c_updates c_update COUNT` makes COUNT of them, for
-//! `bench/instructions.py` to count their instructions, `c_updates` prints that name, and `c_updates times` the mean time of an
-//! update beside that of the same samples without the interface.
+//! Updates of the online identifier through the C interface: `c_updates c_update COUNT` makes COUNT
+//! of them, for `bench/instructions.py` to count their instructions, `c_updates` prints that name,
+//! and `c_updates times` the mean time of an update beside that of the same samples without the
+//! interface.
 
 #![allow(clippy::unwrap_used)]
 #![expect(clippy::print_stdout, reason = "an example prints")]
@@ -22,7 +23,8 @@ use tactid::{
 };
 use tactid_identify::{EquationSettings, Identifier, WrenchFrame};
 
-/// Number of samples before the updates that are counted, in which the noise is estimated several times.
+/// Number of samples before the updates that are counted, in which the noise is estimated several
+/// times.
 const FIRST_SAMPLES: usize = 1100;
 
 /// Number of times that all samples are presented; the shortest time of each counts.
@@ -139,7 +141,8 @@ impl Updates {
             base: base.as_ptr(),
             base_acceleration: null(),
         };
-        // SAFETY: the identifier was created, and the arrays have the numbers that the sample counts.
+        // SAFETY: the identifier was created, and the arrays have the numbers that the sample
+        // counts.
         unsafe { tactid_identifier_push(self.c, black_box(&raw const sample)) };
         // SAFETY: the identifier was created, and the struct has its size.
         unsafe { tactid_identifier_estimate(self.c, black_box(&raw mut self.estimate)) };

@@ -21,8 +21,8 @@
 #include <stdint.h>
 
 /**
- * The motion excites the value, and 1.96 standard deviations are less than the largest value of its kind; of the
- * mass, one standard deviation is at most a quarter of it.
+ * The motion excites the value, and 1.96 standard deviations are less than the largest value of
+ * its kind; of the mass, one standard deviation is at most a quarter of it.
  */
 #define TACTID_IDENTIFIABLE 0
 
@@ -82,8 +82,9 @@
 #define TACTID_SETTLED 0
 
 /**
- * The measurements contradict the load: something touches the payload, or it has changed. The load is held at its last estimate
- * that nothing contradicted, and the standard deviations of the contact contain all of it.
+ * The measurements contradict the load: something touches the payload, or it has changed. The load
+ * is held at its last estimate that nothing contradicted, and the standard deviations of the
+ * contact contain all of it.
  */
 #define TACTID_CHANGING 1
 
@@ -100,8 +101,8 @@ enum tactid_status
    */
   TACTID_STATUS_OK = 0,
   /**
-   * The sample starts a new stretch without gaps: it is the first, comes after a gap, or follows samples that were
-   * earlier, because the clock had gone back.
+   * The sample starts a new stretch without gaps: it is the first, comes after a gap, or follows
+   * samples that were earlier, because the clock had gone back.
    */
   TACTID_STATUS_STARTED = 1,
   /**
@@ -113,13 +114,13 @@ enum tactid_status
    */
   TACTID_STATUS_UNKNOWN = 3,
   /**
-   * The sample was used, and shows that the payload before the last change is held again, or that the change was a contact
-   * which has ended: the estimate before the change continues.
+   * The sample was used, and shows that the payload before the last change is held again, or
+   * that the change was a contact which has ended: the estimate before the change continues.
    */
   TACTID_STATUS_PAYLOAD_RETURNED = 4,
   /**
-   * The sample was ignored: a number is not finite or has a magnitude of 1e30 or more, or the time is not later than that
-   * of the sample before. The estimate counts it as rejected.
+   * The sample was ignored: a number is not finite or has a magnitude of 1e30 or more, or the
+   * time is not later than that of the sample before. The estimate counts it as rejected.
    */
   TACTID_STATUS_REJECTED = -1,
   /**
@@ -127,11 +128,13 @@ enum tactid_status
    */
   TACTID_STATUS_NULL_POINTER = -2,
   /**
-   * The `size` of a struct is that of no version, or the struct uses a member that this library does not have.
+   * The `size` of a struct is that of no version, or the struct uses a member that this library
+   * does not have.
    */
   TACTID_STATUS_WRONG_SIZE = -3,
   /**
-   * An array does not have one entry for each joint or six for each sensor, or `base` is given for a fixed base.
+   * An array does not have one entry for each joint or six for each sensor, or `base` is given
+   * for a fixed base.
    */
   TACTID_STATUS_WRONG_COUNT = -4,
   /**
@@ -143,11 +146,13 @@ enum tactid_status
    */
   TACTID_STATUS_INVALID_ROBOT = -6,
   /**
-   * An option is out of range, or does not fit the robot or another option; `tactid_last_error` says which.
+   * An option is out of range, or does not fit the robot or another option; `tactid_last_error`
+   * says which.
    */
   TACTID_STATUS_INVALID_OPTION = -7,
   /**
-   * An error of tactid itself, which standard error describes: please report it. Replace the identifier.
+   * An error of tactid itself, which standard error describes: please report it. Replace the
+   * identifier.
    */
   TACTID_STATUS_INTERNAL = -8,
 };
@@ -165,8 +170,8 @@ typedef int32_t tactid_status;
 typedef struct tactid_identifier tactid_identifier;
 
 /**
- * How samples are measured and used. Zero in any member but `size` means its default. Names are those of the options of
- * tactid in Python where both have one.
+ * How samples are measured and used. Zero in any member but `size` means its default. Names are
+ * those of the options of tactid in Python where both have one.
  */
 typedef struct tactid_options {
   /**
@@ -178,12 +183,13 @@ typedef struct tactid_options {
    */
   uint32_t method;
   /**
-   * Nonzero: the base of the robot floats, and each sample has its state. Default: it is fixed to the ground.
+   * Nonzero: the base of the robot floats, and each sample has its state. Default: it is fixed
+   * to the ground.
    */
   uint32_t floating_base;
   /**
-   * Names of the links in whose frames the wrenches are measured: `sensor_count` texts. Default: one sensor in the frame
-   * of the tip for the tactile method, none for others.
+   * Names of the links in whose frames the wrenches are measured: `sensor_count` texts. Default:
+   * one sensor in the frame of the tip for the tactile method, none for others.
    */
   const char *const *sensors;
   /**
@@ -191,12 +197,13 @@ typedef struct tactid_options {
    */
   size_t sensor_count;
   /**
-   * Gravitational acceleration in the inertial frame, m/s², pointing down: three numbers. Default: 9.81 along -z for a
-   * fixed base, none for a floating one.
+   * Gravitational acceleration in the inertial frame, m/s², pointing down: three numbers.
+   * Default: 9.81 along -z for a fixed base, none for a floating one.
    */
   const double *gravity;
   /**
-   * Frequency at which the low-pass on both sides of the equations has lost 3 dB, Hz. Default: 10.
+   * Frequency at which the low-pass on both sides of the equations has lost 3 dB, Hz.
+   * Default: 10.
    */
   double cutoff_hz;
   /**
@@ -204,8 +211,8 @@ typedef struct tactid_options {
    */
   double max_gap_s;
   /**
-   * Nonzero: the wrenches have an unknown constant offset, such as a sensor zero that was not set, which is estimated, too.
-   * Default: they have none.
+   * Nonzero: the wrenches have an unknown constant offset, such as a sensor zero that was not
+   * set, which is estimated, too. Default: they have none.
    */
   uint32_t wrench_offset;
   /**
@@ -213,23 +220,24 @@ typedef struct tactid_options {
    */
   uint32_t effort_content;
   /**
-   * Name of the link along whose axes the wrenches are expressed, or `world`. Default: the axes of each sensor's own
-   * frame. Moments are about the origin of the sensor's frame in any case.
+   * Name of the link along whose axes the wrenches are expressed, or `world`. Default: the axes
+   * of each sensor's own frame. Moments are about the origin of the sensor's frame in any case.
    */
   const char *wrench_axes;
   /**
-   * Standard deviations of the white noise of one sample of each wrench sensor: three forces, N, three moments, N m.
-   * Default: estimated from the data.
+   * Standard deviations of the white noise of one sample of each wrench sensor: three forces, N,
+   * three moments, N m. Default: estimated from the data.
    */
   const double *wrench_noise;
   /**
-   * Standard deviation of the white noise of one sample of each joint effort, N m or N. Default: estimated from the data.
+   * Standard deviation of the white noise of one sample of each joint effort, N m or N. Default:
+   * estimated from the data.
    */
   double effort_noise;
   /**
-   * The body whose load was subtracted from the wrenches before they are given here, as controllers do for their
-   * configured payload, in the tip's frame: mass, kg; centre of mass, m; inertia about it, kg m² (xx, xy, xz, yy, yz,
-   * zz). Default: none.
+   * The body whose load was subtracted from the wrenches before they are given here, as
+   * controllers do for their configured payload, in the tip's frame: mass, kg; centre of mass,
+   * m; inertia about it, kg m² (xx, xy, xz, yy, yz, zz). Default: none.
    */
   const double *subtracted_body;
   /**
@@ -237,23 +245,25 @@ typedef struct tactid_options {
    */
   uint32_t subtracted_with_inertia;
   /**
-   * Channels of the only wrench sensor that measure nothing: bit k is channel k of three forces, then three moments.
+   * Channels of the only wrench sensor that measure nothing: bit k is channel k of three forces,
+   * then three moments.
    */
   uint32_t unmeasured;
   /**
-   * Name of the link about whose origin the moments of load and contact are; it does not move relative to the tip. Default:
-   * the tip.
+   * Name of the link about whose origin the moments of load and contact are; it does not move
+   * relative to the tip. Default: the tip.
    */
   const char *wrench_point;
   /**
-   * Name of the link along whose axes load and contact are expressed, or `world`; it does not move relative to the tip or to
-   * the ground. Default: the link of `wrench_point`.
+   * Name of the link along whose axes load and contact are expressed, or `world`; it does not
+   * move relative to the tip or to the ground. Default: the link of `wrench_point`.
    */
   const char *wrench_point_axes;
 } tactid_options;
 
 /**
- * What a robot measures at one time. Arrays of joints are in the order of the names that the identifier was created with.
+ * What a robot measures at one time. Arrays of joints are in the order of the names that the
+ * identifier was created with.
  */
 typedef struct tactid_sample {
   /**
@@ -273,11 +283,13 @@ typedef struct tactid_sample {
    */
   const double *position;
   /**
-   * Velocities of the joints, rad/s or m/s. Default: differentiated from the positions of neighbouring samples.
+   * Velocities of the joints, rad/s or m/s. Default: differentiated from the positions of
+   * neighbouring samples.
    */
   const double *velocity;
   /**
-   * Efforts of the joint motors, N m or N, gravity and payload included. Only methods with efforts use them.
+   * Efforts of the joint motors, N m or N, gravity and payload included. Only methods with
+   * efforts use them.
    */
   const double *effort;
   /**
@@ -285,25 +297,29 @@ typedef struct tactid_sample {
    */
   size_t wrench_count;
   /**
-   * Wrench of each sensor **on the payload**, in the sensor's frame and about its origin: three forces, N, then three
-   * moments, N m. A sensor that reports what acts on itself has the opposite sign.
+   * Wrench of each sensor **on the payload**, in the sensor's frame and about its origin: three
+   * forces, N, then three moments, N m. A sensor that reports what acts on itself has the
+   * opposite sign.
    */
   const double *wrenches;
   /**
-   * State of a floating base in the inertial frame, 13 numbers: position, m; orientation as a quaternion x, y, z, w, from
-   * the base to the inertial frame; velocity of its origin, m/s; angular velocity, rad/s. Null for a fixed base.
+   * State of a floating base in the inertial frame, 13 numbers: position, m; orientation as a
+   * quaternion x, y, z, w, from the base to the inertial frame; velocity of its origin, m/s;
+   * angular velocity, rad/s. Null for a fixed base.
    */
   const double *base;
   /**
-   * Acceleration of the base's origin without gravity, m/s², and angular acceleration, rad/s², in the inertial frame: six
-   * numbers. Default: differentiated from the velocities of neighbouring samples.
+   * Acceleration of the base's origin without gravity, m/s², and angular acceleration, rad/s²,
+   * in the inertial frame: six numbers. Default: differentiated from the velocities of
+   * neighbouring samples.
    */
   const double *base_acceleration;
 } tactid_sample;
 
 /**
- * The identified payload. The ten values are mass, kg; centre of mass in the tip's frame, m; inertia about the centre of
- * mass along the axes of the tip's frame, kg m² (xx, xy, xz, yy, yz, zz).
+ * The identified payload. The ten values are mass, kg; centre of mass in the tip's frame, m;
+ * inertia about the centre of mass along the axes of the tip's frame, kg m² (xx, xy, xz, yy, yz,
+ * zz).
  */
 typedef struct tactid_estimate {
   /**
@@ -315,8 +331,8 @@ typedef struct tactid_estimate {
    */
   double values[10];
   /**
-   * Standard deviation of each value, in its unit; infinite where the value is unobservable, or divided by a mass that is
-   * not known to a quarter.
+   * Standard deviation of each value, in its unit; infinite where the value is unobservable, or
+   * divided by a mass that is not known to a quarter.
    */
   double std_devs[10];
   /**
@@ -324,26 +340,30 @@ typedef struct tactid_estimate {
    */
   double intervals[10][2];
   /**
-   * Covariance of the linear parameters: mass, kg; mass times centre of mass, kg m; inertia about the origin of the tip's
-   * frame, kg m², in the order of the values. An unobservable direction has the variance of parameters of plausible
-   * size. NaN during the first seven windows, in which the noise is not known.
+   * Covariance of the linear parameters: mass, kg; mass times centre of mass, kg m; inertia
+   * about the origin of the tip's frame, kg m², in the order of the values. An unobservable
+   * direction has the variance of parameters of plausible size. NaN during the first seven
+   * windows, in which the noise is not known.
    */
   double covariance[10][10];
   /**
-   * What the motion shows of each value: `TACTID_IDENTIFIABLE`, `TACTID_UNCERTAIN` or `TACTID_UNOBSERVABLE`.
+   * What the motion shows of each value: `TACTID_IDENTIFIABLE`, `TACTID_UNCERTAIN` or
+   * `TACTID_UNOBSERVABLE`.
    */
   uint32_t observability[10];
   /**
-   * 1 where a body with these values can exist, within 1 % of its largest principal moment, else 0.
+   * 1 where a body with these values can exist, within 1 % of its largest principal moment,
+   * else 0.
    */
   uint32_t is_physical;
   /**
-   * 1 where the estimate is that of the payload that is held now: at least 32 windows contribute to it, and the most recent
-   * ones show no evidence of a change; else 0.
+   * 1 where the estimate is that of the payload that is held now: at least 32 windows contribute
+   * to it, and the most recent ones show no evidence of a change; else 0.
    */
   uint32_t is_settled;
   /**
-   * The ten values of the payload before the last change; NaN before a change, and where it had not been known long enough.
+   * The ten values of the payload before the last change; NaN before a change, and where it had
+   * not been known long enough.
    */
   double values_before[10];
   /**
@@ -351,7 +371,8 @@ typedef struct tactid_estimate {
    */
   double std_devs_before[10];
   /**
-   * Time of the last payload change on the samples' clock, s, or minus infinity: the estimate uses the samples after it.
+   * Time of the last payload change on the samples' clock, s, or minus infinity: the estimate
+   * uses the samples after it.
    */
   double since_s;
   /**
@@ -363,7 +384,8 @@ typedef struct tactid_estimate {
    */
   uint64_t windows;
   /**
-   * Number of samples that were ignored, because of a number that is not finite or a time that is not later than the one before.
+   * Number of samples that were ignored, because of a number that is not finite or a time that
+   * is not later than the one before.
    */
   uint64_t rejected;
   /**
@@ -373,8 +395,8 @@ typedef struct tactid_estimate {
 } tactid_estimate;
 
 /**
- * A wrench with its uncertainty. Force, N, comes before moment, N m. The sign is that of the measured wrenches, which act on the
- * payload.
+ * A wrench with its uncertainty. Force, N, comes before moment, N m. The sign is that of the
+ * measured wrenches, which act on the payload.
  */
 typedef struct tactid_wrench {
   /**
@@ -386,8 +408,8 @@ typedef struct tactid_wrench {
    */
   double values[6];
   /**
-   * Standard deviation of each value, in its unit; infinite where the motion does not determine it, or the sensor does not
-   * measure it, NaN where it is not estimated.
+   * Standard deviation of each value, in its unit; infinite where the motion does not determine
+   * it, or the sensor does not measure it, NaN where it is not estimated.
    */
   double std_devs[6];
   /**
@@ -395,8 +417,9 @@ typedef struct tactid_wrench {
    */
   double covariance[6][6];
   /**
-   * Time to which the wrench belongs, on the clock of the samples, s: earlier than that of the last sample by the latency of
-   * the filter, 28 ms and some samples at a cutoff of 10 Hz. NaN for an offset.
+   * Time to which the wrench belongs, on the clock of the samples, s: earlier than that of the
+   * last sample by the latency of the filter, 28 ms and some samples at a cutoff of 10 Hz. NaN
+   * for an offset.
    */
   double time_s;
   /**
@@ -424,24 +447,25 @@ const char *tactid_version(void);
 const char *tactid_status_text(int32_t status);
 
 /**
- * Copies why the last `tactid_identifier_new` of this thread failed, in English, and returns the number of bytes that the
- * whole text needs with the zero at its end. A buffer that is shorter gets the beginning of the text; it may be null where
- * `size` is 0.
+ * Copies why the last `tactid_identifier_new` of this thread failed, in English, and returns the
+ * number of bytes that the whole text needs with the zero at its end. A buffer that is shorter
+ * gets the beginning of the text; it may be null where `size` is 0.
  *
  * # Safety
  * `buffer` is null, or has `size` writable bytes.
  */
-size_t tactid_last_error(char *buffer,
-                         size_t size);
+size_t tactid_last_error(char *buffer, size_t size);
 
 /**
- * Creates an identifier for the robot of a URDF, given as its text, whose end-effector frame is the link `tip`.
+ * Creates an identifier for the robot of a URDF, given as its text, whose end-effector frame is
+ * the link `tip`.
  *
- * `joints` has the `joint_count` names of the joints in the order in which samples have them. It must name all joints that move
- * the tip or a sensor; others may be missing and count as zero, and names that the robot does not have are ignored. Methods that use
- * efforts or the momentum of a floating base need all joints. `options` may be null: all then have their defaults.
- * `*identifier` is the caller's, who ends it with `tactid_identifier_free`; it is null after an error, whose text
- * `tactid_last_error` returns.
+ * `joints` has the `joint_count` names of the joints in the order in which samples have them. It
+ * must name all joints that move the tip or a sensor; others may be missing and count as zero, and
+ * names that the robot does not have are ignored. Methods that use efforts or the momentum of a
+ * floating base need all joints. `options` may be null: all then have their defaults.
+ * `*identifier` is the caller's, who ends it with `tactid_identifier_free`; it is null after an
+ * error, whose text `tactid_last_error` returns.
  *
  * Allocates; some 1 ms.
  *
@@ -464,8 +488,8 @@ tactid_status tactid_identifier_new(const char *urdf,
 void tactid_identifier_free(struct tactid_identifier *identifier);
 
 /**
- * Adds one sample, and answers `TACTID_STATUS_OK`, `TACTID_STATUS_STARTED`, `TACTID_STATUS_PAYLOAD_CHANGED` or
- * `TACTID_STATUS_PAYLOAD_RETURNED`, or an error.
+ * Adds one sample, and answers `TACTID_STATUS_OK`, `TACTID_STATUS_STARTED`,
+ * `TACTID_STATUS_PAYLOAD_CHANGED` or `TACTID_STATUS_PAYLOAD_RETURNED`, or an error.
  *
  * Allocates nothing; some 2 µs, and some 100 µs at three samples of the first second.
  *
@@ -476,8 +500,9 @@ tactid_status tactid_identifier_push(struct tactid_identifier *identifier,
                                      const struct tactid_sample *sample);
 
 /**
- * Completes the update by the most recent window at once, so that the estimate includes it: after the last sample of a
- * recording. In a control loop, the samples that follow do the same. Allocates nothing.
+ * Completes the update by the most recent window at once, so that the estimate includes it: after
+ * the last sample of a recording. In a control loop, the samples that follow do the same.
+ * Allocates nothing.
  *
  * # Safety
  * `identifier` was created here.
@@ -485,7 +510,8 @@ tactid_status tactid_identifier_push(struct tactid_identifier *identifier,
 tactid_status tactid_identifier_finish(struct tactid_identifier *identifier);
 
 /**
- * Writes what is known now into a struct of the caller, as far as its `size` has room. Allocates nothing; some 0.1 µs.
+ * Writes what is known now into a struct of the caller, as far as its `size` has room. Allocates
+ * nothing; some 0.1 µs.
  *
  * # Safety
  * `identifier` was created here, and `estimate` has `size` writable bytes.
@@ -494,9 +520,10 @@ tactid_status tactid_identifier_estimate(const struct tactid_identifier *identif
                                          struct tactid_estimate *estimate);
 
 /**
- * Writes the constant offset of the wrenches, which a measured wrench contains. It is expressed in the frame of the sensor where
- * there is one that does not move relative to the tip, and otherwise it is that of the sum of the wrenches in the tip's frame.
- * Answers `TACTID_STATUS_UNKNOWN` where the option `wrench_offset` is not set, and before the first window. Allocates nothing.
+ * Writes the constant offset of the wrenches, which a measured wrench contains. It is expressed in
+ * the frame of the sensor where there is one that does not move relative to the tip, and otherwise
+ * it is that of the sum of the wrenches in the tip's frame. Answers `TACTID_STATUS_UNKNOWN` where
+ * the option `wrench_offset` is not set, and before the first window. Allocates nothing.
  *
  * # Safety
  * `identifier` was created here, and `offset` has `size` writable bytes.
@@ -505,8 +532,9 @@ tactid_status tactid_identifier_wrench_offset(const struct tactid_identifier *id
                                               struct tactid_wrench *offset);
 
 /**
- * Writes the wrench by which the robot carries and accelerates the payload: what the sensors would measure of it without offset,
- * noise and contact. Frame and answers are those of `tactid_identifier_contact_wrench`. Allocates nothing.
+ * Writes the wrench by which the robot carries and accelerates the payload: what the sensors would
+ * measure of it without offset, noise and contact. Frame and answers are those of
+ * `tactid_identifier_contact_wrench`. Allocates nothing.
  *
  * # Safety
  * `identifier` was created here, and `load` has `size` writable bytes.
@@ -515,13 +543,15 @@ tactid_status tactid_identifier_load_wrench(const struct tactid_identifier *iden
                                             struct tactid_wrench *load);
 
 /**
- * Writes the wrench of a contact: the measured wrench less offset and load, all behind the same causal low-pass with the cutoff
- * `cutoff_hz`. It is what the payload exerts on what it touches; its negative acts on the payload from outside. Its moment is
- * about the origin of the link `wrench_point`, and its axes are those of `wrench_point_axes`.
+ * Writes the wrench of a contact: the measured wrench less offset and load, all behind the same
+ * causal low-pass with the cutoff `cutoff_hz`. It is what the payload exerts on what it touches;
+ * its negative acts on the payload from outside. Its moment is about the origin of the link
+ * `wrench_point`, and its axes are those of `wrench_point_axes`.
  *
- * What the load does not explain may be a contact or a payload change, and the first samples do not show which: `state` is then
- * `TACTID_CHANGING`. Answers `TACTID_STATUS_UNKNOWN` before 32 windows determine the load for the first time, after a gap, and for
- * methods without wrenches. Channels that the sensor does not measure are NaN, with an infinite variance. Allocates nothing.
+ * What the load does not explain may be a contact or a payload change, and the first samples do
+ * not show which: `state` is then `TACTID_CHANGING`. Answers `TACTID_STATUS_UNKNOWN` before 32
+ * windows determine the load for the first time, after a gap, and for methods without wrenches.
+ * Channels that the sensor does not measure are NaN, with an infinite variance. Allocates nothing.
  *
  * # Safety
  * `identifier` was created here, and `contact` has `size` writable bytes.
@@ -530,8 +560,9 @@ tactid_status tactid_identifier_contact_wrench(const struct tactid_identifier *i
                                                struct tactid_wrench *contact);
 
 /**
- * Says whether the payload stays what it is (nonzero), as while a gripper is closed. Samples of such a time neither update the
- * estimate nor show a payload change, and whatever the load does not explain is a contact. Allocates nothing.
+ * Says whether the payload stays what it is (nonzero), as while a gripper is closed. Samples of
+ * such a time neither update the estimate nor show a payload change, and whatever the load does
+ * not explain is a contact. Allocates nothing.
  *
  * # Safety
  * `identifier` was created here.
@@ -540,8 +571,9 @@ tactid_status tactid_identifier_hold_payload(struct tactid_identifier *identifie
                                              uint32_t is_held);
 
 /**
- * Copies an identifier, so that another thread can ask the copy for its findings while this one goes on. The copy is the
- * caller's, who ends it with `tactid_identifier_free`. Allocates; some 0.6 ms.
+ * Copies an identifier, so that another thread can ask the copy for its findings while this one
+ * goes on. The copy is the caller's, who ends it with `tactid_identifier_free`. Allocates; some
+ * 0.6 ms.
  *
  * # Safety
  * `identifier` was created here, and `copy` is writable.
@@ -550,15 +582,17 @@ tactid_status tactid_identifier_clone(const struct tactid_identifier *identifier
                                       struct tactid_identifier **copy);
 
 /**
- * Copies what the most recent samples show about the assumptions: a wrong sign, an offset, velocities in other units. Each
- * finding is a line that begins with `contradicts: `, `doubts: ` or `notes: `, the gravest first; the text is empty where there is
- * none. `*needed`, where it is not null, becomes the number of bytes that the whole text needs with the zero at its end. A
+ * Copies what the most recent samples show about the assumptions: a wrong sign, an offset,
+ * velocities in other units. Each finding is a line that begins with `contradicts: `, `doubts: `
+ * or `notes: `, the gravest first; the text is empty where there is none. `*needed`, where it is
+ * not null, becomes the number of bytes that the whole text needs with the zero at its end. A
  * buffer that is shorter gets the beginning of the text; it may be null where `size` is 0.
  *
  * Allocates; some 20 ms: call it outside of the control loop, with a copy of the identifier.
  *
  * # Safety
- * `identifier` was created here, `buffer` is null or has `size` writable bytes, and `needed` is null or writable.
+ * `identifier` was created here, `buffer` is null or has `size` writable bytes, and `needed` is
+ * null or writable.
  */
 tactid_status tactid_identifier_findings(const struct tactid_identifier *identifier,
                                          char *buffer,

@@ -5,7 +5,8 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 
 use crate::status::tactid_status;
 
-/// Largest `size` of a struct that is believed, bytes: far above any version, and low enough that it is no address.
+/// Largest `size` of a struct that is believed, bytes: far above any version, and low enough that
+/// it is no address.
 const LARGEST_SIZE: usize = 4096;
 
 /// A struct of the interface: its first member is its `size`, and all its bits may be zero.
@@ -46,7 +47,8 @@ pub(crate) unsafe fn reference<'a, T>(pointer: *const T) -> Result<&'a T, tactid
 /// Returns the place that a pointer that may not be null points to.
 ///
 /// # Safety
-/// The pointer is null, or points to a valid value that nothing else uses for as long as the reference is used.
+/// The pointer is null, or points to a valid value that nothing else uses for as long as the
+/// reference is used.
 pub(crate) unsafe fn place<'a, T>(pointer: *mut T) -> Result<&'a mut T, tactid_status> {
     // SAFETY: the caller's promise.
     unsafe { pointer.as_mut() }.ok_or(tactid_status::NullPointer)
@@ -123,7 +125,8 @@ pub(crate) unsafe fn texts<'a>(
     pointers.iter().map(|&each| unsafe { text(each) }).collect()
 }
 
-/// Returns a struct that the caller's version of the header has in its `size`; what that version lacks is zero.
+/// Returns a struct that the caller's version of the header has in its `size`; what that version
+/// lacks is zero.
 ///
 /// # Safety
 /// The pointer is null, or points to as many bytes as its first member counts.
@@ -131,15 +134,17 @@ pub(crate) unsafe fn read<T: Extensible>(pointer: *const T) -> Result<T, tactid_
     // SAFETY: the caller's promise, and that of the trait.
     let size = unsafe { checked_size(pointer) }?;
     let known = size.min(size_of::<T>());
-    // A later version of the header has members that this library does not know: they must have their default.
-    // SAFETY: the caller's promise; the bytes after the known ones are within `size`.
+    // A later version of the header has members that this library does not know: they must have
+    // their default. SAFETY: the caller's promise; the bytes after the known ones are within
+    // `size`.
     let beyond = unsafe { slice(pointer.cast::<u8>().wrapping_add(known), size - known) }?;
     if beyond.iter().any(|byte| *byte != 0) {
         return Err(tactid_status::WrongSize);
     }
     let mut value = zeroed::<T>();
     let target = (&raw mut value).cast::<u8>();
-    // SAFETY: both have at least `known` bytes, any of which are valid, and the value here is not the caller's.
+    // SAFETY: both have at least `known` bytes, any of which are valid, and the value here is not
+    // the caller's.
     unsafe { pointer.cast::<u8>().copy_to_nonoverlapping(target, known) };
     Ok(value)
 }
@@ -155,7 +160,8 @@ pub(crate) unsafe fn write<T: Extensible>(pointer: *mut T, value: &T) -> Result<
     let count = size.min(size_of::<T>()) - head;
     let source = std::ptr::from_ref(value).cast::<u8>().wrapping_add(head);
     let target = pointer.cast::<u8>().wrapping_add(head);
-    // SAFETY: both have `count` bytes after the first member, and the caller's value is not the library's.
+    // SAFETY: both have `count` bytes after the first member, and the caller's value is not the
+    // library's.
     unsafe { source.copy_to_nonoverlapping(target, count) };
     Ok(())
 }
@@ -174,8 +180,8 @@ unsafe fn checked_size<T: Extensible>(pointer: *const T) -> Result<usize, tactid
     }
 }
 
-/// Writes as much of a text as fits into a buffer, with a zero at its end, and returns the number of bytes that the whole text
-/// and its zero need. A buffer of no bytes may be null.
+/// Writes as much of a text as fits into a buffer, with a zero at its end, and returns the number
+/// of bytes that the whole text and its zero need. A buffer of no bytes may be null.
 ///
 /// # Safety
 /// The buffer is null, or has `size` writable bytes.

@@ -4,16 +4,17 @@ use tactid_identify::{Identifier, Observability, PayloadEstimate};
 
 use crate::border::{self, Extensible};
 
-/// The motion excites the value, and 1.96 standard deviations are less than the largest value of its kind; of the
-/// mass, one standard deviation is at most a quarter of it.
+/// The motion excites the value, and 1.96 standard deviations are less than the largest value of
+/// its kind; of the mass, one standard deviation is at most a quarter of it.
 pub const TACTID_IDENTIFIABLE: u32 = 0;
 /// The motion excites the value, but noise leaves it a wider interval.
 pub const TACTID_UNCERTAIN: u32 = 1;
 /// The motion does not excite the value. Its number is meaningless.
 pub const TACTID_UNOBSERVABLE: u32 = 2;
 
-/// The identified payload. The ten values are mass, kg; centre of mass in the tip's frame, m; inertia about the centre of
-/// mass along the axes of the tip's frame, kg m² (xx, xy, xz, yy, yz, zz).
+/// The identified payload. The ten values are mass, kg; centre of mass in the tip's frame, m;
+/// inertia about the centre of mass along the axes of the tip's frame, kg m² (xx, xy, xz, yy, yz,
+/// zz).
 #[repr(C)]
 #[derive(Clone, Copy, Debug)]
 pub struct tactid_estimate {
@@ -21,33 +22,39 @@ pub struct tactid_estimate {
     pub size: usize,
     /// The ten values.
     pub values: [f64; 10],
-    /// Standard deviation of each value, in its unit; infinite where the value is unobservable, or divided by a mass that is
-    /// not known to a quarter.
+    /// Standard deviation of each value, in its unit; infinite where the value is unobservable, or
+    /// divided by a mass that is not known to a quarter.
     pub std_devs: [f64; 10],
     /// Limits of the 95 % interval of each value, in its unit; infinite where nothing bounds it.
     pub intervals: [[f64; 2]; 10],
-    /// Covariance of the linear parameters: mass, kg; mass times centre of mass, kg m; inertia about the origin of the tip's
-    /// frame, kg m², in the order of the values. An unobservable direction has the variance of parameters of plausible
-    /// size. NaN during the first seven windows, in which the noise is not known.
+    /// Covariance of the linear parameters: mass, kg; mass times centre of mass, kg m; inertia
+    /// about the origin of the tip's frame, kg m², in the order of the values. An unobservable
+    /// direction has the variance of parameters of plausible size. NaN during the first seven
+    /// windows, in which the noise is not known.
     pub covariance: [[f64; 10]; 10],
-    /// What the motion shows of each value: `TACTID_IDENTIFIABLE`, `TACTID_UNCERTAIN` or `TACTID_UNOBSERVABLE`.
+    /// What the motion shows of each value: `TACTID_IDENTIFIABLE`, `TACTID_UNCERTAIN` or
+    /// `TACTID_UNOBSERVABLE`.
     pub observability: [u32; 10],
-    /// 1 where a body with these values can exist, within 1 % of its largest principal moment, else 0.
+    /// 1 where a body with these values can exist, within 1 % of its largest principal moment,
+    /// else 0.
     pub is_physical: u32,
-    /// 1 where the estimate is that of the payload that is held now: at least 32 windows contribute to it, and the most recent
-    /// ones show no evidence of a change; else 0.
+    /// 1 where the estimate is that of the payload that is held now: at least 32 windows contribute
+    /// to it, and the most recent ones show no evidence of a change; else 0.
     pub is_settled: u32,
-    /// The ten values of the payload before the last change; NaN before a change, and where it had not been known long enough.
+    /// The ten values of the payload before the last change; NaN before a change, and where it had
+    /// not been known long enough.
     pub values_before: [f64; 10],
     /// Standard deviations of those values, as `std_devs`.
     pub std_devs_before: [f64; 10],
-    /// Time of the last payload change on the samples' clock, s, or minus infinity: the estimate uses the samples after it.
+    /// Time of the last payload change on the samples' clock, s, or minus infinity: the estimate
+    /// uses the samples after it.
     pub since_s: f64,
     /// Number of payload changes.
     pub payload_changes: u64,
     /// Number of averaging windows, those before a payload change included.
     pub windows: u64,
-    /// Number of samples that were ignored, because of a number that is not finite or a time that is not later than the one before.
+    /// Number of samples that were ignored, because of a number that is not finite or a time that
+    /// is not later than the one before.
     pub rejected: u64,
     /// Number of gaps between samples that were too long to be bridged.
     pub gaps: u64,

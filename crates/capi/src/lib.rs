@@ -1,8 +1,9 @@
 //! The C interface of tactid's online [`Identifier`]: `libtactid` and its header `tactid.h`,
 //! which cbindgen writes from this crate.
 //!
-//! What crosses the border is plain: an opaque handle, structs that begin with their size, arrays of the caller, and a status.
-//! All unsafe code of tactid is here: `border` turns pointers into references, and the rest of the crate calls it.
+//! What crosses the border is plain: an opaque handle, structs that begin with their size, arrays
+//! of the caller, and a status. All unsafe code of tactid is here: `border` turns pointers into
+//! references, and the rest of the crate calls it.
 
 #![allow(non_camel_case_types, reason = "types have the names of the header")]
 #![cfg_attr(test, allow(clippy::unwrap_used, clippy::expect_used, clippy::panic))]
@@ -66,9 +67,9 @@ pub extern "C" fn tactid_status_text(status: i32) -> *const c_char {
     meaning(status).as_ptr()
 }
 
-/// Copies why the last `tactid_identifier_new` of this thread failed, in English, and returns the number of bytes that the
-/// whole text needs with the zero at its end. A buffer that is shorter gets the beginning of the text; it may be null where
-/// `size` is 0.
+/// Copies why the last `tactid_identifier_new` of this thread failed, in English, and returns the
+/// number of bytes that the whole text needs with the zero at its end. A buffer that is shorter
+/// gets the beginning of the text; it may be null where `size` is 0.
 ///
 /// # Safety
 /// `buffer` is null, or has `size` writable bytes.
@@ -78,13 +79,15 @@ pub unsafe extern "C" fn tactid_last_error(buffer: *mut c_char, size: usize) -> 
     LAST_ERROR.with_borrow(|text| unsafe { border::write_text(text, buffer, size) })
 }
 
-/// Creates an identifier for the robot of a URDF, given as its text, whose end-effector frame is the link `tip`.
+/// Creates an identifier for the robot of a URDF, given as its text, whose end-effector frame is
+/// the link `tip`.
 ///
-/// `joints` has the `joint_count` names of the joints in the order in which samples have them. It must name all joints that move
-/// the tip or a sensor; others may be missing and count as zero, and names that the robot does not have are ignored. Methods that use
-/// efforts or the momentum of a floating base need all joints. `options` may be null: all then have their defaults.
-/// `*identifier` is the caller's, who ends it with `tactid_identifier_free`; it is null after an error, whose text
-/// `tactid_last_error` returns.
+/// `joints` has the `joint_count` names of the joints in the order in which samples have them. It
+/// must name all joints that move the tip or a sensor; others may be missing and count as zero, and
+/// names that the robot does not have are ignored. Methods that use efforts or the momentum of a
+/// floating base need all joints. `options` may be null: all then have their defaults.
+/// `*identifier` is the caller's, who ends it with `tactid_identifier_free`; it is null after an
+/// error, whose text `tactid_last_error` returns.
 ///
 /// Allocates; some 1 ms.
 ///
@@ -173,8 +176,8 @@ pub unsafe extern "C" fn tactid_identifier_free(identifier: *mut tactid_identifi
     });
 }
 
-/// Adds one sample, and answers `TACTID_STATUS_OK`, `TACTID_STATUS_STARTED`, `TACTID_STATUS_PAYLOAD_CHANGED` or
-/// `TACTID_STATUS_PAYLOAD_RETURNED`, or an error.
+/// Adds one sample, and answers `TACTID_STATUS_OK`, `TACTID_STATUS_STARTED`,
+/// `TACTID_STATUS_PAYLOAD_CHANGED` or `TACTID_STATUS_PAYLOAD_RETURNED`, or an error.
 ///
 /// Allocates nothing; some 2 µs, and some 100 µs at three samples of the first second.
 ///
@@ -209,8 +212,9 @@ pub unsafe extern "C" fn tactid_identifier_push(
     })
 }
 
-/// Completes the update by the most recent window at once, so that the estimate includes it: after the last sample of a
-/// recording. In a control loop, the samples that follow do the same. Allocates nothing.
+/// Completes the update by the most recent window at once, so that the estimate includes it: after
+/// the last sample of a recording. In a control loop, the samples that follow do the same.
+/// Allocates nothing.
 ///
 /// # Safety
 /// `identifier` was created here.
@@ -225,7 +229,8 @@ pub unsafe extern "C" fn tactid_identifier_finish(
     })
 }
 
-/// Writes what is known now into a struct of the caller, as far as its `size` has room. Allocates nothing; some 0.1 µs.
+/// Writes what is known now into a struct of the caller, as far as its `size` has room. Allocates
+/// nothing; some 0.1 µs.
 ///
 /// # Safety
 /// `identifier` was created here, and `estimate` has `size` writable bytes.
@@ -243,9 +248,10 @@ pub unsafe extern "C" fn tactid_identifier_estimate(
     })
 }
 
-/// Writes the constant offset of the wrenches, which a measured wrench contains. It is expressed in the frame of the sensor where
-/// there is one that does not move relative to the tip, and otherwise it is that of the sum of the wrenches in the tip's frame.
-/// Answers `TACTID_STATUS_UNKNOWN` where the option `wrench_offset` is not set, and before the first window. Allocates nothing.
+/// Writes the constant offset of the wrenches, which a measured wrench contains. It is expressed in
+/// the frame of the sensor where there is one that does not move relative to the tip, and otherwise
+/// it is that of the sum of the wrenches in the tip's frame. Answers `TACTID_STATUS_UNKNOWN` where
+/// the option `wrench_offset` is not set, and before the first window. Allocates nothing.
 ///
 /// # Safety
 /// `identifier` was created here, and `offset` has `size` writable bytes.
@@ -266,8 +272,9 @@ pub unsafe extern "C" fn tactid_identifier_wrench_offset(
     })
 }
 
-/// Writes the wrench by which the robot carries and accelerates the payload: what the sensors would measure of it without offset,
-/// noise and contact. Frame and answers are those of `tactid_identifier_contact_wrench`. Allocates nothing.
+/// Writes the wrench by which the robot carries and accelerates the payload: what the sensors would
+/// measure of it without offset, noise and contact. Frame and answers are those of
+/// `tactid_identifier_contact_wrench`. Allocates nothing.
 ///
 /// # Safety
 /// `identifier` was created here, and `load` has `size` writable bytes.
@@ -288,13 +295,15 @@ pub unsafe extern "C" fn tactid_identifier_load_wrench(
     })
 }
 
-/// Writes the wrench of a contact: the measured wrench less offset and load, all behind the same causal low-pass with the cutoff
-/// `cutoff_hz`. It is what the payload exerts on what it touches; its negative acts on the payload from outside. Its moment is
-/// about the origin of the link `wrench_point`, and its axes are those of `wrench_point_axes`.
+/// Writes the wrench of a contact: the measured wrench less offset and load, all behind the same
+/// causal low-pass with the cutoff `cutoff_hz`. It is what the payload exerts on what it touches;
+/// its negative acts on the payload from outside. Its moment is about the origin of the link
+/// `wrench_point`, and its axes are those of `wrench_point_axes`.
 ///
-/// What the load does not explain may be a contact or a payload change, and the first samples do not show which: `state` is then
-/// `TACTID_CHANGING`. Answers `TACTID_STATUS_UNKNOWN` before 32 windows determine the load for the first time, after a gap, and for
-/// methods without wrenches. Channels that the sensor does not measure are NaN, with an infinite variance. Allocates nothing.
+/// What the load does not explain may be a contact or a payload change, and the first samples do
+/// not show which: `state` is then `TACTID_CHANGING`. Answers `TACTID_STATUS_UNKNOWN` before 32
+/// windows determine the load for the first time, after a gap, and for methods without wrenches.
+/// Channels that the sensor does not measure are NaN, with an infinite variance. Allocates nothing.
 ///
 /// # Safety
 /// `identifier` was created here, and `contact` has `size` writable bytes.
@@ -315,8 +324,9 @@ pub unsafe extern "C" fn tactid_identifier_contact_wrench(
     })
 }
 
-/// Says whether the payload stays what it is (nonzero), as while a gripper is closed. Samples of such a time neither update the
-/// estimate nor show a payload change, and whatever the load does not explain is a contact. Allocates nothing.
+/// Says whether the payload stays what it is (nonzero), as while a gripper is closed. Samples of
+/// such a time neither update the estimate nor show a payload change, and whatever the load does
+/// not explain is a contact. Allocates nothing.
 ///
 /// # Safety
 /// `identifier` was created here.
@@ -350,8 +360,9 @@ unsafe fn written(
     Ok(tactid_status::Ok)
 }
 
-/// Copies an identifier, so that another thread can ask the copy for its findings while this one goes on. The copy is the
-/// caller's, who ends it with `tactid_identifier_free`. Allocates; some 0.6 ms.
+/// Copies an identifier, so that another thread can ask the copy for its findings while this one
+/// goes on. The copy is the caller's, who ends it with `tactid_identifier_free`. Allocates; some
+/// 0.6 ms.
 ///
 /// # Safety
 /// `identifier` was created here, and `copy` is writable.
@@ -371,15 +382,17 @@ pub unsafe extern "C" fn tactid_identifier_clone(
     })
 }
 
-/// Copies what the most recent samples show about the assumptions: a wrong sign, an offset, velocities in other units. Each
-/// finding is a line that begins with `contradicts: `, `doubts: ` or `notes: `, the gravest first; the text is empty where there is
-/// none. `*needed`, where it is not null, becomes the number of bytes that the whole text needs with the zero at its end. A
+/// Copies what the most recent samples show about the assumptions: a wrong sign, an offset,
+/// velocities in other units. Each finding is a line that begins with `contradicts: `, `doubts: `
+/// or `notes: `, the gravest first; the text is empty where there is none. `*needed`, where it is
+/// not null, becomes the number of bytes that the whole text needs with the zero at its end. A
 /// buffer that is shorter gets the beginning of the text; it may be null where `size` is 0.
 ///
 /// Allocates; some 20 ms: call it outside of the control loop, with a copy of the identifier.
 ///
 /// # Safety
-/// `identifier` was created here, `buffer` is null or has `size` writable bytes, and `needed` is null or writable.
+/// `identifier` was created here, `buffer` is null or has `size` writable bytes, and `needed` is
+/// null or writable.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn tactid_identifier_findings(
     identifier: *const tactid_identifier,

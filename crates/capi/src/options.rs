@@ -30,8 +30,8 @@ pub const TACTID_EFFORT_WITHOUT_GRAVITY: u32 = 1;
 /// Efforts contain what the payload needs alone.
 pub const TACTID_EFFORT_EXTERNAL: u32 = 2;
 
-/// How samples are measured and used. Zero in any member but `size` means its default. Names are those of the options of
-/// tactid in Python where both have one.
+/// How samples are measured and used. Zero in any member but `size` means its default. Names are
+/// those of the options of tactid in Python where both have one.
 #[repr(C)]
 #[derive(Clone, Copy, Debug)]
 pub struct tactid_options {
@@ -39,46 +39,50 @@ pub struct tactid_options {
     pub size: usize,
     /// The measurements that the payload is identified from: one of `TACTID_METHOD_...`.
     pub method: u32,
-    /// Nonzero: the base of the robot floats, and each sample has its state. Default: it is fixed to the ground.
+    /// Nonzero: the base of the robot floats, and each sample has its state. Default: it is fixed
+    /// to the ground.
     pub floating_base: u32,
-    /// Names of the links in whose frames the wrenches are measured: `sensor_count` texts. Default: one sensor in the frame
-    /// of the tip for the tactile method, none for others.
+    /// Names of the links in whose frames the wrenches are measured: `sensor_count` texts. Default:
+    /// one sensor in the frame of the tip for the tactile method, none for others.
     pub sensors: *const *const c_char,
     /// Number of wrench sensors.
     pub sensor_count: usize,
-    /// Gravitational acceleration in the inertial frame, m/s², pointing down: three numbers. Default: 9.81 along -z for a
-    /// fixed base, none for a floating one.
+    /// Gravitational acceleration in the inertial frame, m/s², pointing down: three numbers.
+    /// Default: 9.81 along -z for a fixed base, none for a floating one.
     pub gravity: *const f64,
-    /// Frequency at which the low-pass on both sides of the equations has lost 3 dB, Hz. Default: 10.
+    /// Frequency at which the low-pass on both sides of the equations has lost 3 dB, Hz.
+    /// Default: 10.
     pub cutoff_hz: f64,
     /// Longest time between two samples across which the motion is differentiated, s. Default: 0.1.
     pub max_gap_s: f64,
-    /// Nonzero: the wrenches have an unknown constant offset, such as a sensor zero that was not set, which is estimated, too.
-    /// Default: they have none.
+    /// Nonzero: the wrenches have an unknown constant offset, such as a sensor zero that was not
+    /// set, which is estimated, too. Default: they have none.
     pub wrench_offset: u32,
     /// What efforts contain: one of `TACTID_EFFORT_...`.
     pub effort_content: u32,
-    /// Name of the link along whose axes the wrenches are expressed, or `world`. Default: the axes of each sensor's own
-    /// frame. Moments are about the origin of the sensor's frame in any case.
+    /// Name of the link along whose axes the wrenches are expressed, or `world`. Default: the axes
+    /// of each sensor's own frame. Moments are about the origin of the sensor's frame in any case.
     pub wrench_axes: *const c_char,
-    /// Standard deviations of the white noise of one sample of each wrench sensor: three forces, N, three moments, N m.
-    /// Default: estimated from the data.
+    /// Standard deviations of the white noise of one sample of each wrench sensor: three forces, N,
+    /// three moments, N m. Default: estimated from the data.
     pub wrench_noise: *const f64,
-    /// Standard deviation of the white noise of one sample of each joint effort, N m or N. Default: estimated from the data.
+    /// Standard deviation of the white noise of one sample of each joint effort, N m or N. Default:
+    /// estimated from the data.
     pub effort_noise: f64,
-    /// The body whose load was subtracted from the wrenches before they are given here, as controllers do for their
-    /// configured payload, in the tip's frame: mass, kg; centre of mass, m; inertia about it, kg m² (xx, xy, xz, yy, yz,
-    /// zz). Default: none.
+    /// The body whose load was subtracted from the wrenches before they are given here, as
+    /// controllers do for their configured payload, in the tip's frame: mass, kg; centre of mass,
+    /// m; inertia about it, kg m² (xx, xy, xz, yy, yz, zz). Default: none.
     pub subtracted_body: *const f64,
     /// Nonzero: the forces that accelerate that body were subtracted beside its weight.
     pub subtracted_with_inertia: u32,
-    /// Channels of the only wrench sensor that measure nothing: bit k is channel k of three forces, then three moments.
+    /// Channels of the only wrench sensor that measure nothing: bit k is channel k of three forces,
+    /// then three moments.
     pub unmeasured: u32,
-    /// Name of the link about whose origin the moments of load and contact are; it does not move relative to the tip. Default:
-    /// the tip.
+    /// Name of the link about whose origin the moments of load and contact are; it does not move
+    /// relative to the tip. Default: the tip.
     pub wrench_point: *const c_char,
-    /// Name of the link along whose axes load and contact are expressed, or `world`; it does not move relative to the tip or to
-    /// the ground. Default: the link of `wrench_point`.
+    /// Name of the link along whose axes load and contact are expressed, or `world`; it does not
+    /// move relative to the tip or to the ground. Default: the link of `wrench_point`.
     pub wrench_point_axes: *const c_char,
 }
 

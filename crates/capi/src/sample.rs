@@ -6,7 +6,8 @@ use tactid_identify::{BaseKind, BaseState, Manipulator, Sample, Wrench};
 use crate::border::{self, Extensible};
 use crate::status::{Failure, tactid_status};
 
-/// What a robot measures at one time. Arrays of joints are in the order of the names that the identifier was created with.
+/// What a robot measures at one time. Arrays of joints are in the order of the names that the
+/// identifier was created with.
 #[repr(C)]
 #[derive(Clone, Copy, Debug)]
 pub struct tactid_sample {
@@ -18,20 +19,25 @@ pub struct tactid_sample {
     pub joint_count: usize,
     /// Positions of the joints, rad, or m for a prismatic joint.
     pub position: *const f64,
-    /// Velocities of the joints, rad/s or m/s. Default: differentiated from the positions of neighbouring samples.
+    /// Velocities of the joints, rad/s or m/s. Default: differentiated from the positions of
+    /// neighbouring samples.
     pub velocity: *const f64,
-    /// Efforts of the joint motors, N m or N, gravity and payload included. Only methods with efforts use them.
+    /// Efforts of the joint motors, N m or N, gravity and payload included. Only methods with
+    /// efforts use them.
     pub effort: *const f64,
     /// Number of wrenches: that of the sensors.
     pub wrench_count: usize,
-    /// Wrench of each sensor **on the payload**, in the sensor's frame and about its origin: three forces, N, then three
-    /// moments, N m. A sensor that reports what acts on itself has the opposite sign.
+    /// Wrench of each sensor **on the payload**, in the sensor's frame and about its origin: three
+    /// forces, N, then three moments, N m. A sensor that reports what acts on itself has the
+    /// opposite sign.
     pub wrenches: *const f64,
-    /// State of a floating base in the inertial frame, 13 numbers: position, m; orientation as a quaternion x, y, z, w, from
-    /// the base to the inertial frame; velocity of its origin, m/s; angular velocity, rad/s. Null for a fixed base.
+    /// State of a floating base in the inertial frame, 13 numbers: position, m; orientation as a
+    /// quaternion x, y, z, w, from the base to the inertial frame; velocity of its origin, m/s;
+    /// angular velocity, rad/s. Null for a fixed base.
     pub base: *const f64,
-    /// Acceleration of the base's origin without gravity, m/s², and angular acceleration, rad/s², in the inertial frame: six
-    /// numbers. Default: differentiated from the velocities of neighbouring samples.
+    /// Acceleration of the base's origin without gravity, m/s², and angular acceleration, rad/s²,
+    /// in the inertial frame: six numbers. Default: differentiated from the velocities of
+    /// neighbouring samples.
     pub base_acceleration: *const f64,
 }
 
@@ -53,8 +59,9 @@ pub(crate) struct Samples {
 }
 
 impl Samples {
-    /// Prepares for samples with the joints of these names. Joints that move neither tip nor sensors may lack one, and stay at
-    /// zero; names that the robot does not have are allowed, and their joints are ignored.
+    /// Prepares for samples with the joints of these names. Joints that move neither tip nor
+    /// sensors may lack one, and stay at zero; names that the robot does not have are allowed, and
+    /// their joints are ignored.
     ///
     /// # Errors
     /// Returns [`tactid_status::InvalidRobot`] for a joint that lacks its name or has it twice.
@@ -115,7 +122,8 @@ impl Samples {
         let velocity = unsafe { optional_slice(from.velocity, self.named) };
         // SAFETY: the caller's promise.
         let effort = unsafe { optional_slice(from.effort, self.named) };
-        // SAFETY: the caller's promise; counts are of arrays that exist, so that the product is one of an array, too.
+        // SAFETY: the caller's promise; counts are of arrays that exist, so that the product is one
+        // of an array, too.
         let wrenches =
             unsafe { border::slice(from.wrenches.cast::<[f64; 6]>(), from.wrench_count) }?;
         for (wrench, [fx, fy, fz, nx, ny, nz]) in self.wrenches.iter_mut().zip(wrenches) {
@@ -171,7 +179,8 @@ unsafe fn optional_slice<'a>(pointer: *const f64, count: usize) -> Option<&'a [f
     unsafe { border::slice(pointer, count) }.ok()
 }
 
-/// Copies numbers of the caller's joints into the robot's order; without numbers, the result is empty.
+/// Copies numbers of the caller's joints into the robot's order; without numbers, the result is
+/// empty.
 fn ordered<'a>(order: &[Option<usize>], from: Option<&[f64]>, into: &'a mut [f64]) -> &'a [f64] {
     let Some(from) = from else { return &[] };
     for (number, place) in into.iter_mut().zip(order) {

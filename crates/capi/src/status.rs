@@ -10,32 +10,36 @@ use tactid_identify::IdentifyError;
 pub enum tactid_status {
     /// Done. A sample was used.
     Ok = 0,
-    /// The sample starts a new stretch without gaps: it is the first, comes after a gap, or follows samples that were
-    /// earlier, because the clock had gone back.
+    /// The sample starts a new stretch without gaps: it is the first, comes after a gap, or follows
+    /// samples that were earlier, because the clock had gone back.
     Started = 1,
     /// The sample was used, and shows that the payload has changed: the estimate starts again.
     PayloadChanged = 2,
     /// What is asked for is not known, or not known yet; nothing is written.
     Unknown = 3,
-    /// The sample was used, and shows that the payload before the last change is held again, or that the change was a contact
-    /// which has ended: the estimate before the change continues.
+    /// The sample was used, and shows that the payload before the last change is held again, or
+    /// that the change was a contact which has ended: the estimate before the change continues.
     PayloadReturned = 4,
-    /// The sample was ignored: a number is not finite or has a magnitude of 1e30 or more, or the time is not later than that
-    /// of the sample before. The estimate counts it as rejected.
+    /// The sample was ignored: a number is not finite or has a magnitude of 1e30 or more, or the
+    /// time is not later than that of the sample before. The estimate counts it as rejected.
     Rejected = -1,
     /// A pointer is null that must not be.
     NullPointer = -2,
-    /// The `size` of a struct is that of no version, or the struct uses a member that this library does not have.
+    /// The `size` of a struct is that of no version, or the struct uses a member that this library
+    /// does not have.
     WrongSize = -3,
-    /// An array does not have one entry for each joint or six for each sensor, or `base` is given for a fixed base.
+    /// An array does not have one entry for each joint or six for each sensor, or `base` is given
+    /// for a fixed base.
     WrongCount = -4,
     /// A text is not in UTF-8.
     InvalidText = -5,
     /// The URDF is invalid, or lacks a link or a joint; `tactid_last_error` says which.
     InvalidRobot = -6,
-    /// An option is out of range, or does not fit the robot or another option; `tactid_last_error` says which.
+    /// An option is out of range, or does not fit the robot or another option; `tactid_last_error`
+    /// says which.
     InvalidOption = -7,
-    /// An error of tactid itself, which standard error describes: please report it. Replace the identifier.
+    /// An error of tactid itself, which standard error describes: please report it. Replace the
+    /// identifier.
     Internal = -8,
 }
 

@@ -6,12 +6,13 @@ use crate::border::{self, Extensible};
 
 /// The load is that of the payload that is held, as far as the measurements show.
 pub const TACTID_SETTLED: u32 = 0;
-/// The measurements contradict the load: something touches the payload, or it has changed. The load is held at its last estimate
-/// that nothing contradicted, and the standard deviations of the contact contain all of it.
+/// The measurements contradict the load: something touches the payload, or it has changed. The load
+/// is held at its last estimate that nothing contradicted, and the standard deviations of the
+/// contact contain all of it.
 pub const TACTID_CHANGING: u32 = 1;
 
-/// A wrench with its uncertainty. Force, N, comes before moment, N m. The sign is that of the measured wrenches, which act on the
-/// payload.
+/// A wrench with its uncertainty. Force, N, comes before moment, N m. The sign is that of the
+/// measured wrenches, which act on the payload.
 #[repr(C)]
 #[derive(Clone, Copy, Debug)]
 pub struct tactid_wrench {
@@ -19,13 +20,14 @@ pub struct tactid_wrench {
     pub size: usize,
     /// Force, then moment; NaN for a channel of a contact that the sensor does not measure.
     pub values: [f64; 6],
-    /// Standard deviation of each value, in its unit; infinite where the motion does not determine it, or the sensor does not
-    /// measure it, NaN where it is not estimated.
+    /// Standard deviation of each value, in its unit; infinite where the motion does not determine
+    /// it, or the sensor does not measure it, NaN where it is not estimated.
     pub std_devs: [f64; 6],
     /// Covariance of the values; NaN for an offset.
     pub covariance: [[f64; 6]; 6],
-    /// Time to which the wrench belongs, on the clock of the samples, s: earlier than that of the last sample by the latency of
-    /// the filter, 28 ms and some samples at a cutoff of 10 Hz. NaN for an offset.
+    /// Time to which the wrench belongs, on the clock of the samples, s: earlier than that of the
+    /// last sample by the latency of the filter, 28 ms and some samples at a cutoff of 10 Hz. NaN
+    /// for an offset.
     pub time_s: f64,
     /// `TACTID_SETTLED` or `TACTID_CHANGING`.
     pub state: u32,

@@ -1,4 +1,5 @@
-//! Programs in C and C++, built as a user builds them: against an installed package, which CMake and pkg-config find.
+//! Programs in C and C++, built as a user builds them: against an installed package, which CMake
+//! and pkg-config find.
 
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
 #![expect(
@@ -130,7 +131,8 @@ fn row(instant: &Instant) -> impl Iterator<Item = f64> + '_ {
         .chain(instant.wrench_numbers())
 }
 
-/// C has the numbers of Rust to the last digit, also across a payload change, and allocates nothing.
+/// C has the numbers of Rust to the last digit, also across a payload change, and allocates
+/// nothing.
 #[test]
 fn c_has_the_numbers_of_rust_and_allocates_nothing() {
     let Some(prefix) = PREFIX.as_deref() else {
@@ -207,7 +209,8 @@ fn assert_same(of_rust: impl IntoIterator<Item = f64>, of_c: &[u8], time_s: f64)
     }
 }
 
-/// Wrong arguments, null, NaN and two threads are answered, and nothing is read or written that is not the caller's.
+/// Wrong arguments, null, NaN and two threads are answered, and nothing is read or written that is
+/// not the caller's.
 #[test]
 fn wrong_arguments_are_answered_under_the_address_sanitizer() {
     let Some(prefix) = PREFIX.as_deref() else {

@@ -128,8 +128,8 @@ impl ExcitationError {
         }
     }
 
-    /// Returns the message for a reader who gives options and no fields of a problem: with the option
-    /// that gives a number, or that lets a motion be possible, and what it does.
+    /// Returns the message for a reader who gives options and no fields of a problem: with the
+    /// option that gives a number, or that lets a motion be possible, and what it does.
     #[must_use]
     pub fn by_option(&self) -> String {
         match self {

@@ -1,8 +1,9 @@
 //! Time of one update, from the measurements of a sample to the estimate with its uncertainty.
 //!
-//! The same samples are presented several times, each time to a new identifier. The time of a sample is the shortest of
-//! them, so that interruptions by other processes do not count; the last two columns count every pass, interruptions
-//! included. The name of a method as argument selects it alone.
+//! The same samples are presented several times, each time to a new identifier. The time of a
+//! sample is the shortest of them, so that interruptions by other processes do not count; the last
+//! two columns count every pass, interruptions included. The name of a method as argument selects
+//! it alone.
 
 #![allow(clippy::unwrap_used)]
 #![expect(clippy::print_stdout, reason = "the benchmark prints a table")]
@@ -20,7 +21,8 @@ use tactid_identify::{EquationSettings, Method};
 /// Number of times that the samples are presented.
 const ROUNDS: usize = 15;
 
-/// Number of samples of the first 1.1 s, at three of which the noise is estimated from all windows so far.
+/// Number of samples of the first 1.1 s, at three of which the noise is estimated from all windows
+/// so far.
 const FIRST_SAMPLES: usize = 1100;
 
 fn main() {

@@ -1,5 +1,5 @@
-//! Repeats one update of an estimator, or of the online identifier on the project's robot, or the fit of a recording, for
-//! `bench/instructions.py` to count its instructions.
+//! Repeats one update of an estimator, or of the online identifier on the project's robot, or the
+//! fit of a recording, for `bench/instructions.py` to count its instructions.
 //!
 //! `updates NAME COUNT` makes COUNT updates or fits; `updates` prints the names.
 
@@ -29,7 +29,8 @@ const NAMES: [&str; 6] = [
 /// Rows that enter together in blocks: those of one window of a wrench.
 const BLOCK: usize = 6;
 
-/// Number of samples before the updates that are counted, in which the noise is estimated several times.
+/// Number of samples before the updates that are counted, in which the noise is estimated several
+/// times.
 const FIRST_SAMPLES: usize = 1100;
 
 /// Duration of the experiment, s, at 1 kHz.

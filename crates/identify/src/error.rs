@@ -4,8 +4,8 @@ use thiserror::Error;
 
 /// Why a payload cannot be identified.
 ///
-/// The kind is for programs; the message says what is wrong, where, and what would be right. It names
-/// [`option`](Self::option) in code quotes.
+/// The kind is for programs; the message says what is wrong, where, and what would be right. It
+/// names [`option`](Self::option) in code quotes.
 #[derive(Debug, Error)]
 pub enum IdentifyError {
     /// The model of the robot is invalid, or has no link for the tool or a sensor.
@@ -35,7 +35,8 @@ pub enum IdentifyError {
 }
 
 impl IdentifyError {
-    /// Returns the name of the setting that causes or resolves the error; `None` where there is none.
+    /// Returns the name of the setting that causes or resolves the error; `None` where there is
+    /// none.
     #[must_use]
     pub fn option(&self) -> Option<&'static str> {
         match self {
@@ -53,8 +54,8 @@ impl IdentifyError {
         Self::Option { option, what }
     }
 
-    /// Returns the error of a setting that is given neither once for all nor once for each of so many sensors or joints
-    /// (`of`, in the plural).
+    /// Returns the error of a setting that is given neither once for all nor once for each of so
+    /// many sensors or joints (`of`, in the plural).
     #[must_use]
     pub fn miscounted(option: &'static str, given: usize, expected: usize, of: &str) -> Self {
         let what = format!(
@@ -82,7 +83,8 @@ impl From<SettingError> for IdentifyError {
     }
 }
 
-/// Returns all digits of a number for a message, with an exponent where it is very large or very small.
+/// Returns all digits of a number for a message, with an exponent where it is very large or very
+/// small.
 #[must_use]
 pub fn digits(value: f64) -> String {
     let size = value.abs();

@@ -9,12 +9,14 @@ use crate::result::values_of_body;
 use crate::solve::subspace::{Matrix, Vector};
 use crate::solve::uncertainty::{largest_of_kind, value_jacobian};
 
-/// A known body that the measured load contains besides the payload, such as a gripper or a tool changer.
+/// A known body that the measured load contains besides the payload, such as a gripper or a tool
+/// changer.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct KnownTool {
     /// Mass properties in the tool frame.
     pub body: MassProperties,
-    /// Covariance of the linear parameters in the order of [`InertialParameters`]: zero where they are exact.
+    /// Covariance of the linear parameters in the order of [`InertialParameters`]: zero where they
+    /// are exact.
     pub covariance: Matrix,
 }
 
@@ -29,8 +31,8 @@ impl From<MassProperties> for KnownTool {
 }
 
 impl KnownTool {
-    /// Returns a tool of positive mass whose [ten values](crate::VALUE_NAMES) have these independent standard deviations,
-    /// in their units.
+    /// Returns a tool of positive mass whose [ten values](crate::VALUE_NAMES) have these
+    /// independent standard deviations, in their units.
     #[must_use]
     pub fn with_std_devs(body: MassProperties, std_devs: &[f64; 10]) -> Self {
         let parameters = InertialParameters::from(body);
@@ -43,8 +45,8 @@ impl KnownTool {
         }
     }
 
-    /// Returns a tool of positive mass whose values have a standard deviation that is this fraction of the largest value of
-    /// their kind (mass, centre of mass, inertia).
+    /// Returns a tool of positive mass whose values have a standard deviation that is this fraction
+    /// of the largest value of their kind (mass, centre of mass, inertia).
     #[must_use]
     pub fn with_relative_std_dev(body: MassProperties, fraction: f64) -> Self {
         let largest = largest_of_kind(&values_of_body(&body));
@@ -52,7 +54,8 @@ impl KnownTool {
     }
 }
 
-/// The known bodies of a load together: the gripper of the robot's description, which is exact, and a known tool.
+/// The known bodies of a load together: the gripper of the robot's description, which is exact, and
+/// a known tool.
 #[derive(Clone, Copy, Debug)]
 pub struct KnownBodies {
     /// Linear parameters in the tool frame.
@@ -90,13 +93,14 @@ impl KnownBodies {
         }
     }
 
-    /// Returns parameters and covariance of the payload, given those of the whole load, which was identified with a known
-    /// mass of the load, [`mass_of_load`](Self::mass_of_load), or without one.
+    /// Returns parameters and covariance of the payload, given those of the whole load, which was
+    /// identified with a known mass of the load, [`mass_of_load`](Self::mass_of_load), or without
+    /// one.
     ///
-    /// With a known mass `M` of the load, whose variance `s²` contains that of the known bodies, the load says something of
-    /// these, too: their parameters `t` with covariance `T` become `t - T e (M - π₀) / s²` with covariance
-    /// `T - T e eᵀ T / s²`, where `e` selects the mass and `π` are the parameters of the load. Without one, the known bodies
-    /// are independent of the load.
+    /// With a known mass `M` of the load, whose variance `s²` contains that of the known bodies,
+    /// the load says something of these, too: their parameters `t` with covariance `T` become `t -
+    /// T e (M - π₀) / s²` with covariance `T - T e eᵀ T / s²`, where `e` selects the mass and `π`
+    /// are the parameters of the load. Without one, the known bodies are independent of the load.
     #[must_use]
     pub fn payload(
         &self,
@@ -129,8 +133,9 @@ impl KnownBodies {
         }
     }
 
-    /// Returns the independent errors of one standard deviation that make up the covariance: the number of each, which is
-    /// the same wherever the same tool is given, and the change of the parameters of the payload.
+    /// Returns the independent errors of one standard deviation that make up the covariance: the
+    /// number of each, which is the same wherever the same tool is given, and the change of the
+    /// parameters of the payload.
     pub fn errors(&self) -> impl Iterator<Item = (u64, Vector)> {
         let scales = self.covariance.diagonal().map(f64::sqrt);
         let units = scales.map(|scale| if scale > 0.0 { scale } else { 1.0 });
@@ -186,7 +191,8 @@ mod tests {
         assert_ne!(numbers(known), numbers(other));
     }
 
-    /// Load, tool and the payload's weighing are three measurements of two bodies: the payload is that of their least squares.
+    /// Load, tool and the payload's weighing are three measurements of two bodies: the payload is
+    /// that of their least squares.
     #[test]
     fn a_known_mass_also_corrects_the_tool() {
         let known = KnownBodies::new(None, Some(KnownTool::with_relative_std_dev(TOOL, 0.01)));

@@ -2,12 +2,13 @@
 //!
 //! # In a controller
 //!
-//! `tactid-identify` is the only dependency: the crate re-exports [`nalgebra`], whose types its signatures have, and
-//! [`dynamics`], the model of the robot. The steps are:
+//! `tactid-identify` is the only dependency: the crate re-exports [`nalgebra`], whose types its
+//! signatures have, and [`dynamics`], the model of the robot. The steps are:
 //!
-//! 1. [`Manipulator::from_urdf`] reads the robot, on a base that is [`Fixed`](BaseKind::Fixed) to the ground or
-//!    [`Floating`](BaseKind::Floating).
-//! 2. [`Identifier::new`] gets the end-effector frame, the links of the wrench sensors and the [`EquationSettings`].
+//! 1. [`Manipulator::from_urdf`] reads the robot, on a base that is [`Fixed`](BaseKind::Fixed) to
+//!    the ground or [`Floating`](BaseKind::Floating).
+//! 2. [`Identifier::new`] gets the end-effector frame, the links of the wrench sensors and the
+//!    [`EquationSettings`].
 //! 3. [`Identifier::push`] gets a [`Sample`] in each cycle. It allocates nothing.
 //! 4. [`Identifier::estimate`] returns the [`PayloadEstimate`] with standard deviations.
 //!
@@ -50,26 +51,27 @@
 //! # Ok::<(), tactid_identify::IdentifyError>(())
 //! ```
 //!
-//! A free-floating base is a [`BaseState`] with its measured pose and twist in each sample. [`Identifier`] documents
-//! when an estimate includes a window, and what its cycles cost.
+//! A free-floating base is a [`BaseState`] with its measured pose and twist in each sample.
+//! [`Identifier`] documents when an estimate includes a window, and what its cycles cost.
 //!
 //! # How the crate works
 //!
-//! A [`Sample`] (joints, base, wrenches) enters an [`EquationStream`], which computes the motion of the
-//! end-effector by (1)-(20) of Hou et al. 2016 and row equations from motion and wrench by (29)-(48). Three
-//! solvers use these equations:
+//! A [`Sample`] (joints, base, wrenches) enters an [`EquationStream`], which computes the motion of
+//! the end-effector by (1)-(20) of Hou et al. 2016 and row equations from motion and wrench by
+//! (29)-(48). Three solvers use these equations:
 //!
-//! - [`Identifier`]: least squares in the control loop, with uncertainty and detection of payload changes;
+//! - [`Identifier`]: least squares in the control loop, with uncertainty and detection of payload
+//!   changes;
 //! - [`BatchIdentifier`]: robust least squares over a whole recording;
 //! - [`RestIdentifier`]: least squares over poses at rest, without times;
 //!
-//! The crate `tactid-calibrate` models the efforts of an arm's joints with gains and friction and identifies payloads from
-//! them; `tactid-recordings` combines several recordings, and has the paper's filter. Both use what [`solve`] and
-//! [`diagnosis`] show.
+//! The crate `tactid-calibrate` models the efforts of an arm's joints with gains and friction and
+//! identifies payloads from them; `tactid-recordings` combines several recordings, and has the
+//! paper's filter. Both use what [`solve`] and [`diagnosis`] show.
 //!
-//! All of them return a [`PayloadEstimate`]. The [`Method`] in the settings chooses the measurements: wrenches, joint
-//! efforts, the momentum of a floating base, or all of them. Nothing in this crate reads or writes files but
-//! [`Manipulator::from_urdf_file`].
+//! All of them return a [`PayloadEstimate`]. The [`Method`] in the settings chooses the
+//! measurements: wrenches, joint efforts, the momentum of a floating base, or all of them. Nothing
+//! in this crate reads or writes files but [`Manipulator::from_urdf_file`].
 
 #![cfg_attr(test, allow(clippy::unwrap_used, clippy::expect_used, clippy::panic))]
 

@@ -11,50 +11,57 @@ use crate::serial;
 use crate::solve::pseudo_inverse::{information, pseudo_inverse};
 use crate::solve::subspace::Vector;
 
-/// What one recording says about the payload: a point in the ten linear parameters, the information on them, and its errors.
+/// What one recording says about the payload: a point in the ten linear parameters, the information
+/// on them, and its errors.
 ///
-/// Unlike a covariance, an information matrix also describes a motion that leaves directions of the parameters
-/// unobservable: it is zero along them. The information of independent recordings is additive, so that two motions
-/// together may determine what neither does alone. Prior knowledge of the payload (its mass, a bounding box) is not
-/// included, because it would count once for each recording.
+/// Unlike a covariance, an information matrix also describes a motion that leaves directions of the
+/// parameters unobservable: it is zero along them. The information of independent recordings is
+/// additive, so that two motions together may determine what neither does alone. Prior knowledge of
+/// the payload (its mass, a bounding box) is not included, because it would count once for each
+/// recording.
 ///
-/// Information and covariance are two estimates. The weight of a recording among others must not depend on the errors of its
-/// parameters, or a recording that seems precise by chance counts too much. So the information is that of rows with noise of the
-/// size that the channels have on average, and the covariance, which decides how wide an interval is, is estimated from the scatter
-/// of the residuals in each direction. They differ by some ten percent in long recordings, and by a factor in short ones.
+/// Information and covariance are two estimates. The weight of a recording among others must not
+/// depend on the errors of its parameters, or a recording that seems precise by chance counts too
+/// much. So the information is that of rows with noise of the size that the channels have on
+/// average, and the covariance, which decides how wide an interval is, is estimated from the
+/// scatter of the residuals in each direction. They differ by some ten percent in long recordings,
+/// and by a factor in short ones.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct LinearEstimate {
     /// Parameters of the payload in the order of
-    /// [`InertialParameters`](tactid_dynamics::InertialParameters): mass, kg; first moments, kg m; inertia about the
-    /// frame's origin, kg m². They need not be physically consistent, and are arbitrary in unobservable directions.
+    /// [`InertialParameters`](tactid_dynamics::InertialParameters): mass, kg; first moments, kg m;
+    /// inertia about the frame's origin, kg m². They need not be physically consistent, and are
+    /// arbitrary in unobservable directions.
     #[serde(with = "serial::ten")]
     #[schemars(with = "[f64; 10]")]
     pub parameters: SVector<f64, 10>,
-    /// Information of the parameters, the weight of the recording among others: symmetric, positive semidefinite, zero in
-    /// unobservable directions, in the inverse units of the parameters' products.
+    /// Information of the parameters, the weight of the recording among others: symmetric, positive
+    /// semidefinite, zero in unobservable directions, in the inverse units of the parameters'
+    /// products.
     #[serde(with = "serial::square")]
     #[schemars(with = "[[f64; 10]; 10]")]
     pub information: SMatrix<f64, 10, 10>,
-    /// Covariance of the errors of the parameters that no other recording shares: symmetric, positive semidefinite. What it
-    /// contains in unobservable directions does not count.
+    /// Covariance of the errors of the parameters that no other recording shares: symmetric,
+    /// positive semidefinite. What it contains in unobservable directions does not count.
     #[serde(with = "serial::square")]
     #[schemars(with = "[[f64; 10]; 10]")]
     pub covariance: SMatrix<f64, 10, 10>,
     /// Errors that other recordings may share.
     pub shared: SharedErrors,
-    /// Number of independent windows from which the covariance was estimated; infinite where it is known. It is part of the
-    /// test whether recordings agree.
+    /// Number of independent windows from which the covariance was estimated; infinite where it is
+    /// known. It is part of the test whether recordings agree.
     pub degrees_of_freedom: f64,
 }
 
-/// How errors of unknowns that several recordings may share, such as the gain of a joint, change the parameters.
+/// How errors of unknowns that several recordings may share, such as the gain of a joint, change
+/// the parameters.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct SharedErrors {
-    /// Number of each independent unknown, which is the same in all recordings that share it. The numbers of one recording
-    /// differ from each other.
+    /// Number of each independent unknown, which is the same in all recordings that share it. The
+    /// numbers of one recording differ from each other.
     pub unknowns: Vec<u64>,
-    /// Change of the ten parameters by an error of one standard deviation, a column for each of `unknowns`.
-    /// It is serialised column by column.
+    /// Change of the ten parameters by an error of one standard deviation, a column for each of
+    /// `unknowns`. It is serialised column by column.
     #[serde(with = "serial::columns")]
     #[schemars(with = "Vec<[f64; 10]>")]
     pub changes: OMatrix<f64, U10, Dyn>,
@@ -70,8 +77,8 @@ impl SharedErrors {
         }
     }
 
-    /// Returns the errors of gains, which all recordings of a robot share, and those of a known tool, which all recordings
-    /// with this tool share.
+    /// Returns the errors of gains, which all recordings of a robot share, and those of a known
+    /// tool, which all recordings with this tool share.
     pub(crate) fn new(of_gains: &GainErrors, of_tool: impl Iterator<Item = (u64, Vector)>) -> Self {
         let gains = of_gains.column_iter().map(Vector::from);
         let (unknowns, changes): (_, Vec<_>) = (0..).zip(gains).chain(of_tool).unzip();
@@ -83,7 +90,8 @@ impl SharedErrors {
 }
 
 impl LinearEstimate {
-    /// Returns the estimate of a recording whose noise is known, and which shares no error with others.
+    /// Returns the estimate of a recording whose noise is known, and which shares no error with
+    /// others.
     #[must_use]
     pub fn with_known_noise(
         parameters: SVector<f64, 10>,
@@ -98,12 +106,13 @@ impl LinearEstimate {
         }
     }
 
-    /// Returns what a fit says about the payload, given the `known` bodies that the fit contains, and a factor
-    /// on the standard deviations of what the recording does not share with others.
+    /// Returns what a fit says about the payload, given the `known` bodies that the fit contains,
+    /// and a factor on the standard deviations of what the recording does not share with others.
     pub(crate) fn of_fit(fit: &Fit, known: &KnownBodies, widening: f64) -> Self {
         let covariance = (fit.covariance - fit.gain_covariance()) * widening.powi(2);
         let information = information(&fit.bread, &fit.null_space);
-        // Windows overlap, and noise may be coloured: by so much the parameters scatter more than by white noise.
+        // Windows overlap, and noise may be coloured: by so much the parameters scatter more than
+        // by white noise.
         let rank = 10 - fit.null_space.directions().len();
         let ratio = (information * covariance).trace() / rank.max(1) as f64;
         let ratio = if ratio > 0.0 && ratio.is_finite() {

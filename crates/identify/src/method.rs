@@ -7,20 +7,22 @@ use serde::{Deserialize, Deserializer, Serialize, Serializer, de};
 /// The measurements that the payload is identified from.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Method {
-    /// The contact wrenches of the fingers or of a wrist sensor, (47)-(48) and (46): the payload alone.
+    /// The contact wrenches of the fingers or of a wrist sensor, (47)-(48) and (46): the payload
+    /// alone.
     #[default]
     Tactile,
-    /// The motion of the free-floating base and the links, (30) and (44): gripper and payload as one
-    /// body, from which the known gripper is subtracted.
+    /// The motion of the free-floating base and the links, (30) and (44): gripper and payload as
+    /// one body, from which the known gripper is subtracted.
     JointSensing,
-    /// The joint efforts beyond those that the arm itself needs, `Jᵀ [f_U; n_U]`: the payload alone.
-    /// The arm and the gripper are known from the robot's description.
+    /// The joint efforts beyond those that the arm itself needs, `Jᵀ [f_U; n_U]`: the payload
+    /// alone. The arm and the gripper are known from the robot's description.
     Effort,
-    /// All measurements together, each channel weighted by its own residuals: the wrenches of the sensors
-    /// if there are any, the joint efforts if they are measured, and the momentum of a floating base on
-    /// which nothing external acts. The payload alone.
+    /// All measurements together, each channel weighted by its own residuals: the wrenches of the
+    /// sensors if there are any, the joint efforts if they are measured, and the momentum of a
+    /// floating base on which nothing external acts. The payload alone.
     ///
-    /// Each source must satisfy its model: joint friction, or a firing thruster, biases the whole estimate.
+    /// Each source must satisfy its model: joint friction, or a firing thruster, biases the whole
+    /// estimate.
     Combined {
         /// Whether the joint efforts are measured.
         effort: bool,

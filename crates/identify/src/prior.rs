@@ -7,15 +7,16 @@ use tactid_dynamics::InertialParameters;
 
 use crate::{IdentifyError, serial};
 
-/// Relative standard deviation of a mass that is given as exact: better than any scale, and far from the
-/// rounding of double precision.
+/// Relative standard deviation of a mass that is given as exact: better than any scale, and far
+/// from the rounding of double precision.
 const EXACT: f64 = 1e-9;
 
-/// Masses that can be known, kg: far beyond any payload, and far within the numbers whose products are finite.
+/// Masses that can be known, kg: far beyond any payload, and far within the numbers whose products
+/// are finite.
 const MASSES_KG: std::ops::RangeInclusive<f64> = 1e-12..=1e12;
 
-/// Relative difference up to which an estimated mass is the exact known one: far above the rounding of a fit and
-/// of its projection, far below the error of a scale.
+/// Relative difference up to which an estimated mass is the exact known one: far above the rounding
+/// of a fit and of its projection, far below the error of a scale.
 const SAME_MASS: f64 = 1e-6;
 
 /// The payload's mass, known from a scale.
@@ -31,8 +32,8 @@ impl KnownMass {
     /// Checks that the values are in range.
     ///
     /// # Errors
-    /// Returns [`IdentifyError::Option`] if the mass is not from 1e-12 to 1e12 kg, or its standard deviation is negative or
-    /// more than 1e12 kg.
+    /// Returns [`IdentifyError::Option`] if the mass is not from 1e-12 to 1e12 kg, or its standard
+    /// deviation is negative or more than 1e12 kg.
     fn check(&self) -> Result<(), IdentifyError> {
         if !MASSES_KG.contains(&self.mass_kg) {
             let expected = "a positive number of kg, from 1e-12 to 1e12";
@@ -62,8 +63,8 @@ impl KnownMass {
         }
     }
 
-    /// Returns whether an estimate of the payload's mass, kg, is within so many standard deviations of the known
-    /// mass. An estimate that differs by rounding is the exact mass.
+    /// Returns whether an estimate of the payload's mass, kg, is within so many standard deviations
+    /// of the known mass. An estimate that differs by rounding is the exact mass.
     #[must_use]
     pub fn agrees_with(&self, estimated_kg: f64, std_devs: f64) -> bool {
         let tolerance_kg = (std_devs * self.std_dev_kg).max(SAME_MASS * self.mass_kg);
@@ -84,8 +85,8 @@ impl PriorKnowledge {
     /// Checks that the values are in range.
     ///
     /// # Errors
-    /// Returns [`IdentifyError::Option`] if the mass is not positive, its standard deviation is negative, or the box has no
-    /// volume.
+    /// Returns [`IdentifyError::Option`] if the mass is not positive, its standard deviation is
+    /// negative, or the box has no volume.
     pub fn check(&self) -> Result<(), IdentifyError> {
         self.known_mass.map_or(Ok(()), |mass| mass.check())?;
         self.bounding_box
@@ -126,12 +127,13 @@ impl BoundingBox {
         Ok(())
     }
 
-    /// Returns rows whose products with the ten parameters are not negative for a body inside the box: integrals
-    /// over the mass of the product of the distances from any two faces, kg m².
+    /// Returns rows whose products with the ten parameters are not negative for a body inside the
+    /// box: integrals over the mass of the product of the distances from any two faces, kg m².
     ///
-    /// For opposite faces these are the box's counterpart of the bounding ellipsoid of Wensing, Kim and Slotine
-    /// (2018, doi 10.1109/LRA.2017.2729659), and keep the centre of mass inside. For neighbouring faces they are
-    /// products of bounds as in Anstreicher and Burer (2010, Mathematical Programming 124).
+    /// For opposite faces these are the box's counterpart of the bounding ellipsoid of Wensing, Kim
+    /// and Slotine (2018, doi 10.1109/LRA.2017.2729659), and keep the centre of mass inside. For
+    /// neighbouring faces they are products of bounds as in Anstreicher and Burer (2010,
+    /// Mathematical Programming 124).
     pub(crate) fn bounds(&self) -> [SVector<f64, 10>; 15] {
         let face = |k: usize| {
             let axis = k / 2;

@@ -16,24 +16,28 @@ pub const VALUE_NAMES: [&str; 10] = [
     "mass", "com x", "com y", "com z", "Ixx", "Ixy", "Ixz", "Iyy", "Iyz", "Izz",
 ];
 
-/// Index ranges of mass, centre of mass and inertia among the ten values: three kinds of one unit each.
+/// Index ranges of mass, centre of mass and inertia among the ten values: three kinds of one unit
+/// each.
 pub(crate) const KINDS: [Range<usize>; 3] = [0..1, 1..4, 4..10];
 
-/// Fraction of the largest principal moment by which an estimate may violate the triangle inequality and
-/// still count as physically consistent: plates and rods lie on the boundary, and no estimate is exact.
+/// Fraction of the largest principal moment by which an estimate may violate the triangle
+/// inequality and still count as physically consistent: plates and rods lie on the boundary, and no
+/// estimate is exact.
 const BOUNDARY: f64 = 0.01;
 
 /// Whether the motion excites a value, and whether the noise leaves enough of it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
 pub enum Observability {
-    /// The motion excites the value, and 1.96 standard deviations are less than the largest value of its kind (mass, centre
-    /// of mass, inertia); of the mass, one standard deviation is at most a quarter of it.
+    /// The motion excites the value, and 1.96 standard deviations are less than the largest value
+    /// of its kind (mass, centre of mass, inertia); of the mass, one standard deviation is at most
+    /// a quarter of it.
     Identifiable,
-    /// The motion excites the value, but noise leaves it a wider interval, which contains the truth as any other does.
+    /// The motion excites the value, but noise leaves it a wider interval, which contains the truth
+    /// as any other does.
     Uncertain,
-    /// The motion does not excite the value, or not more than the noise of the motion itself does. The number in
-    /// [`PayloadEstimate::body`] is meaningless.
+    /// The motion does not excite the value, or not more than the noise of the motion itself does.
+    /// The number in [`PayloadEstimate::body`] is meaningless.
     Unobservable,
 }
 
@@ -42,45 +46,48 @@ pub enum Observability {
 pub struct PayloadEstimate {
     /// Name of the frame in which the payload is expressed: the end-effector frame.
     pub frame: Arc<str>,
-    /// Mass, centre of mass in `frame`, and inertia about the centre of mass along the axes of `frame`.
+    /// Mass, centre of mass in `frame`, and inertia about the centre of mass along the axes of
+    /// `frame`.
     #[serde(rename = "values", serialize_with = "serialize_body")]
     #[schemars(with = "TenValues<f64>")]
     pub body: MassProperties,
-    /// Mass properties of the whole load as one body, in `frame`: gripper, payload and, where one is given, known tool;
-    /// for the joint-sensing method only.
+    /// Mass properties of the whole load as one body, in `frame`: gripper, payload and, where one
+    /// is given, known tool; for the joint-sensing method only.
     #[serde(serialize_with = "serialize_composite")]
     #[schemars(with = "Option<TenValues<f64>>", extend("x-class" = "MassProperties"))]
     pub composite: Option<MassProperties>,
-    /// Whether the motion excites each of [`VALUE_NAMES`], and whether the noise leaves enough of it.
+    /// Whether the motion excites each of [`VALUE_NAMES`], and whether the noise leaves enough of
+    /// it.
     #[schemars(with = "TenValues<Observability>")]
     pub observability: [Observability; 10],
-    /// Limits of the 95 % interval of each of [`VALUE_NAMES`], in its unit: 1.96 standard deviations to each side, but no
-    /// further than a body can reach that fits into the bounding box, if one is given. A limit is infinite where nothing
-    /// bounds the value.
+    /// Limits of the 95 % interval of each of [`VALUE_NAMES`], in its unit: 1.96 standard
+    /// deviations to each side, but no further than a body can reach that fits into the bounding
+    /// box, if one is given. A limit is infinite where nothing bounds the value.
     #[schemars(with = "TenValues<[f64; 2]>", extend("default" = []))]
     pub intervals: [[f64; 2]; 10],
-    /// Standard deviation of each of [`VALUE_NAMES`], in its unit, infinite where the value is unobservable, or divided by
-    /// a mass that is not known to a quarter.
+    /// Standard deviation of each of [`VALUE_NAMES`], in its unit, infinite where the value is
+    /// unobservable, or divided by a mass that is not known to a quarter.
     #[schemars(with = "TenValues<f64>")]
     pub std_devs: [f64; 10],
-    /// Covariance of mass, kg, first moments, kg m, and inertia about the origin of `frame`, kg m² (xx, xy, xz, yy, yz, zz),
-    /// (10, 10): what another identification takes of this body where it is its known tool. What it contains for
-    /// unobservable values does not count. `None` online.
+    /// Covariance of mass, kg, first moments, kg m, and inertia about the origin of `frame`, kg m²
+    /// (xx, xy, xz, yy, yz, zz), (10, 10): what another identification takes of this body where it
+    /// is its known tool. What it contains for unobservable values does not count. `None` online.
     pub covariance: Option<[[f64; 10]; 10]>,
     /// Whether a body with these parameters can exist, within 1 % of its largest principal moment.
     pub is_physical: bool,
-    /// Number of averaging windows so far. Online least squares counts those before a payload change, too,
-    /// which the estimate no longer uses.
+    /// Number of averaging windows so far. Online least squares counts those before a payload
+    /// change, too, which the estimate no longer uses.
     #[schemars(extend("default" = 0))]
     pub windows: u64,
     /// Number of payload changes that online least squares has detected; zero for a recording.
     #[schemars(extend("default" = 0))]
     pub payload_changes: u64,
-    /// Time of the last payload change on the samples' clock, s, or minus infinity: the estimate uses
-    /// the samples after it.
+    /// Time of the last payload change on the samples' clock, s, or minus infinity: the estimate
+    /// uses the samples after it.
     #[schemars(extend("default" = "-inf"))]
     pub since_s: f64,
-    /// Number of samples that were rejected: not finite, or with derivatives that are not, or not later than the one before.
+    /// Number of samples that were rejected: not finite, or with derivatives that are not, or not
+    /// later than the one before.
     #[schemars(extend("default" = 0))]
     pub rejected: u64,
     /// Number of gaps that were too long to be bridged.
@@ -89,8 +96,8 @@ pub struct PayloadEstimate {
 }
 
 impl PayloadEstimate {
-    /// Returns the ten values in the order of [`VALUE_NAMES`]: mass, kg; centre of mass, m; inertia about it,
-    /// kg m².
+    /// Returns the ten values in the order of [`VALUE_NAMES`]: mass, kg; centre of mass, m; inertia
+    /// about it, kg m².
     #[must_use]
     pub fn values(&self) -> [f64; 10] {
         values_of_body(&self.body)
@@ -130,20 +137,22 @@ impl PayloadEstimate {
     }
 }
 
-/// Constant offset of the wrenches: what the sensor measures when nothing acts on it. Subtracting it from every
-/// measured wrench tares the sensor. Cloning it allocates nothing.
+/// Constant offset of the wrenches: what the sensor measures when nothing acts on it. Subtracting
+/// it from every measured wrench tares the sensor. Cloning it allocates nothing.
 #[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
 pub struct WrenchOffset {
-    /// Name of the frame in which the offset is expressed, and about whose origin its moment is. It is the sensor's own
-    /// frame where there is one sensor that does not move relative to the end-effector frame. Otherwise the offset is
-    /// that of the sum of the wrenches, in the end-effector frame.
+    /// Name of the frame in which the offset is expressed, and about whose origin its moment is. It
+    /// is the sensor's own frame where there is one sensor that does not move relative to the
+    /// end-effector frame. Otherwise the offset is that of the sum of the wrenches, in the
+    /// end-effector frame.
     pub frame: Arc<str>,
-    /// Force in N and moment in N m, with the sign of the measured wrenches, which act on the payload.
+    /// Force in N and moment in N m, with the sign of the measured wrenches, which act on the
+    /// payload.
     #[serde(rename = "values", serialize_with = "serialize_wrench")]
     #[schemars(with = "[f64; 6]")]
     pub wrench: Wrench,
-    /// Standard deviations of force, N, and moment, N m, infinite where the motion does not distinguish the offset from
-    /// the payload; unknown online, where they are not estimated.
+    /// Standard deviations of force, N, and moment, N m, infinite where the motion does not
+    /// distinguish the offset from the payload; unknown online, where they are not estimated.
     #[serde(serialize_with = "serial::or_nan")]
     #[schemars(with = "[f64; 6]")]
     pub std_devs: Option<[f64; 6]>,
@@ -175,7 +184,8 @@ impl WrenchOffset {
 pub struct GravityEstimate {
     /// Gravitational acceleration in the inertial frame, m/s². Its size is that of the given one.
     pub values: [f64; 3],
-    /// Standard deviations of the values, m/s², infinite where the motion does not determine the direction.
+    /// Standard deviations of the values, m/s², infinite where the motion does not determine the
+    /// direction.
     pub std_devs: [f64; 3],
 }
 
@@ -184,7 +194,8 @@ pub struct GravityEstimate {
 pub struct WeightEstimate {
     /// Mass, kg, then centre of mass in the end-effector frame, m.
     pub values: [f64; 4],
-    /// Standard deviations of the values, kg and m, infinite where the motion does not determine a value.
+    /// Standard deviations of the values, kg and m, infinite where the motion does not determine a
+    /// value.
     pub std_devs: [f64; 4],
 }
 
@@ -257,10 +268,11 @@ pub fn is_physical(body: &MassProperties) -> bool {
     InertialParameters::from(*body).is_physical_within(BOUNDARY)
 }
 
-/// Subtracts a known body, such as the gripper, from an identified one, and returns the rest; both are in the same
-/// frame.
+/// Subtracts a known body, such as the gripper, from an identified one, and returns the rest; both
+/// are in the same frame.
 ///
-/// Where the masses are equal nothing remains, and the result is a body without mass and inertia, which is not physical.
+/// Where the masses are equal nothing remains, and the result is a body without mass and inertia,
+/// which is not physical.
 #[must_use]
 pub fn subtract_known_body(
     composite: &MassProperties,

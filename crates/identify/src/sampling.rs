@@ -8,7 +8,8 @@ use serde::{Deserialize, Serialize};
 pub struct Sampling {
     /// Number of samples that were accepted.
     pub samples: u64,
-    /// Number of samples that were rejected: not finite, or with derivatives that are not, or not later than the one before.
+    /// Number of samples that were rejected: not finite, or with derivatives that are not, or not
+    /// later than the one before.
     pub rejected: u64,
     /// Number of times between two samples that were too long to be bridged.
     pub gaps: u64,

@@ -134,7 +134,8 @@ impl JsonSchema for Table {
     }
 }
 
-/// Schema of something that a payload has for each of its [ten values](crate::VALUE_NAMES): by their names.
+/// Schema of something that a payload has for each of its [ten values](crate::VALUE_NAMES): by
+/// their names.
 pub struct TenValues<T>(PhantomData<T>);
 
 impl<T: JsonSchema> JsonSchema for TenValues<T> {

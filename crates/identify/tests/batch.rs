@@ -1,4 +1,5 @@
-//! What the batch identifier reports where the data contradict what is known, on samples of the project's robot.
+//! What the batch identifier reports where the data contradict what is known, on samples of the
+//! project's robot.
 
 use crate::common::{Experiment, Instant, Noise, SENSORS, TOOL, payload};
 use crate::turning::{BESIDE, PointMass, TETRAHEDRON, about_all_axes, about_y, samples};
@@ -59,7 +60,8 @@ fn instants_of_zeros() -> Vec<Instant> {
     instants
 }
 
-/// Asserts that sensors which measure nothing contradict a known mass, and that nothing is known of the payload.
+/// Asserts that sensors which measure nothing contradict a known mass, and that nothing is known of
+/// the payload.
 #[track_caller]
 fn assert_zeros_contradict(std_dev_kg: f64) {
     let settings = with_mass(1.0, std_dev_kg);
@@ -90,7 +92,8 @@ fn wrenches_of_zero_contradict_an_uncertain_mass() {
     assert_zeros_contradict(0.01);
 }
 
-/// A known mass of the wrong tool or of the wrong sign is one cause with one finding: that which says why.
+/// A known mass of the wrong tool or of the wrong sign is one cause with one finding: that which
+/// says why.
 #[test]
 fn a_known_mass_adds_no_finding_to_its_cause() {
     let mut instants = noisy_instants(5.0);
@@ -134,8 +137,8 @@ fn a_known_mass_adds_no_finding_to_its_cause() {
     );
 }
 
-/// A known mass that the data do not determine, but that no consistent body has which explains them, is not the result.
-/// That is reported once, with and without a box.
+/// A known mass that the data do not determine, but that no consistent body has which explains
+/// them, is not the result. That is reported once, with and without a box.
 #[test]
 fn a_known_mass_that_is_not_kept_is_reported() {
     let (robot, instants) = samples(about_all_axes, 1.0, &BESIDE, Vector3::zeros());
@@ -174,7 +177,8 @@ fn a_known_mass_that_is_not_kept_is_reported() {
     }
 }
 
-/// A known mass that the data confirm is the result, with the standard deviation of an exact mass, and no finding.
+/// A known mass that the data confirm is the result, with the standard deviation of an exact mass,
+/// and no finding.
 #[test]
 fn a_known_mass_that_the_data_confirm_is_exact() {
     let settings = with_mass(100.0, 0.0);
@@ -184,8 +188,8 @@ fn a_known_mass_that_the_data_confirm_is_exact() {
     assert_eq!(result.findings, []);
 }
 
-/// A known tool that is heavier than the load is reported. One that is the whole load leaves a payload of zero within
-/// the noise, and is not.
+/// A known tool that is heavier than the load is reported. One that is the whole load leaves a
+/// payload of zero within the noise, and is not.
 #[test]
 fn a_known_tool_heavier_than_the_load_is_reported() {
     let instants = noisy_instants(5.0);
@@ -221,8 +225,8 @@ fn a_known_tool_heavier_than_the_load_is_reported() {
     );
 }
 
-/// A recording that is too short and a cutoff that is too high for the sample rate are different errors, with
-/// opposite remedies.
+/// A recording that is too short and a cutoff that is too high for the sample rate are different
+/// errors, with opposite remedies.
 #[test]
 fn too_short_and_too_sparse_recordings_are_different_errors() {
     let message = |duration_s, cutoff_hz| {
@@ -243,14 +247,16 @@ fn too_short_and_too_sparse_recordings_are_different_errors() {
         );
         message
     };
-    // Restarted at each sample, since a third of a window has none; and dropped, with three samples or four.
+    // Restarted at each sample, since a third of a window has none; and dropped, with three samples
+    // or four.
     assert!(too_sparse(1e6).contains("0.000000926 s"));
     too_sparse(250.0);
 }
 
 const GRAVITY: Vector3<f64> = Vector3::new(0.0, 0.0, -9.81);
 
-/// Solves for the masses on a sensor that rotates in [`GRAVITY`]; `given` is the gravity of the settings, m/s².
+/// Solves for the masses on a sensor that rotates in [`GRAVITY`]; `given` is the gravity of the
+/// settings, m/s².
 fn identify_turning(
     turn: fn(f64) -> UnitQuaternion<f64>,
     speed: f64,
@@ -273,7 +279,8 @@ fn identify_turning(
     batch.solve().unwrap()
 }
 
-/// A point mass at the sensor's origin has no moments: its mass and its centre are known all the same.
+/// A point mass at the sensor's origin has no moments: its mass and its centre are known all the
+/// same.
 #[test]
 fn a_point_mass_without_moments_is_identified() {
     let at_the_origin = [(4.0, Vector3::zeros())];
@@ -283,8 +290,8 @@ fn a_point_mass_without_moments_is_identified() {
     assert_eq!(result.findings, []);
 }
 
-/// A rotation about one axis determines the mass, the centre of mass and the moments about that axis, and leaves the other
-/// moments to what a consistent body may have.
+/// A rotation about one axis determines the mass, the centre of mass and the moments about that
+/// axis, and leaves the other moments to what a consistent body may have.
 #[test]
 fn a_rotation_about_one_axis_identifies_what_it_excites() {
     let result = identify_turning(about_y, 2.0, &TETRAHEDRON, GRAVITY);
@@ -299,7 +306,8 @@ fn a_rotation_about_one_axis_identifies_what_it_excites() {
     assert_eq!(result.estimate.uncertain().count(), 0);
 }
 
-/// Gravity of the wrong sign is reported as such, and not as an offset, at every speed of the motion.
+/// Gravity of the wrong sign is reported as such, and not as an offset, at every speed of the
+/// motion.
 #[test]
 fn gravity_of_the_wrong_sign_is_no_offset() {
     for speed in [2.0, 1.0, 0.5, 0.2] {

@@ -1,4 +1,5 @@
-//! What the online identifier notices about the samples themselves, which an arm on a floating base gives.
+//! What the online identifier notices about the samples themselves, which an arm on a floating base
+//! gives.
 
 use crate::arm::{Instant, Run, TOOL, arm, body};
 use nalgebra::Vector3;
@@ -18,7 +19,8 @@ fn instants(rate_hz: f64, duration_s: f64) -> Vec<Instant> {
     run.instants()
 }
 
-/// Returns the findings of the online identifier after all instants, whose motion and wrench are changed.
+/// Returns the findings of the online identifier after all instants, whose motion and wrench are
+/// changed.
 fn findings_after(rate_hz: f64, change: impl Fn(&mut Instant)) -> Vec<Finding> {
     findings_of(instants(rate_hz, 4.0), change)
 }
@@ -66,7 +68,8 @@ fn a_twist_that_does_not_fit_the_pose_is_reported() {
     assert_eq!(contradiction.better_axes, None);
 }
 
-/// Joint velocities in degrees per second, and those of two joints that are exchanged, are reported with the cause.
+/// Joint velocities in degrees per second, and those of two joints that are exchanged, are reported
+/// with the cause.
 #[test]
 fn joint_velocities_that_do_not_fit_are_reported() {
     let degrees = findings_after(200.0, |instant| {
@@ -106,7 +109,8 @@ fn a_constant_channel_is_reported() {
     assert!(findings.contains(&constant), "{findings:?}");
 }
 
-/// Angles that start again after a turn change nothing, and are reported; a second source of positions is, too.
+/// Angles that start again after a turn change nothing, and are reported; a second source of
+/// positions is, too.
 #[test]
 fn steps_of_positions_are_reported() {
     let turn = |instant: &mut Instant| {
@@ -125,7 +129,8 @@ fn steps_of_positions_are_reported() {
     assert!(mixed.iter().any(jump), "{mixed:?}");
 }
 
-/// Only the last 10 s count: what was wrong before is no finding any more, and what is wrong since is one.
+/// Only the last 10 s count: what was wrong before is no finding any more, and what is wrong since
+/// is one.
 #[test]
 fn the_last_ten_seconds_are_checked() {
     let degrees =
@@ -174,7 +179,8 @@ fn noise_of_the_past_hides_nothing() {
     );
 }
 
-/// Samples that fill no window are reported: too few for the cutoff, with times in nanoseconds, or not finite.
+/// Samples that fill no window are reported: too few for the cutoff, with times in nanoseconds, or
+/// not finite.
 #[test]
 fn samples_without_an_equation_are_reported() {
     let sparse = findings_after(40.0, |_| {});

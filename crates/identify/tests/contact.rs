@@ -1,5 +1,5 @@
-//! The wrench of a contact: the measured wrench less offset and load, with an uncertainty that holds at rest, in motion and
-//! while a payload changes.
+//! The wrench of a contact: the measured wrench less offset and load, with an uncertainty that
+//! holds at rest, in motion and while a payload changes.
 
 use crate::arm::{Instant, Run, TOOL, arm, body};
 use crate::handling;
@@ -15,7 +15,8 @@ use tactid_identify::{
 /// Standard deviations of the sensor's noise, N and N m.
 const NOISE: [f64; 2] = [0.3, 0.02];
 
-/// Standard deviation of white noise of 500 Hz behind four equal stages that lose 3 dB at 10 Hz together.
+/// Standard deviation of white noise of 500 Hz behind four equal stages that lose 3 dB at 10 Hz
+/// together.
 const FILTERED: f64 = 0.213;
 
 /// One run with a contact or with payload changes.
@@ -33,7 +34,8 @@ struct Trial {
     seed: u64,
 }
 
-/// Standard deviation of the mean of white noise of 500 Hz over a window of the equations at a cutoff of 10 Hz.
+/// Standard deviation of the mean of white noise of 500 Hz over a window of the equations at a
+/// cutoff of 10 Hz.
 const AVERAGED: f64 = 0.205;
 
 /// What was seen of the contact in a run.
@@ -41,12 +43,14 @@ const AVERAGED: f64 = 0.205;
 struct Seen {
     alarms: Vec<f64>,
     returns: Vec<f64>,
-    /// Samples with a contact wrench, and those whose errors are within 1.96 standard deviations, for six entries.
+    /// Samples with a contact wrench, and those whose errors are within 1.96 standard deviations,
+    /// for six entries.
     samples: u32,
     inside: u32,
     /// Largest error in standard deviations, but within 0.1 s of the ends of a contact, and when.
     worst: (f64, f64),
-    /// Sums of squared errors of forces and of moments during the contact, but within 0.1 s of its ends, and their count.
+    /// Sums of squared errors of forces and of moments during the contact, but within 0.1 s of its
+    /// ends, and their count.
     squares: [f64; 2],
     during: u32,
     /// Largest force while nothing touches the payload, N.
@@ -186,7 +190,8 @@ impl Trial {
             (found.time_s - from_s).abs() < 0.1 || (found.time_s - to_s).abs() < 0.1
         };
         let is_edge = self.contact.is_some_and(|(times, _)| near(times));
-        // A step of a contact that is known to be one passes the low-pass, of which the uncertainty says nothing.
+        // A step of a contact that is known to be one passes the low-pass, of which the uncertainty
+        // says nothing.
         if is_edge && self.hold {
             return;
         }
@@ -211,8 +216,8 @@ impl Trial {
     }
 }
 
-/// A contact of 15 N for 4 s on a moving arm is measured as well as the sensor measures, with exact and with noisy joints,
-/// and the payload's estimate continues after it.
+/// A contact of 15 N for 4 s on a moving arm is measured as well as the sensor measures, with exact
+/// and with noisy joints, and the payload's estimate continues after it.
 #[test]
 fn a_contact_is_measured_as_well_as_the_sensor_measures() {
     for (seed, direction) in [
@@ -249,8 +254,8 @@ fn a_contact_is_measured_as_well_as_the_sensor_measures() {
     }
 }
 
-/// A payload that changes in motion or at rest is never a contact within the stated interval, and the contact is never
-/// larger than the change of the load.
+/// A payload that changes in motion or at rest is never a contact within the stated interval, and
+/// the contact is never larger than the change of the load.
 #[test]
 fn a_payload_change_is_within_the_uncertainty_of_the_contact() {
     let payloads = [
@@ -275,7 +280,8 @@ fn a_payload_change_is_within_the_uncertainty_of_the_contact() {
     }
 }
 
-/// Without contact and change, at rest and in motion, errors have the size of their standard deviations.
+/// Without contact and change, at rest and in motion, errors have the size of their standard
+/// deviations.
 #[test]
 fn noise_alone_has_the_stated_uncertainty() {
     let (mut samples, mut inside) = (0, 0);
@@ -299,8 +305,9 @@ fn noise_alone_has_the_stated_uncertainty() {
     assert!((0.94..0.99).contains(&fraction), "{fraction}");
 }
 
-/// A contact of 15 N for 4 s in a recording is measured without delay as well as the sensor measures, with the load and the
-/// offset of this recording or of another. Joints whose noise accelerates the load add a quarter to the moments' noise.
+/// A contact of 15 N for 4 s in a recording is measured without delay as well as the sensor
+/// measures, with the load and the offset of this recording or of another. Joints whose noise
+/// accelerates the load add a quarter to the moments' noise.
 #[test]
 fn a_recording_has_the_contact_as_the_sensor_measures_it() {
     let offset = Wrench {
@@ -314,7 +321,8 @@ fn a_recording_has_the_contact_as_the_sensor_measures_it() {
         (2, Vector3::new(0.5, -0.5, 0.7), [0.0; 2], true),
         (3, Vector3::new(0.0, 0.7, -0.7), [1e-4, 1e-3], false),
     ] {
-        // A contact that lasts for so much of a recording would be taken for a part of an offset there.
+        // A contact that lasts for so much of a recording would be taken for a part of an offset
+        // there.
         let offset = if is_of_another {
             offset
         } else {

@@ -1,6 +1,6 @@
-//! Intervals of the effort method: noise of the motion enters through the torques of the arm itself, by amounts that
-//! depend on the posture, and errors of the efforts' gains at all times alike. The 95 % intervals hold the truth
-//! nevertheless.
+//! Intervals of the effort method: noise of the motion enters through the torques of the arm
+//! itself, by amounts that depend on the posture, and errors of the efforts' gains at all times
+//! alike. The 95 % intervals hold the truth nevertheless.
 
 use crate::arm::{self, JOINTS, Run, TOOL, arm, body};
 use nalgebra::{Isometry3, Vector3};
@@ -20,8 +20,8 @@ const NOISE: f64 = 0.01;
 /// Positions, velocities and efforts of the joints.
 const CHANNELS: usize = 3 * JOINTS;
 
-/// Returns positions, velocities and efforts of the joints of a fixed arm that carries a payload of 8 kg, without
-/// noise.
+/// Returns positions, velocities and efforts of the joints of a fixed arm that carries a payload of
+/// 8 kg, without noise.
 fn measured(run: &Run) -> Vec<[f64; CHANNELS]> {
     let robot = arm(BaseKind::Fixed);
     let tool = robot.frame(TOOL).unwrap();
@@ -67,8 +67,8 @@ fn run() -> Run {
     }
 }
 
-/// Identifies the payload with noise and errors of the gains that a seed draws. The gains have the standard deviation that
-/// is claimed.
+/// Identifies the payload with noise and errors of the gains that a seed draws. The gains have the
+/// standard deviation that is claimed.
 fn identified(
     rows: &[[f64; CHANNELS]],
     cutoff_hz: f64,
@@ -123,7 +123,8 @@ fn errors(result: &BatchResult, truth: &[f64; 10]) -> [f64; 10] {
     std::array::from_fn(|k| (values[k] - truth[k]) / std_devs[k])
 }
 
-/// Fraction of the intervals of each value that hold the truth, and mean errors in standard deviations, over some runs.
+/// Fraction of the intervals of each value that hold the truth, and mean errors in standard
+/// deviations, over some runs.
 fn coverage(cutoff_hz: f64, runs: u64) -> ([f64; 10], [f64; 10]) {
     let run = run();
     let (rows, truth) = (measured(&run), truth(&run));
@@ -138,11 +139,12 @@ fn coverage(cutoff_hz: f64, runs: u64) -> ([f64; 10], [f64; 10]) {
     (inside, sums)
 }
 
-/// 25 windows with 1 % noise on positions, velocities and efforts, at the cutoff that a recording of this noise chooses:
-/// of 400 intervals of each value between 91.5 and 98.5 % hold the truth (95 % scatter by 1.1 %), on average 94 to
-/// 96.5 %, and the mean error is below a fifth of a standard deviation. Where the noise counts as the same in all
-/// windows and positions are smoothed without the velocities, 88 % hold the mass and 91 % the values on average, and
-/// the mean error of the mass is 0.27.
+/// 25 windows with 1 % noise on positions, velocities and efforts, at the cutoff that a recording
+/// of this noise chooses: of 400 intervals of each value between 91.5 and 98.5 % hold the truth (95
+/// % scatter by 1.1 %), on average 94 to 96.5 %, and the mean error is below a fifth of a standard
+/// deviation. Where the noise counts as the same in all windows and positions are smoothed without
+/// the velocities, 88 % hold the mass and 91 % the values on average, and the mean error of the
+/// mass is 0.27.
 #[test]
 fn intervals_of_efforts_hold_the_truth() {
     let (inside, mean_errors) = coverage(1.45, 400);
@@ -154,9 +156,10 @@ fn intervals_of_efforts_hold_the_truth() {
     assert!((0.94..0.965).contains(&mean), "{inside:?}");
 }
 
-/// At twice the cutoff the samples are so sparse that polynomials are fitted to neighbours. If the position at an
-/// instant were their mean, half-differences between instants would lack most of its noise, and 85 % of the intervals of
-/// Ixy would hold the truth. A fraction of 200 runs scatters by 1.6 %, the average over ten values by 0.7 %.
+/// At twice the cutoff the samples are so sparse that polynomials are fitted to neighbours. If the
+/// position at an instant were their mean, half-differences between instants would lack most of its
+/// noise, and 85 % of the intervals of Ixy would hold the truth. A fraction of 200 runs scatters by
+/// 1.6 %, the average over ten values by 0.7 %.
 #[test]
 fn intervals_of_sparse_efforts_hold_the_truth() {
     let (inside, _) = coverage(2.9, 200);
@@ -165,10 +168,11 @@ fn intervals_of_sparse_efforts_hold_the_truth() {
     assert!((0.93..0.97).contains(&mean), "{inside:?}");
 }
 
-/// Of the intervals of 200 draws of gains with a standard deviation of 1 %, between 92 and 98 % hold the truth on average,
-/// and at least 90 % those of each value (95 % scatter by 1.5 %). Most of the variance of the mass is that of the gains:
-/// intervals of the noise alone hold it in less than a quarter of the draws. Gains that are off by 5 % cause most of the
-/// residuals, from which weights and noise follow, too: the intervals are then too wide, and 99 % hold the truth.
+/// Of the intervals of 200 draws of gains with a standard deviation of 1 %, between 92 and 98 %
+/// hold the truth on average, and at least 90 % those of each value (95 % scatter by 1.5 %). Most
+/// of the variance of the mass is that of the gains: intervals of the noise alone hold it in less
+/// than a quarter of the draws. Gains that are off by 5 % cause most of the residuals, from which
+/// weights and noise follow, too: the intervals are then too wide, and 99 % hold the truth.
 #[test]
 fn intervals_with_uncertain_gains_hold_the_truth() {
     const DRAWS: u64 = 200;

@@ -1,5 +1,5 @@
-//! What the batch and the online identifier notice about wrong assumptions, from the same samples of an arm on the
-//! ground with noise on the wrist sensor.
+//! What the batch and the online identifier notice about wrong assumptions, from the same samples
+//! of an arm on the ground with noise on the wrist sensor.
 
 use crate::arm::{JOINTS, TOOL, arm};
 use crate::recorded::{Recorded, payload, recorded, run};
@@ -46,8 +46,9 @@ fn nothing_is_reported_without_a_cause() {
     }
 }
 
-/// An offset of 2 N is reported in the frame and with the sign of the sensor, within 10 %, whatever frame of the
-/// flange's body the payload is expressed in. Without it, nothing is reported and the payload is right.
+/// An offset of 2 N is reported in the frame and with the sign of the sensor, within 10 %, whatever
+/// frame of the flange's body the payload is expressed in. Without it, nothing is reported and the
+/// payload is right.
 #[test]
 fn an_offset_is_reported_in_the_frame_of_the_sensor_for_every_tip() {
     let robot = arm(BaseKind::Fixed);
@@ -96,7 +97,8 @@ fn an_offset_is_reported_in_the_frame_of_the_sensor_for_every_tip() {
     }
 }
 
-/// Returns the findings of both identifiers. The batch identifier also knows the joints of each window.
+/// Returns the findings of both identifiers. The batch identifier also knows the joints of each
+/// window.
 fn findings_of_both(given: &Recorded, settings: &EquationSettings) -> [Vec<Finding>; 2] {
     let robot = arm(BaseKind::Fixed);
     [
@@ -167,7 +169,8 @@ fn a_wrong_sign_is_reported() {
         gravity: Some(Vector3::new(0.0, 0.0, 9.81)),
         ..EquationSettings::default()
     };
-    // The model is so wrong that the online identifier detects payload changes, and has fewer windows.
+    // The model is so wrong that the online identifier detects payload changes, and has fewer
+    // windows.
     for findings in findings_of_both(&recorded(5), &upward) {
         let found = cause(&findings, Hypothesis::Gravity).unwrap();
         let error = Vector3::from_column_slice(&found.values) - Vector3::new(0.0, 0.0, -9.81);
@@ -175,8 +178,8 @@ fn a_wrong_sign_is_reported() {
     }
 }
 
-/// Returns the efforts that move the arm with its payload on the ground, with Coulomb friction, N m, and noise of
-/// 0.1 N m.
+/// Returns the efforts that move the arm with its payload on the ground, with Coulomb friction, N
+/// m, and noise of 0.1 N m.
 fn recorded_efforts(seed: u64, friction: f64) -> Recorded {
     let robot = arm(BaseKind::Fixed);
     let held = robot.with_payload(robot.frame(TOOL).unwrap(), &payload().into());
@@ -209,8 +212,8 @@ fn recorded_efforts(seed: u64, friction: f64) -> Recorded {
     }
 }
 
-/// Friction in the joints leaves a load that the model of the efforts does not explain. Without it, nothing is
-/// reported.
+/// Friction in the joints leaves a load that the model of the efforts does not explain. Without it,
+/// nothing is reported.
 #[test]
 fn friction_is_reported() {
     let settings = EquationSettings {
@@ -234,7 +237,8 @@ fn friction_is_reported() {
     }
 }
 
-/// A sensor that holds nothing but noise, and one whose load is all known, are reported; a wrong sign is not.
+/// A sensor that holds nothing but noise, and one whose load is all known, are reported; a wrong
+/// sign is not.
 #[test]
 fn nothing_held_is_no_wrong_sign() {
     for (seed, sign) in [(3, 1.0), (4, -1.0)] {

@@ -1,5 +1,5 @@
-//! A weight that was subtracted, and a direction of gravity, are identified together with the payload, or added again where
-//! they are known.
+//! A weight that was subtracted, and a direction of gravity, are identified together with the
+//! payload, or added again where they are known.
 
 use crate::arm::{JOINTS, TOOL, arm};
 use crate::recorded::{Recorded, payload, recorded};
@@ -72,8 +72,8 @@ fn of_payload(result: &BatchResult) {
     agree(&estimate.values(), &estimate.std_devs, &truth);
 }
 
-/// The weight of a configured payload is added again where it is known, with and without the forces that accelerate it, and
-/// is among the unknowns where it is not.
+/// The weight of a configured payload is added again where it is known, with and without the forces
+/// that accelerate it, and is among the unknowns where it is not.
 #[test]
 fn a_subtracted_weight_is_added_or_identified() {
     for seed in 0..8 {
@@ -100,7 +100,8 @@ fn a_subtracted_weight_is_added_or_identified() {
     }
 }
 
-/// Where the payload that is configured is the one that is held, nothing is left of the wrenches, and it is found.
+/// Where the payload that is configured is the one that is held, nothing is left of the wrenches,
+/// and it is found.
 #[test]
 fn contacts_and_the_configured_payload_are_the_payload() {
     let mut given = recorded(3);

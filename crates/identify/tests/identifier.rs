@@ -46,8 +46,8 @@ fn least_squares_finds_the_payload_from_the_fingers() {
     );
 }
 
-/// The motion of base and links gives gripper and payload as one body, and the payload once the gripper is
-/// subtracted.
+/// The motion of base and links gives gripper and payload as one body, and the payload once the
+/// gripper is subtracted.
 #[test]
 fn least_squares_finds_the_payload_from_the_joints() {
     let experiment = Experiment::default();
@@ -64,8 +64,8 @@ fn least_squares_finds_the_payload_from_the_joints() {
     assert!((mass - 100.0 - gripper.mass()).abs() < 1e-3, "{mass}");
 }
 
-/// Fingers and momentum together give the payload, and so does momentum without fingers. Without either the
-/// method is an error.
+/// Fingers and momentum together give the payload, and so does momentum without fingers. Without
+/// either the method is an error.
 #[test]
 fn least_squares_finds_the_payload_from_all_together() {
     let combined = Method::Combined { effort: false };
@@ -101,8 +101,8 @@ fn least_squares_finds_the_payload_from_all_together() {
     assert!(error.contains("at least one wrench"), "{error}");
 }
 
-/// Wrenches that are one sample late or early make errors far beyond the bound that exact samples satisfy, so
-/// the tests above detect a misalignment by one sample.
+/// Wrenches that are one sample late or early make errors far beyond the bound that exact samples
+/// satisfy, so the tests above detect a misalignment by one sample.
 #[test]
 fn a_wrench_misaligned_by_one_sample_shows() {
     let experiment = Experiment::default();
@@ -122,8 +122,8 @@ fn a_wrench_misaligned_by_one_sample_shows() {
     }
 }
 
-/// Wrenches with the opposite sign, of the payload on the fingers, give a mass of -100 kg, which is reported as
-/// not physical.
+/// Wrenches with the opposite sign, of the payload on the fingers, give a mass of -100 kg, which is
+/// reported as not physical.
 #[test]
 fn a_wrench_of_the_wrong_sign_is_not_physical() {
     let experiment = Experiment::default();
@@ -139,8 +139,8 @@ fn a_wrench_of_the_wrong_sign_is_not_physical() {
     assert!(!estimate.is_physical);
 }
 
-/// On the ground the wrench contains the weight: the default gravity gives the payload, and the opposite sign
-/// does not.
+/// On the ground the wrench contains the weight: the default gravity gives the payload, and the
+/// opposite sign does not.
 #[test]
 fn gravity_enters_with_its_sign() {
     let gravity = Vector3::new(0.0, 0.0, -9.81);
@@ -207,8 +207,9 @@ fn bad_samples_are_rejected_and_gaps_are_not_bridged() {
     );
 }
 
-/// Rejected samples do not count towards those among which the update by a window is divided: with sparse samples the
-/// estimate includes a window as soon as the sample that ends it is used, however many are rejected between them.
+/// Rejected samples do not count towards those among which the update by a window is divided: with
+/// sparse samples the estimate includes a window as soon as the sample that ends it is used,
+/// however many are rejected between them.
 #[test]
 fn rejected_samples_do_not_defer_an_update() {
     let experiment = Experiment {
@@ -221,9 +222,11 @@ fn rejected_samples_do_not_defer_an_update() {
     for instant in experiment.run() {
         let outcome = once.push(&instant.sample()).unwrap();
         assert_eq!(repeated.push(&instant.sample()).unwrap(), outcome);
-        // Many samples come before the first window ends, and its update is divided among those that follow.
+        // Many samples come before the first window ends, and its update is divided among those
+        // that follow.
         if instant.time_s > 0.5 {
-            // The values differ where the projection has not settled yet: it takes a step with each sample.
+            // The values differ where the projection has not settled yet: it takes a step with each
+            // sample.
             assert_eq!(once.covariance(), repeated.covariance());
         }
         for _ in 0..10 {
@@ -274,8 +277,8 @@ fn samples_that_do_not_fit_are_errors() {
     );
 }
 
-/// The gripper is subtracted at the position of its fingers and not at their zero position, on which its inertia
-/// depends.
+/// The gripper is subtracted at the position of its fingers and not at their zero position, on
+/// which its inertia depends.
 #[test]
 fn the_gripper_is_subtracted_at_its_opening() {
     let experiment = Experiment::default();

@@ -1,5 +1,5 @@
-//! Methods that need the masses of the robot name what it lacks, and refuse a robot only where no mass is known; the
-//! tactile method needs none.
+//! Methods that need the masses of the robot name what it lacks, and refuse a robot only where no
+//! mass is known; the tactile method needs none.
 
 use tactid_dynamics::ModelFinding;
 use tactid_identify::{

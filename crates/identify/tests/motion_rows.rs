@@ -5,8 +5,8 @@ use nalgebra::Isometry3;
 use tactid_dynamics::{BaseKind, FrameMotion, JointMotion};
 use tactid_identify::{EquationSettings, EquationStream, Method, MotionRows};
 
-/// For a motion that hardly changes within a window, the rows at an instant are those of the window around it, for each
-/// method, with the same channels and known noise.
+/// For a motion that hardly changes within a window, the rows at an instant are those of the window
+/// around it, for each method, with the same channels and known noise.
 #[test]
 fn rows_are_those_of_the_stream() {
     let run = Run {

@@ -6,8 +6,8 @@ use rand::{SeedableRng, rngs::SmallRng};
 use tactid_dynamics::MassProperties;
 use tactid_identify::{EquationSettings, Method, WORLD};
 
-/// A payload change allocates nothing: the noise is estimated, the change is detected, and the estimate starts
-/// again.
+/// A payload change allocates nothing: the noise is estimated, the change is detected, and the
+/// estimate starts again.
 #[test]
 fn a_payload_change_allocates_nothing() {
     let experiment = Experiment {

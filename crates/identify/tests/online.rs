@@ -43,8 +43,9 @@ fn noisy(instants: &[Instant], noise: Noise, seed: u64) -> impl Iterator<Item = 
         .map(move |instant| noise.on(instant, &mut random))
 }
 
-/// With noise on the wrenches alone the standard deviations have the size of the errors at any time; with noise
-/// on all channels they are not smaller. No run detects a payload change or reports an inconsistent body.
+/// With noise on the wrenches alone the standard deviations have the size of the errors at any
+/// time; with noise on all channels they are not smaller. No run detects a payload change or
+/// reports an inconsistent body.
 #[test]
 fn std_devs_have_the_size_of_the_errors() {
     let times_s = [1.0, 2.0, 5.0];
@@ -108,8 +109,9 @@ fn other() -> MassProperties {
     }
 }
 
-/// A payload change from 100 kg to 60 kg during the motion is detected within 0.2 s and reported once, and after
-/// 2 s all ten values are within 2 % of the new ones, on a floating base and on the ground.
+/// A payload change from 100 kg to 60 kg during the motion is detected within 0.2 s and reported
+/// once, and after 2 s all ten values are within 2 % of the new ones, on a floating base and on the
+/// ground.
 #[test]
 fn a_payload_change_is_detected_and_identified() {
     let other = other();
@@ -169,8 +171,8 @@ fn a_payload_change_below_the_noise_of_a_window_is_detected() {
     }
 }
 
-/// The results of a window are reported together, [`Identifier::DEFERRED_STAGES`] samples after its end at the latest,
-/// and are the same as when its deferred stages run at once.
+/// The results of a window are reported together, [`Identifier::DEFERRED_STAGES`] samples after its
+/// end at the latest, and are the same as when its deferred stages run at once.
 #[test]
 fn the_results_of_a_window_are_reported_together() {
     let experiment = Experiment::default();
@@ -206,8 +208,8 @@ fn the_results_of_a_window_are_reported_together() {
     }
 }
 
-/// A bump of ten times the load, 20 ms long, is not a payload change, and moves the estimate by less than its
-/// standard deviations.
+/// A bump of ten times the load, 20 ms long, is not a payload change, and moves the estimate by
+/// less than its standard deviations.
 #[test]
 fn a_bump_is_not_a_payload_change() {
     let experiment = Experiment::default();
@@ -232,8 +234,8 @@ fn a_bump_is_not_a_payload_change() {
     }
 }
 
-/// Rest keeps the estimate, and neither rest nor the next motion is a payload change, although an error of 2 % of
-/// a finger's scale shows in motion more than at rest.
+/// Rest keeps the estimate, and neither rest nor the next motion is a payload change, although an
+/// error of 2 % of a finger's scale shows in motion more than at rest.
 #[test]
 fn rest_is_not_a_payload_change() {
     let experiment = Experiment::default();
@@ -274,8 +276,9 @@ fn rest_is_not_a_payload_change() {
     }
 }
 
-/// A constant offset of a finger's force is separated from the payload: standard deviations have the size of the
-/// errors. Without an unknown offset it is a bias. A payload change is detected nevertheless.
+/// A constant offset of a finger's force is separated from the payload: standard deviations have
+/// the size of the errors. Without an unknown offset it is a bias. A payload change is detected
+/// nevertheless.
 #[test]
 fn an_offset_is_separated_from_the_payload() {
     let experiment = Experiment {
@@ -298,7 +301,8 @@ fn an_offset_is_separated_from_the_payload() {
         base: [0.0; 2],
         ..Noise::fraction(0.001)
     };
-    // Only values that are reported as known count: with the bias some runs find no consistent body.
+    // Only values that are reported as known count: with the bias some runs find no consistent
+    // body.
     let (mut squares, mut counts) = ([0.0; 2], [0.0; 2]);
     for seed in 0..10 {
         for (case, wrench_offset) in [true, false].into_iter().enumerate() {
@@ -333,8 +337,8 @@ fn an_offset_is_separated_from_the_payload() {
     assert!(squares[1] > 10.0 * squares[0], "{squares:?}");
 }
 
-/// The covariance is that of the linear parameters: its entry of the mass is the square of the standard deviation
-/// of the mass.
+/// The covariance is that of the linear parameters: its entry of the mass is the square of the
+/// standard deviation of the mass.
 #[test]
 fn the_covariance_agrees_with_the_std_devs() {
     let experiment = Experiment::default();
@@ -352,9 +356,9 @@ fn the_covariance_agrees_with_the_std_devs() {
     assert!(covariance.symmetric_eigenvalues().min() > 0.0);
 }
 
-/// Zeros that a sensor reports before it has started have no effect on the state: every number of every estimate
-/// is finite, and the payload is identified from the measurements that follow. The same holds for a sensor that
-/// reports no moments at all.
+/// Zeros that a sensor reports before it has started have no effect on the state: every number of
+/// every estimate is finite, and the payload is identified from the measurements that follow. The
+/// same holds for a sensor that reports no moments at all.
 #[test]
 fn constant_zeros_are_no_lasting_damage() {
     let experiment = Experiment {

@@ -1,4 +1,5 @@
-//! The zero of a sensor outlives a payload change: what an identifier has learnt of it in motion holds for the next payload.
+//! The zero of a sensor outlives a payload change: what an identifier has learnt of it in motion
+//! holds for the next payload.
 
 use crate::arm::{Run, TOOL, arm, body};
 use crate::handling;
@@ -22,8 +23,8 @@ fn noisy(wrench: Wrench, random: &mut SmallRng) -> Wrench {
     }
 }
 
-/// An arm that has moved with one payload and picks up another at rest knows the mass of the other at once, because it
-/// knows the zero of the sensor.
+/// An arm that has moved with one payload and picks up another at rest knows the mass of the other
+/// at once, because it knows the zero of the sensor.
 #[test]
 fn the_offset_of_a_sensor_outlives_a_payload_change() {
     let robot = arm(BaseKind::Fixed);
@@ -85,8 +86,8 @@ fn the_offset_of_a_sensor_outlives_a_payload_change() {
     assert!(inside * 10 > known * 8, "{inside} of {known}");
 }
 
-/// The joint covariance of payload and offset has that of each, and gives less uncertainty to what both measure together
-/// than to either: a heavier payload makes up for the offset.
+/// The joint covariance of payload and offset has that of each, and gives less uncertainty to what
+/// both measure together than to either: a heavier payload makes up for the offset.
 #[test]
 fn payload_and_offset_have_a_joint_covariance() {
     let robot = arm(BaseKind::Fixed);
@@ -122,8 +123,9 @@ fn payload_and_offset_have_a_joint_covariance() {
     assert!((10..13).any(|k| joint[(0, k)].abs() > 0.3 * (joint[(0, 0)] * joint[(k, k)]).sqrt()));
 }
 
-/// A zero that moves is reported as a payload change. A tare then determines the zero anew within 0.3 s, also at rest, and
-/// the payload is the one before. What an arm at rest measures from the beginning on says neither zero nor weight.
+/// A zero that moves is reported as a payload change. A tare then determines the zero anew within
+/// 0.3 s, also at rest, and the payload is the one before. What an arm at rest measures from the
+/// beginning on says neither zero nor weight.
 #[test]
 fn a_tare_sets_the_zero_and_holds_the_payload() {
     let robot = arm(BaseKind::Fixed);

@@ -1,4 +1,5 @@
-//! What an online identifier knows of the load and of the wrenches gives the result of samples from which it has been taken.
+//! What an online identifier knows of the load and of the wrenches gives the result of samples from
+//! which it has been taken.
 
 use crate::arm::{Instant, Run, TOOL, arm, body};
 use crate::handling;
@@ -77,8 +78,9 @@ fn wrenches_may_act_on_the_sensor() {
     assert_eq!(contact(&found), -contact(&expected));
 }
 
-/// A delay of whole samples gives the result of wrenches that are moved by as many samples, in either direction, and one of
-/// parts of a sample nearly that of wrenches without a delay. Given too late, it shows in the result.
+/// A delay of whole samples gives the result of wrenches that are moved by as many samples, in
+/// either direction, and one of parts of a sample nearly that of wrenches without a delay. Given
+/// too late, it shows in the result.
 #[test]
 fn a_given_delay_is_subtracted() {
     let instants = instants();
@@ -120,8 +122,8 @@ fn a_given_delay_is_subtracted() {
     }
 }
 
-/// A clock that goes back by 50 ms in the motion starts a stretch, and leaves the estimate within its intervals, also where
-/// wrenches act on the sensor or come with a delay.
+/// A clock that goes back by 50 ms in the motion starts a stretch, and leaves the estimate within
+/// its intervals, also where wrenches act on the sensor or come with a delay.
 #[test]
 fn a_clock_that_goes_back_starts_a_stretch() {
     let mut instants = instants();

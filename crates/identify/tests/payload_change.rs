@@ -1,5 +1,5 @@
-//! Uncertainty of the online estimate: the error of each value that is reported as known is within six of its
-//! standard deviations, also in the first second, after a gap and after payload changes.
+//! Uncertainty of the online estimate: the error of each value that is reported as known is within
+//! six of its standard deviations, also in the first second, after a gap and after payload changes.
 
 use crate::arm::{Instant, Run, TOOL, arm, body};
 use nalgebra::Vector3;
@@ -33,7 +33,8 @@ struct Statistics {
     off: u64,
     /// Number of known values after the first alarm of a run.
     known_after: u64,
-    /// Number of known values after the first alarm with an error of more than six standard deviations.
+    /// Number of known values after the first alarm with an error of more than six standard
+    /// deviations.
     off_after: u64,
     /// Largest error, in standard deviations.
     worst: f64,
@@ -52,8 +53,8 @@ struct Statistics {
 impl Statistics {
     /// Adds the estimate at each sample of one run.
     ///
-    /// Between a payload change and its alarm the estimate is from windows before and after the change. Its errors
-    /// are not counted; the time is recorded as a delay.
+    /// Between a payload change and its alarm the estimate is from windows before and after the
+    /// change. Its errors are not counted; the time is recorded as a delay.
     fn add_run(&mut self, run: &Run, instants: &[Instant], noise: [f64; 2], seed: u64) {
         let robot = arm(run.base);
         let mut identifier =
@@ -149,8 +150,8 @@ fn noisy(wrench: &Wrench, noise: [f64; 2], random: &mut SmallRng) -> Wrench {
     }
 }
 
-/// Returns payloads before and after a change: to a lighter one, to a heavier one, of the inertia alone, to next to
-/// no mass, and from it.
+/// Returns payloads before and after a change: to a lighter one, to a heavier one, of the inertia
+/// alone, to next to no mass, and from it.
 fn pairs() -> [[MassProperties; 2]; 5] {
     let heavy = body(4.2, [0.05, -0.02, 0.11], [0.2, 0.15, 0.25]);
     let light = body(1.5, [-0.02, 0.04, 0.06], [0.1, 0.1, 0.12]);
@@ -165,7 +166,8 @@ fn pairs() -> [[MassProperties; 2]; 5] {
     ]
 }
 
-/// Standard deviations of white noise on force, N, and moment, N m, of a precise, a usual and a coarse sensor.
+/// Standard deviations of white noise on force, N, and moment, N m, of a precise, a usual and a
+/// coarse sensor.
 const NOISE: [[f64; 2]; 3] = [[0.05, 0.002], [0.5, 0.02], [2.0, 0.1]];
 
 /// An event in a run besides the first payload change.
@@ -203,8 +205,8 @@ fn run(
     run
 }
 
-/// A payload change from 4.2 kg to 1.5 kg on a fixed base is detected within 0.2 s. From then on no error exceeds six
-/// standard deviations, and the mass is known 0.25 s after the alarm.
+/// A payload change from 4.2 kg to 1.5 kg on a fixed base is detected within 0.2 s. From then on no
+/// error exceeds six standard deviations, and the mass is known 0.25 s after the alarm.
 #[test]
 fn a_lighter_payload_has_valid_std_devs() {
     let mut statistics = Statistics::default();
@@ -232,8 +234,8 @@ fn a_lighter_payload_has_valid_std_devs() {
     assert!(statistics.known > 250_000, "{statistics:?}");
 }
 
-/// No error exceeds six standard deviations: with and without gravity, for all pairs of payloads, all noise and rates,
-/// in the first second, after gaps, and after one payload change and two.
+/// No error exceeds six standard deviations: with and without gravity, for all pairs of payloads,
+/// all noise and rates, in the first second, after gaps, and after one payload change and two.
 #[test]
 fn no_error_exceeds_six_std_devs() {
     let mut statistics = Statistics::default();
@@ -247,9 +249,10 @@ fn no_error_exceeds_six_std_devs() {
     assert!(statistics.known > 3_000_000, "{}", statistics.known);
 }
 
-/// In so many runs that one error in a million would show, errors of more than six standard deviations are rarer than
-/// that after a payload change. In the first seconds of a run the noise is known from few windows: errors in runs with 30
-/// seeds reached 6.7 standard deviations, and 1 of 42 000 values was off, most of them in one draw of the noise.
+/// In so many runs that one error in a million would show, errors of more than six standard
+/// deviations are rarer than that after a payload change. In the first seconds of a run the noise
+/// is known from few windows: errors in runs with 30 seeds reached 6.7 standard deviations, and 1
+/// of 42 000 values was off, most of them in one draw of the noise.
 #[test]
 #[ignore = "minutes in release mode: cargo test --release -p tactid-identify --test tests payload_change -- --ignored --nocapture"]
 fn errors_beyond_six_std_devs_are_rarer_than_one_in_a_million() {

@@ -7,8 +7,8 @@ use rand_distr::StandardNormal;
 use tactid_dynamics::{InertialParameters, Manipulator, MassProperties};
 use tactid_identify::{EquationSettings, Finding, KnownTool, RestIdentifier, Wrench};
 
-/// Exact wrenches give exact values, in a tip frame that is not that of the sensor and with a known tool. The inertia is
-/// unobservable.
+/// Exact wrenches give exact values, in a tip frame that is not that of the sensor and with a known
+/// tool. The inertia is unobservable.
 #[test]
 fn exact_wrenches_give_exact_values() {
     let tool = MassProperties {
@@ -43,8 +43,8 @@ fn exact_wrenches_give_exact_values() {
     }
 }
 
-/// A sensor of three forces, or of one, determines no more than they show, with intervals that contain the truth: the mass
-/// alone where it stands at the tip.
+/// A sensor of three forces, or of one, determines no more than they show, with intervals that
+/// contain the truth: the mass alone where it stands at the tip.
 #[test]
 fn forces_alone_determine_the_mass() {
     for measured in [vec![0, 1, 2], vec![2]] {
@@ -85,7 +85,8 @@ fn forces_alone_determine_the_mass() {
     }
 }
 
-/// The 95 % intervals of mass, centre of mass and offset contain the truth in 93 to 97 % of 2000 draws of 6 to 24 poses.
+/// The 95 % intervals of mass, centre of mass and offset contain the truth in 93 to 97 % of 2000
+/// draws of 6 to 24 poses.
 #[test]
 fn intervals_hold_for_few_and_many_poses() {
     let mut inside = [0; 10];
@@ -104,8 +105,8 @@ fn intervals_hold_for_few_and_many_poses() {
     check_coverage(&inside, DRAWS);
 }
 
-/// Two attitudes leave a direction of the centre of mass open. An axis that is almost across it has an interval that contains
-/// the truth, or none.
+/// Two attitudes leave a direction of the centre of mass open. An axis that is almost across it has
+/// an interval that contains the truth, or none.
 #[test]
 fn intervals_hold_for_two_attitudes() {
     let (mut known, mut missed) = (0, 0);
@@ -147,7 +148,8 @@ fn samples_of_a_pose_count_once() {
     }
 }
 
-/// One attitude cannot distinguish an offset from a weight; two determine the mass, and three the centre of mass.
+/// One attitude cannot distinguish an offset from a weight; two determine the mass, and three the
+/// centre of mass.
 #[test]
 fn the_number_of_attitudes_decides_what_is_identifiable() {
     let all = [
@@ -173,8 +175,8 @@ fn the_number_of_attitudes_decides_what_is_identifiable() {
     assert!(nothing.unwrap().solve().is_err());
 }
 
-/// The further attitude is one that shows what the others do not: gravity has been along -z, -y and -z again, so that the centre
-/// of mass along x is missing.
+/// The further attitude is one that shows what the others do not: gravity has been along -z, -y and
+/// -z again, so that the centre of mass along x is missing.
 #[test]
 fn the_next_attitude_is_across_the_others() {
     let attitudes = [
@@ -195,8 +197,8 @@ fn the_next_attitude_is_across_the_others() {
     assert_eq!(next.gravity[1..], [0.0, 0.0], "{next:?}");
 }
 
-/// The covariance of a known tool has a share in the inertia, which poses do not show: that makes no inertia of the payload
-/// inconsistent.
+/// The covariance of a known tool has a share in the inertia, which poses do not show: that makes
+/// no inertia of the payload inconsistent.
 #[test]
 fn an_uncertain_tool_is_subtracted() {
     let tool = MassProperties {

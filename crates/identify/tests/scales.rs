@@ -144,7 +144,8 @@ struct Instant {
 /// A problem in SI units.
 #[derive(Clone, Copy, Debug)]
 struct Problem {
-    /// Number of joints that move, beginning at the tool. With few, some directions are unobservable.
+    /// Number of joints that move, beginning at the tool. With few, some directions are
+    /// unobservable.
     moving: usize,
     /// Time at rest before the motion, s.
     rest_s: f64,
@@ -231,8 +232,8 @@ impl Problem {
         (0..6 * RATE_HZ as usize).map(of_time).collect()
     }
 
-    /// Returns relative results of the online identifier after each payload change, at some times and at the end, and
-    /// those of the batch identifier.
+    /// Returns relative results of the online identifier after each payload change, at some times
+    /// and at the end, and those of the batch identifier.
     fn results(&self, instants: &[Instant], units: &Units) -> Vec<Relative> {
         let robot = units.arm();
         let settings = units.settings(self.method, self.wrench_offset);
@@ -292,7 +293,8 @@ impl Relative {
         }
     }
 
-    /// Asserts that a result differs by less than 1e-9 of the largest value of its kind, and of its standard deviation.
+    /// Asserts that a result differs by less than 1e-9 of the largest value of its kind, and of its
+    /// standard deviation.
     fn assert_equal(&self, other: &Self, context: &str) {
         let context = format!("{context}, {}: {self:?} {other:?}", self.name);
         let (own, others) = (&self.estimate, &other.estimate);
@@ -339,8 +341,9 @@ fn units(mass_kg: f64, length_m: f64, time_s: f64) -> Units {
     }
 }
 
-/// Units of mass, length and time through nine orders of magnitude, each alone. They are powers of two, so that
-/// measurements in them have the same digits: a result that differs has an absolute threshold or start behind it.
+/// Units of mass, length and time through nine orders of magnitude, each alone. They are powers of
+/// two, so that measurements in them have the same digits: a result that differs has an absolute
+/// threshold or start behind it.
 fn binary_units() -> Vec<Units> {
     let powers = [-15, -7, 8, 15].map(|exponent| 2f64.powi(exponent));
     let alone = powers.map(|scale| {
@@ -353,8 +356,8 @@ fn binary_units() -> Vec<Units> {
     alone.into_iter().flatten().collect()
 }
 
-/// Payloads of 1 g and 1000 t with lever arms from 1 mm to 100 m, at sample rates from 10 Hz to 20 kHz. The measurements
-/// have other digits than those in SI units.
+/// Payloads of 1 g and 1000 t with lever arms from 1 mm to 100 m, at sample rates from 10 Hz to 20
+/// kHz. The measurements have other digits than those in SI units.
 fn decimal_units() -> Vec<Units> {
     let mut all = Vec::new();
     for mass_kg in [1e-3 / 3.0, 1e6 / 3.0] {
@@ -411,7 +414,8 @@ fn payload_changes_and_offsets() {
     assert_scale_free(&problem, &binary_units());
 }
 
-/// Stamps since 1970 are multiples of 2.4e-7 s. Those of this problem are, so that only the arithmetic could differ.
+/// Stamps since 1970 are multiples of 2.4e-7 s. Those of this problem are, so that only the
+/// arithmetic could differ.
 #[test]
 fn stamps_since_1970() {
     let since_1970 = |time_s: f64| Units {

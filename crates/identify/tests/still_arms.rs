@@ -1,4 +1,5 @@
-//! An arm that holds still: gravity determines the mass, and the noise of the joints determines nothing.
+//! An arm that holds still: gravity determines the mass, and the noise of the joints determines
+//! nothing.
 
 use std::f64::consts::{FRAC_PI_2, FRAC_PI_4};
 
@@ -147,7 +148,8 @@ fn identify(seed: u64, duration_s: f64, joints: [f64; 2]) -> BatchResult {
     batch.solve().unwrap()
 }
 
-/// Noise of the joints, from rounding to that of a coarse encoder, leaves the mass as gravity shows it, and contradicts nothing.
+/// Noise of the joints, from rounding to that of a coarse encoder, leaves the mass as gravity shows
+/// it, and contradicts nothing.
 #[test]
 fn noise_of_the_joints_does_not_move_the_mass() {
     let fine = [
@@ -165,7 +167,8 @@ fn noise_of_the_joints_does_not_move_the_mass() {
     check([1e-4, 1e-2], 10.0, 3e-3);
 }
 
-/// Asserts that the mass of ten postures is within its interval, of no more than this half width in kg, without any finding.
+/// Asserts that the mass of ten postures is within its interval, of no more than this half width in
+/// kg, without any finding.
 fn check(noise: [f64; 2], duration_s: f64, widest_kg: f64) {
     for seed in 0..10 {
         let result = identify(seed, duration_s, noise);
@@ -180,10 +183,11 @@ fn check(noise: [f64; 2], duration_s: f64, widest_kg: f64) {
 
 /// What the same samples show of the mass online and from their recording.
 struct Comparison {
-    /// Errors of the mass at the end, online and of the recording, in standard deviations of the recording.
+    /// Errors of the mass at the end, online and of the recording, in standard deviations of the
+    /// recording.
     errors: [f64; 2],
-    /// Root mean square error online, in the same unit. The error of a sample counts as what it would be at the end:
-    /// errors shrink with the root of time.
+    /// Root mean square error online, in the same unit. The error of a sample counts as what it
+    /// would be at the end: errors shrink with the root of time.
     online_rms: f64,
     /// Largest change between two samples, in standard deviations.
     largest_change: f64,
@@ -228,8 +232,8 @@ fn compare(still: &Still, random: &mut SmallRng) -> Comparison {
     }
 }
 
-/// Online the mass of an arm that holds still is as good as from a recording, and no sample moves it by more than its
-/// standard deviation, for any noise, rate, posture and arm.
+/// Online the mass of an arm that holds still is as good as from a recording, and no sample moves
+/// it by more than its standard deviation, for any noise, rate, posture and arm.
 #[test]
 fn the_mass_is_steady_online() {
     let [fine, usual, coarse] = [[1e-6, 1e-5], [2e-5, 1e-3], [1e-4, 1e-2]];

@@ -1,4 +1,5 @@
-//! Wrong assumptions about a wrist sensor, gravity and the joints are named: random motions of arms, one fault each.
+//! Wrong assumptions about a wrist sensor, gravity and the joints are named: random motions of
+//! arms, one fault each.
 
 use crate::faults::{Draws, Fault, of_a_real_sensor};
 use crate::setups::{DOWN, OTHERS, Recording, Setup, UR10};
@@ -36,7 +37,8 @@ fn names(found: &WrongAssumption, fault: Fault) -> bool {
     is_cause(found.cause) || found.runner_up.is_some_and(is_cause)
 }
 
-/// Asserts that the first finding of 95 % of recordings with one fault is its cause, or has it as the runner-up.
+/// Asserts that the first finding of 95 % of recordings with one fault is its cause, or has it as
+/// the runner-up.
 fn assert_named_first(setups: impl Iterator<Item = (&'static Setup, u64)> + Clone) {
     let (mut named, mut tried) = (0, 0);
     for fault in Fault::ALL {
@@ -218,8 +220,8 @@ fn a_weight_is_found_beside_another_gravity() {
     assert_both(fault, [Hypothesis::Gravity, Hypothesis::Weight]);
 }
 
-/// Asserts that a fault is the first cause and contradicts the result where the direction of gravity
-/// is identified, for each of the other arms.
+/// Asserts that a fault is the first cause and contradicts the result where the direction of
+/// gravity is identified, for each of the other arms.
 fn assert_named_beside_unknown_gravity(
     cause: Hypothesis,
     fault: impl Fn(&mut Recording, &mut Draws),
@@ -332,7 +334,8 @@ fn one_attitude_does_not_show_an_offset() {
     }
 }
 
-/// A shown offset is identified: the values of the first result are right, and their intervals contain the truth.
+/// A shown offset is identified: the values of the first result are right, and their intervals
+/// contain the truth.
 #[test]
 fn a_shown_offset_is_identified() {
     let auto = BatchSettings {

@@ -14,7 +14,8 @@ use crate::reader::{LogReader, Messages, RawMessage, Topic};
 use crate::rosbag2::{Durability, TopicDescription};
 use crate::writer::{LogWriter, Schema};
 
-/// Name of the metadata of a channel that states the offered quality of service, as rosbag2 writes it.
+/// Name of the metadata of a channel that states the offered quality of service, as rosbag2 writes
+/// it.
 const PROFILES: &str = "offered_qos_profiles";
 /// Name of the metadata record that describes a bag: each log has its own.
 const DESCRIPTION: &str = "rosbag2";

@@ -78,8 +78,8 @@ impl BagDescription<'_> {
         format!("rosbag2_bagfile_information:\n  {lines}\n")
     }
 
-    /// Returns the value of `serialized_metadata` in the `rosbag2` record, which is YAML, for a file
-    /// of this name.
+    /// Returns the value of `serialized_metadata` in the `rosbag2` record, which is YAML, for a
+    /// file of this name.
     pub(crate) fn serialized(&self, file: &str) -> String {
         let (start, end) = self.times_ns;
         let (duration, count) = (end - start, self.message_count());

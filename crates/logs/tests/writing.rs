@@ -248,8 +248,8 @@ fn a_pipe_is_refused() {
     assert!(error.contains("pipe: a log needs a file"), "{error}");
 }
 
-/// Two logs become one, in which every message and every topic is as it was, of MCAP and of SQLite, and the description of
-/// the bag is that of the new log.
+/// Two logs become one, in which every message and every topic is as it was, of MCAP and of SQLite,
+/// and the description of the bag is that of the new log.
 #[test]
 fn merged_logs_keep_their_messages() {
     let folder = tempfile::tempdir().unwrap();

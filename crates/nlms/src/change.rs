@@ -177,7 +177,8 @@ impl ChangeDetector {
         is_change
     }
 
-    /// Returns whether the innovations so far are evidence of a change: whether any of the sums is above zero.
+    /// Returns whether the innovations so far are evidence of a change: whether any of the sums is
+    /// above zero.
     #[must_use]
     pub fn has_evidence(&self) -> bool {
         self.evidence.greatest() > 0.0

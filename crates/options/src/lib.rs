@@ -95,7 +95,8 @@ pub enum Kind {
     Grip,
     /// A body: its mass, centre of mass, and inertia about it.
     Body,
-    /// A body of which the inertia may be missing: its mass and centre of mass, and inertia about it.
+    /// A body of which the inertia may be missing: its mass and centre of mass, and inertia about
+    /// it.
     Payload,
     /// A known tool: a body, or the result of an identification.
     Tool,

@@ -1,4 +1,5 @@
-//! Arguments that identification takes from arrays and online alike: the robot, its joints, and the wrenches.
+//! Arguments that identification takes from arrays and online alike: the robot, its joints, and the
+//! wrenches.
 
 use pyo3::prelude::*;
 use pyo3::types::PyString;
@@ -38,7 +39,8 @@ pub(crate) fn borrowed(names: &[String]) -> Vec<&str> {
     names.iter().map(String::as_str).collect()
 }
 
-/// Reads the joints' positions, velocities and efforts; `dof` is `None` where there is no robot, and so no joint.
+/// Reads the joints' positions, velocities and efforts; `dof` is `None` where there is no robot,
+/// and so no joint.
 pub(crate) fn read_joints(
     given: [Argument<'_, '_>; 3],
     dof: Option<usize>,
@@ -54,8 +56,8 @@ pub(crate) fn read_joints(
     Ok([read("q", q)?, read("qd", qd)?, read("effort", effort)?])
 }
 
-/// Reads the wrenches of a number of sensors: those of one sample or of N, and for one sensor with or without its
-/// own axis.
+/// Reads the wrenches of a number of sensors: those of one sample or of N, and for one sensor with
+/// or without its own axis.
 pub(crate) fn read_wrenches(given: Argument<'_, '_>, sensors: usize) -> PyResult<Series> {
     let Some(given) = given else {
         return Series::read_or_empty(None, "wrench", 0);

@@ -101,7 +101,8 @@ pub(crate) struct Calibration {
     delay: Delay,
     /// Effort for one unit of the recorded value as it was given, N m or N, (n,).
     effort_gain: Vec<f64>,
-    /// Factor from these efforts to torques, without a unit, (n,): 1 where efforts count as torques.
+    /// Factor from these efforts to torques, without a unit, (n,): 1 where efforts count as
+    /// torques.
     gain: Vec<f64>,
     /// Standard deviation of the gain, without a unit, (n,); 0 where it was not to be found.
     gain_std_dev: Vec<f64>,
@@ -117,7 +118,8 @@ pub(crate) struct Calibration {
     friction_velocities: Vec<f64>,
     /// Friction as a fraction of the joint's torque, without a unit, (n,).
     load_friction: Vec<f64>,
-    /// What a payload's torque adds to the load friction, as a fraction of this torque, without a unit, (n,).
+    /// What a payload's torque adds to the load friction, as a fraction of this torque, without a
+    /// unit, (n,).
     payload_friction: Vec<f64>,
     /// Inertia of the rotor as the joint moves it, kg m² or kg, (n,).
     rotor_inertia: Vec<f64>,
@@ -127,18 +129,19 @@ pub(crate) struct Calibration {
     residual_before: Vec<f64>,
     /// Rms of measured less modelled efforts with the calibration, N m or N, (n,).
     residual_after: Vec<f64>,
-    /// Rms of measured less modelled efforts on windows that a second fit did not see, N m or N, (n,); unknown where these
-    /// are too few.
+    /// Rms of measured less modelled efforts on windows that a second fit did not see, N m or N,
+    /// (n,); unknown where these are too few.
     residual_held_out: Vec<f64>,
-    /// Ten inertial parameters of each link as the URDF has them, (B, 10): mass, kg, first moments, kg m, and inertia about
-    /// the origin of the link's frame, kg m², with all links fixed to it.
+    /// Ten inertial parameters of each link as the URDF has them, (B, 10): mass, kg, first moments,
+    /// kg m, and inertia about the origin of the link's frame, kg m², with all links fixed to it.
     described: Vec<[f64; 10]>,
-    /// The calibrated parameters of each link, kg, kg m and kg m², (B, 10). Motion determines combinations of several links
-    /// only; the others stay as described.
+    /// The calibrated parameters of each link, kg, kg m and kg m², (B, 10). Motion determines
+    /// combinations of several links only; the others stay as described.
     calibrated: Vec<[f64; 10]>,
     /// Standard deviations of the calibrated parameters, kg, kg m and kg m², (B, 10).
     std_devs: Vec<[f64; 10]>,
-    /// Ten parameters of the payload of each loaded recording, in the tip's frame, kg, kg m and kg m², (L, 10).
+    /// Ten parameters of the payload of each loaded recording, in the tip's frame, kg, kg m and kg
+    /// m², (L, 10).
     payloads: Vec<[f64; 10]>,
     /// Number of windows of all recordings that were used.
     windows: usize,
@@ -147,8 +150,8 @@ pub(crate) struct Calibration {
     /// What the motion does not determine.
     #[schemars(extend("x-class" = "Sequence[Finding]"))]
     shortages: AddedCalibrationFindings,
-    /// Assumptions that the recordings contradict: a gain that is improbable by what was known of it, and the one that they
-    /// contradict most, such as the direction of gravity.
+    /// Assumptions that the recordings contradict: a gain that is improbable by what was known of
+    /// it, and the one that they contradict most, such as the direction of gravity.
     #[schemars(extend("x-class" = "Sequence[Finding]"))]
     contradictions: AddedCalibrationFindings,
 }

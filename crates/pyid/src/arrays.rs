@@ -1,5 +1,5 @@
-//! Conversion between NumPy arrays and series of samples. Anything that NumPy can convert is read; results are
-//! arrays with one entry for each sample.
+//! Conversion between NumPy arrays and series of samples. Anything that NumPy can convert is read;
+//! results are arrays with one entry for each sample.
 
 use std::ops::Range;
 
@@ -45,7 +45,8 @@ impl<'py> SeriesArray<'py> {
         value.map_or(Ok(zero), |value| Self::read(value, name, width))
     }
 
-    /// Takes an array whose items have one of some shapes; where none fits, the error also says `what` an item is.
+    /// Takes an array whose items have one of some shapes; where none fits, the error also says
+    /// `what` an item is.
     fn read_one_of(
         value: &Bound<'py, PyAny>,
         name: &'static str,
@@ -139,7 +140,8 @@ impl Series {
         Self::read_one_of(value, name, &[item], "")
     }
 
-    /// Reads an array whose items have one of some shapes; where none fits, the error also says `what` an item is.
+    /// Reads an array whose items have one of some shapes; where none fits, the error also says
+    /// `what` an item is.
     pub(crate) fn read_one_of(
         value: &Bound<'_, PyAny>,
         name: &'static str,
@@ -158,7 +160,8 @@ impl Series {
         SeriesArray::read_or_zero(value, name, width)?.whole()
     }
 
-    /// Reads an array of the shape `(width,)` or `(N, width)`; an item without entries where nothing is given.
+    /// Reads an array of the shape `(width,)` or `(N, width)`; an item without entries where
+    /// nothing is given.
     pub(crate) fn read_or_empty(
         value: Option<&Bound<'_, PyAny>>,
         name: &'static str,
@@ -231,7 +234,8 @@ impl Sampled for Series {
     }
 }
 
-/// Returns the number of samples that the series have in common; `None` where each has one item for all samples.
+/// Returns the number of samples that the series have in common; `None` where each has one item for
+/// all samples.
 pub(crate) fn common_length(series: &[&dyn Sampled]) -> PyResult<Option<usize>> {
     let mut longest: Option<(&'static str, usize)> = None;
     for one in series {

@@ -52,7 +52,8 @@ pub(crate) struct RecordingData {
     /// Efforts of the calibrated model with the payload, N m or N, (W, n).
     #[schemars(extend("kept" = "memory"))]
     calibrated: Table,
-    /// What `calibrated` contains beside the torques of the links and the payload, N m or N, (W, n).
+    /// What `calibrated` contains beside the torques of the links and the payload, N m or N, (W,
+    /// n).
     #[schemars(extend("kept" = "memory"))]
     friction: Table,
     /// What was wrong with messages or samples, and how often.
@@ -122,7 +123,8 @@ pub(crate) struct RunData {
     recordings: Vec<Py<PyDict>>,
 }
 
-/// Calibrates an arm from logs and arrays: see :func:`tactid.calibrate`. `given` are its own options.
+/// Calibrates an arm from logs and arrays: see :func:`tactid.calibrate`. `given` are its own
+/// options.
 ///
 /// The arrays of a recording are a mapping of ``time``, ``q``, ``effort`` and maybe ``qd``.
 #[pyfunction]
@@ -170,7 +172,8 @@ pub(crate) fn calibrate_arm(
     })
 }
 
-/// Takes the recordings out of options: the unloaded ones, the loaded ones, and those that are held out.
+/// Takes the recordings out of options: the unloaded ones, the loaded ones, and those that are held
+/// out.
 fn recordings(
     options: &Bound<'_, PyDict>,
     robot: Option<&Bound<'_, crate::dynamics::Manipulator>>,

@@ -44,8 +44,9 @@ pub(crate) fn finding(finding: &CollisionFinding) -> FindingData {
     }
 }
 
-/// Returns the collision shapes of a robot. `read_mesh` is called with the name of each mesh and the folder of the URDF, and
-/// returns the bytes of the mesh or the reason why there are none; an exception of it ends the design.
+/// Returns the collision shapes of a robot. `read_mesh` is called with the name of each mesh and
+/// the folder of the URDF, and returns the bytes of the mesh or the reason why there are none; an
+/// exception of it ends the design.
 pub(crate) fn collision_model(
     robot: &Bound<'_, Manipulator>,
     read_mesh: &Py<PyAny>,

@@ -34,13 +34,11 @@ pub(crate) fn identify_logs(
 
 /// Combines the estimates of several recordings: see :func:`tactid.combine`.
 ///
-/// Args:
-///     runs: What each recording contributes: its ``name``, its ``linear``, ``known_mass`` and ``bounding_box``, and of its
-///         estimate ``frame``, ``windows``, ``rejected`` and ``gaps``.
+/// Args: runs: What each recording contributes: its ``name``, its ``linear``, ``known_mass`` and
+/// ``bounding_box``, and of its estimate ``frame``, ``windows``, ``rejected`` and ``gaps``.
 ///
-/// Raises:
-///     ArgumentError: There is no recording, the recordings do not belong together, a shape does not fit, a matrix is not
-///         positive semidefinite, or what is known is out of range.
+/// Raises: ArgumentError: There is no recording, the recordings do not belong together, a shape
+/// does not fit, a matrix is not positive semidefinite, or what is known is out of range.
 #[pyfunction]
 pub(crate) fn combine<'py>(
     py: Python<'py>,

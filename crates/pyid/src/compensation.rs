@@ -1,4 +1,5 @@
-//! The wrench of the contact at each sample of a recording. `tactid._api.compensation` and the command line call these.
+//! The wrench of the contact at each sample of a recording. `tactid._api.compensation` and the
+//! command line call these.
 
 use std::path::PathBuf;
 
@@ -62,7 +63,8 @@ pub(crate) fn compensate_arrays(
     })
 }
 
-/// Writes a copy of a log with the wrenches of load and contact to a file in a folder, and returns what they are like.
+/// Writes a copy of a log with the wrenches of load and contact to a file in a folder, and returns
+/// what they are like.
 #[pyfunction]
 #[pyo3(signature = (log, folder, file, options, load, progress=None))]
 pub(crate) fn compensate_into(

@@ -22,24 +22,25 @@ type Argument<'a, 'py> = Option<&'a Bound<'py, PyAny>>;
 
 /// A robot: a base, floating or fixed, and a tree of links.
 ///
-/// Immutable; made by :meth:`from_urdf`. Joints are in the order of :attr:`joint_names`: walking down
-/// the tree depth first, children in the order of the file. Match them by name.
+/// Immutable; made by :meth:`from_urdf`. Joints are in the order of :attr:`joint_names`: walking
+/// down the tree depth first, children in the order of the file. Match them by name.
 ///
-/// All computations work on whole arrays. Let ``n`` be :attr:`dof`; an argument is of the shape given
-/// here for one sample, or has a leading axis of N samples. Arguments of one sample hold for all N.
-/// Results have the leading axis where any argument has it. The arguments in common:
+/// All computations work on whole arrays. Let ``n`` be :attr:`dof`; an argument is of the shape
+/// given here for one sample, or has a leading axis of N samples. Arguments of one sample hold for
+/// all N. Results have the leading axis where any argument has it. The arguments in common:
 ///
-/// - ``q``, ``qd``, ``qdd``: joint positions, velocities, accelerations, (n,); rad or m and seconds. Zero
-///   where they are left out.
+/// - ``q``, ``qd``, ``qdd``: joint positions, velocities, accelerations, (n,); rad or m and
+///   seconds. Zero where they are left out.
 /// - ``base_pose``: the base in the world, ``world_from_base``, (4, 4), or (7,) as
 ///   ``[x, y, z, qx, qy, qz, qw]``. Identity where it is left out.
-/// - ``base_twist``: velocity of the base frame's origin, then angular velocity, both in world axes, (6,);
-///   m/s, rad/s. Zero where it is left out.
-/// - ``base_acceleration``: classical acceleration of the base frame's origin (the derivative of its
-///   velocity), then angular acceleration, both in world axes, (6,); m/s², rad/s². Zero where left out.
+/// - ``base_twist``: velocity of the base frame's origin, then angular velocity, both in world
+///   axes, (6,); m/s, rad/s. Zero where it is left out.
+/// - ``base_acceleration``: classical acceleration of the base frame's origin (the derivative of
+///   its velocity), then angular acceleration, both in world axes, (6,); m/s², rad/s². Zero where
+///   left out.
 ///
-/// A shape that does not fit raises an ``ArgumentError`` with the shape expected and the one given. The
-/// interpreter is released while a series is worked through.
+/// A shape that does not fit raises an ``ArgumentError`` with the shape expected and the one given.
+/// The interpreter is released while a series is worked through.
 #[pyclass(module = "tactid", frozen)]
 pub(crate) struct Manipulator {
     pub(crate) robot: tactid_dynamics::Manipulator,
@@ -71,19 +72,18 @@ pub(crate) struct FrameMotion {
 impl Manipulator {
     /// Reads a URDF.
     ///
-    /// Args:
-    ///     urdf: The path of a file, or the text itself, which begins with ``<``.
-    ///     base: ``"fixed"`` for a robot that is bolted down, ``"floating"`` for one whose base moves, such as a
-    ///         spacecraft or a mobile robot.
-    ///     base_link: Link to take as the base, with what hangs below it; the root where left out.
+    /// Args: urdf: The path of a file, or the text itself, which begins with ``<``. base:
+    /// ``"fixed"`` for a robot that is bolted down, ``"floating"`` for one whose base moves, such
+    /// as a spacecraft or a mobile robot. base_link: Link to take as the base, with what hangs
+    /// below it; the root where left out.
     ///
-    /// A link without ``<inertial>`` has no mass: enough for poses, and for identification from wrenches. An inertia
-    /// that no body has is used as it is written. :attr:`findings` lists these and other defects.
+    /// A link without ``<inertial>`` has no mass: enough for poses, and for identification from
+    /// wrenches. An inertia that no body has is used as it is written. :attr:`findings` lists these
+    /// and other defects.
     ///
-    /// Raises:
-    ///     ModelError: It cannot be read, its links are no tree, or a joint has an impossible axis, pose or type;
-    ///         the message names it.
-    ///     ArgumentError: ``base`` is something else, or ``urdf`` is neither text nor a path.
+    /// Raises: ModelError: It cannot be read, its links are no tree, or a joint has an impossible
+    /// axis, pose or type; the message names it. ArgumentError: ``base`` is something else, or
+    /// ``urdf`` is neither text nor a path.
     #[staticmethod]
     #[pyo3(
         signature = (urdf, base=Text("fixed".to_owned()), *, base_link=None),
@@ -133,12 +133,12 @@ impl Manipulator {
         self.robot.mass()
     }
 
-    /// What is wrong in the URDF and what was assumed instead, a list of :class:`tactid.Finding`; ``print`` shows each
-    /// as a sentence.
+    /// What is wrong in the URDF and what was assumed instead, a list of :class:`tactid.Finding`;
+    /// ``print`` shows each as a sentence.
     ///
-    /// An inertia or a mass that no body has, numbers that are missing, moving links without mass, and parts that
-    /// were ignored. A result reports those that matter for its method. Masses and inertias on a fixed base have
-    /// no effect and are not listed.
+    /// An inertia or a mass that no body has, numbers that are missing, moving links without mass,
+    /// and parts that were ignored. A result reports those that matter for its method. Masses and
+    /// inertias on a fixed base have no effect and are not listed.
     #[getter]
     fn findings<'py>(&self, py: Python<'py>) -> PyResult<Vec<Bound<'py, PyAny>>> {
         let class = py.import("tactid._base.findings")?.getattr("Finding")?;
@@ -234,15 +234,14 @@ impl Manipulator {
 
     /// Joint torques and base wrench that a motion takes, equations (21)-(41).
     ///
-    /// Args:
-    ///     gravity: Gravitational acceleration in world axes, (3,), m/s², pointing down; zero where left
-    ///         out, as in orbit.
+    /// Args: gravity: Gravitational acceleration in world axes, (3,), m/s², pointing down; zero
+    /// where left out, as in orbit.
     ///
-    /// Returns:
-    ///     ``(torques, base_wrench)``: torques (n,), N m (N for a prismatic joint), along each joint's axis
-    ///     on the link it moves; base_wrench (6,), force then moment that the outside applies to the base,
-    ///     in world axes, about the base frame's origin, N and N m. Those of many states, which the widest
-    ///     vector unit of the processor computes together, may differ from those of one by rounding.
+    /// Returns: ``(torques, base_wrench)``: torques (n,), N m (N for a prismatic joint), along each
+    /// joint's axis on the link it moves; base_wrench (6,), force then moment that the outside
+    /// applies to the base, in world axes, about the base frame's origin, N and N m. Those of many
+    /// states, which the widest vector unit of the processor computes together, may differ from
+    /// those of one by rounding.
     ///
     /// Raises:
     ///     ArgumentError: A shape does not fit.
@@ -301,11 +300,11 @@ impl Manipulator {
         ))
     }
 
-    /// Returns the acceleration of a free-floating base for a given joint motion, without external forces.
+    /// Returns the acceleration of a free-floating base for a given joint motion, without external
+    /// forces.
     ///
-    /// Returns:
-    ///     (6,): classical acceleration of the base frame's origin, then angular acceleration, in world
-    ///     axes; m/s², rad/s².
+    /// Returns: (6,): classical acceleration of the base frame's origin, then angular acceleration,
+    /// in world axes; m/s², rad/s².
     ///
     /// Raises:
     ///     ArgumentError: A shape does not fit.
@@ -343,9 +342,8 @@ impl Manipulator {
 
     /// Total momentum.
     ///
-    /// Returns:
-    ///     (6,): linear momentum, kg m/s, then angular momentum about the world's origin, kg m²/s, in world
-    ///     axes.
+    /// Returns: (6,): linear momentum, kg m/s, then angular momentum about the world's origin, kg
+    /// m²/s, in world axes.
     ///
     /// Raises:
     ///     ArgumentError: A shape does not fit.

@@ -34,8 +34,8 @@ pub(crate) fn detached<T: Send>(py: Python<'_>, work: impl FnOnce() -> T + Send)
 /// Runs a computation, and turns a panic into an error.
 ///
 /// # Errors
-/// Returns `InternalError` if the work panics, which is a fault of tactid. PyO3 would raise `PanicException`, which `except
-/// Exception` does not catch. The panic hook prints the place.
+/// Returns `InternalError` if the work panics, which is a fault of tactid. PyO3 would raise
+/// `PanicException`, which `except Exception` does not catch. The panic hook prints the place.
 pub(crate) fn guarded<T>(work: impl FnOnce() -> T) -> PyResult<T> {
     // Safe to resume: state is dropped or belongs to a solver whose memory stays valid.
     catch_unwind(AssertUnwindSafe(work)).map_err(|panic| {
@@ -81,7 +81,8 @@ pub(crate) fn urdf_is_at_fault(py: Python<'_>, error: &PyErr) -> PyResult<bool> 
     Ok(error.is_instance_of::<ModelError>(py) && error.value(py).getattr("option")?.is_none())
 }
 
-/// Puts the name of a recording in front of the message of its error; an exception that is not ours stays as it is.
+/// Puts the name of a recording in front of the message of its error; an exception that is not ours
+/// stays as it is.
 pub(crate) fn in_recording(name: &str, error: PyErr) -> PyErr {
     Python::attach(|py| {
         let value = error.value(py);

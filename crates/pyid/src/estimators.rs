@@ -95,8 +95,8 @@ impl Estimator {
     /// Returns:
     ///     Number of the rows that were used.
     ///
-    /// Raises:
-    ///     ArgumentError: The shape of ``rows`` or ``targets`` does not fit the number of parameters, or one another.
+    /// Raises: ArgumentError: The shape of ``rows`` or ``targets`` does not fit the number of
+    /// parameters, or one another.
     fn update(
         &self,
         py: Python<'_>,
@@ -114,7 +114,8 @@ impl Estimator {
         })
     }
 
-    /// Current estimate of the parameters ``x``, (size,), each in the unit of the target over that of its column.
+    /// Current estimate of the parameters ``x``, (size,), each in the unit of the target over that
+    /// of its column.
     #[getter]
     fn parameters<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
         let parameters = py.detach(|| self.lock().parameters());
@@ -135,7 +136,8 @@ impl Estimator {
     }
 }
 
-/// Estimates parameters by least mean squares (LMS) with a fixed step size, section 3.1 of the paper.
+/// Estimates parameters by least mean squares (LMS) with a fixed step size, section 3.1 of the
+/// paper.
 ///
 /// The estimate may diverge where ``step · |row|²`` reaches 2.
 ///
@@ -164,10 +166,11 @@ impl Lms {
     }
 }
 
-/// Estimates parameters by normalised least mean squares (NLMS), the paper's filter, equations (53)-(54).
+/// Estimates parameters by normalised least mean squares (NLMS), the paper's filter, equations
+/// (53)-(54).
 ///
-/// The prediction of a row has ``alpha / (2 - alpha)`` times the variance of white noise on the targets,
-/// which is 9 times at the paper's alpha.
+/// The prediction of a row has ``alpha / (2 - alpha)`` times the variance of white noise on the
+/// targets, which is 9 times at the paper's alpha.
 ///
 /// Args:
 ///     size: Number of parameters, 1 to 10.
@@ -201,8 +204,8 @@ impl Nlms {
     }
 }
 
-/// Estimates parameters by recursive least squares (RLS) over all rows with equal weight, in square-root
-/// information form.
+/// Estimates parameters by recursive least squares (RLS) over all rows with equal weight, in
+/// square-root information form.
 ///
 /// A direction that no row excites keeps its initial value.
 ///
@@ -229,8 +232,8 @@ impl Rls {
         Ok(PyClassInitializer::from(estimator).add_subclass(Self))
     }
 
-    /// Covariance of the estimate, (size, size), with the noise variance estimated from the residuals. It is None
-    /// until there are more rows than parameters.
+    /// Covariance of the estimate, (size, size), with the noise variance estimated from the
+    /// residuals. It is None until there are more rows than parameters.
     #[getter]
     fn covariance<'py>(slf: &Bound<'py, Self>) -> PyResult<Option<Bound<'py, PyArrayDyn<f64>>>> {
         let py = slf.py();
@@ -250,7 +253,8 @@ fn finish<E: AnyEstimator + 'static>(estimator: Result<E, SettingError>) -> PyRe
     Ok(Estimator(Mutex::new(Box::new(estimator))))
 }
 
-/// Number of parameters. Any integer is read, so that the error of one that is out of its range is ours.
+/// Number of parameters. Any integer is read, so that the error of one that is out of its range is
+/// ours.
 struct Size(usize);
 
 impl<'a, 'py> FromPyObject<'a, 'py> for Size {

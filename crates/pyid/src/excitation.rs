@@ -39,7 +39,8 @@ const METADATA: &str = "tactid.motion";
 /// Time of the message of a designed motion, ns. ROS takes a stamp of zero for a missing one.
 const LOG_TIME_NS: u64 = 1_000_000_000;
 
-/// Designs a motion: see :func:`tactid.design_excitation`. `given` are its own options, and `read_mesh` reads a mesh.
+/// Designs a motion: see :func:`tactid.design_excitation`. `given` are its own options, and
+/// `read_mesh` reads a mesh.
 #[pyfunction]
 #[pyo3(signature = (robot, given, options, read_mesh, progress=None))]
 pub(crate) fn design_excitation(
@@ -116,7 +117,8 @@ impl Motion for Beginning<'_> {
     }
 }
 
-/// Predicts the intervals after each of some beginnings of a motion; NaN where one does not determine every value.
+/// Predicts the intervals after each of some beginnings of a motion; NaN where one does not
+/// determine every value.
 fn beginnings(
     problem: &Problem,
     design: &Design,
@@ -143,14 +145,12 @@ fn beginnings(
     Ok(found)
 }
 
-/// Writes a motion as a log with one `trajectory_msgs/msg/JointTrajectory`: see :meth:`tactid.DesignedMotion.write`.
+/// Writes a motion as a log with one `trajectory_msgs/msg/JointTrajectory`: see
+/// :meth:`tactid.DesignedMotion.write`.
 ///
-/// Args:
-///     path: The ``.mcap`` file to write.
-///     joints: Names of the joints.
-///     time: Times since the start of the motion, (N,), s.
-///     q: Positions, (N, n); ``qd`` and ``qdd`` likewise.
-///     metadata: What the log says of the motion, by keys: an MCAP metadata record named ``tactid.motion``.
+/// Args: path: The ``.mcap`` file to write. joints: Names of the joints. time: Times since the
+/// start of the motion, (N,), s. q: Positions, (N, n); ``qd`` and ``qdd`` likewise. metadata: What
+/// the log says of the motion, by keys: an MCAP metadata record named ``tactid.motion``.
 ///
 /// Raises:
 ///     LogError: The file cannot be written.

@@ -32,14 +32,12 @@ pub(crate) fn identification(
     Ok(data.unbind())
 }
 
-/// Returns the time until half of each 95 % interval is small enough, s: 0 where it is so already, infinite where the motion
-/// does not determine the value.
+/// Returns the time until half of each 95 % interval is small enough, s: 0 where it is so already,
+/// infinite where the motion does not determine the value.
 ///
-/// Args:
-///     forecast: The fields of a :class:`tactid.Forecast`; None where there is none, and all times are NaN.
-///     values: The ten values.
-///     std_devs: Their standard deviations.
-///     within: The target as a fraction of the largest value of its kind.
+/// Args: forecast: The fields of a :class:`tactid.Forecast`; None where there is none, and all
+/// times are NaN. values: The ten values. std_devs: Their standard deviations. within: The target
+/// as a fraction of the largest value of its kind.
 ///
 /// Raises:
 ///     ArgumentError: ``within`` is not positive.

@@ -173,7 +173,8 @@ pub(crate) fn identify_poses(
     identification(py, &found, &found.recording)
 }
 
-/// Returns the number of joints of the robot, which is given or read from the URDF; `None` where there is no robot.
+/// Returns the number of joints of the robot, which is given or read from the URDF; `None` where
+/// there is no robot.
 pub(crate) fn dof_of(
     robot: Option<&Bound<'_, Manipulator>>,
     request: &Request,

@@ -14,11 +14,9 @@ use crate::poses::Poses;
 /// Immutable. Bodies in one frame add and subtract: a composite without its gripper is
 /// ``composite - gripper``.
 ///
-/// Args:
-///     mass: Mass, kg.
-///     com: Centre of mass from the frame's origin, m, shape (3,).
-///     inertia: Inertia about the centre of mass with the frame's axes, kg m², shape (3, 3). Products
-///         of inertia are matrix entries, without a sign flip.
+/// Args: mass: Mass, kg. com: Centre of mass from the frame's origin, m, shape (3,). inertia:
+/// Inertia about the centre of mass with the frame's axes, kg m², shape (3, 3). Products of inertia
+/// are matrix entries, without a sign flip.
 ///
 /// Raises:
 ///     ArgumentError: A shape does not fit, a number is not finite, the mass is zero or the inertia
@@ -61,9 +59,8 @@ impl MassProperties {
 
     /// Returns the body with these inertial parameters, in which the dynamics are linear.
     ///
-    /// Args:
-    ///     parameters: ``[m, m·ax, m·ay, m·az, Ixx, Ixy, Ixz, Iyy, Iyz, Izz]``, the inertia about the
-    ///         frame's origin; kg, kg m, kg m²; shape (10,).
+    /// Args: parameters: ``[m, m·ax, m·ay, m·az, Ixx, Ixy, Ixz, Iyy, Iyz, Izz]``, the inertia about
+    /// the frame's origin; kg, kg m, kg m²; shape (10,).
     ///
     /// Raises:
     ///     ArgumentError: The shape does not fit or the mass is zero.
@@ -77,9 +74,8 @@ impl MassProperties {
 
     /// Returns the body with these ten values of a payload, in the order of ``VALUE_NAMES``.
     ///
-    /// Args:
-    ///     values: Mass, kg; centre of mass, m; inertia about it, kg m², xx, xy, xz, yy, yz, zz; shape (10,).
-    ///         The mass may be zero, as in an estimate before its first window.
+    /// Args: values: Mass, kg; centre of mass, m; inertia about it, kg m², xx, xy, xz, yy, yz, zz;
+    /// shape (10,). The mass may be zero, as in an estimate before its first window.
     ///
     /// Raises:
     ///     ArgumentError: The shape does not fit.
@@ -113,16 +109,16 @@ impl MassProperties {
         output(py, self.0.inertia.as_slice().to_vec(), None, &[3, 3])
     }
 
-    /// Inertial parameters ``[m, m·ax, m·ay, m·az, Ixx, Ixy, Ixz, Iyy, Iyz, Izz]``, the inertia about the
-    /// frame's origin; kg, kg m, kg m²; shape (10,).
+    /// Inertial parameters ``[m, m·ax, m·ay, m·az, Ixx, Ixy, Ixz, Iyy, Iyz, Izz]``, the inertia
+    /// about the frame's origin; kg, kg m, kg m²; shape (10,).
     #[getter]
     fn parameters<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
         let parameters = InertialParameters::from(self.0);
         output(py, parameters.as_vector().as_slice().to_vec(), None, &[10])
     }
 
-    /// Whether some distribution of positive mass has these properties, but for rounding: the mass is
-    /// positive, and no principal moment of inertia exceeds the sum of the two others.
+    /// Whether some distribution of positive mass has these properties, but for rounding: the mass
+    /// is positive, and no principal moment of inertia exceeds the sum of the two others.
     #[getter]
     fn is_physical(&self) -> bool {
         InertialParameters::from(self.0).is_physical()
@@ -130,11 +126,11 @@ impl MassProperties {
 
     /// Returns whether some distribution of positive mass has these properties within a tolerance.
     ///
-    /// Estimates of plates and rods need a tolerance: their largest principal moment of inertia equals the sum of
-    /// the two others.
+    /// Estimates of plates and rods need a tolerance: their largest principal moment of inertia
+    /// equals the sum of the two others.
     ///
-    /// Args:
-    ///     tolerance: Fraction of the largest principal moment by which it may exceed the sum of the two others.
+    /// Args: tolerance: Fraction of the largest principal moment by which it may exceed the sum of
+    /// the two others.
     fn is_physical_within(&self, tolerance: f64) -> bool {
         InertialParameters::from(self.0).is_physical_within(tolerance)
     }

@@ -6,7 +6,8 @@ use tactid_recordings::Arrays;
 
 use crate::arrays::{Series, common_length};
 
-/// Times, positions, velocities and efforts of the joints, N samples each; matrices are stored row by row.
+/// Times, positions, velocities and efforts of the joints, N samples each; matrices are stored row
+/// by row.
 pub(crate) struct JointArrays {
     pub(crate) time: Vec<f64>,
     pub(crate) q: Vec<f64>,
@@ -16,7 +17,8 @@ pub(crate) struct JointArrays {
 }
 
 impl JointArrays {
-    /// Reads times, positions and efforts of `dof` joints, which errors name by `names`, and their velocities, if there are any.
+    /// Reads times, positions and efforts of `dof` joints, which errors name by `names`, and their
+    /// velocities, if there are any.
     pub(crate) fn read(
         names: [&'static str; 3],
         [time, q, effort]: [&Bound<'_, PyAny>; 3],

@@ -1,7 +1,7 @@
 //! The extension module `tactid._native`: the crates in Python.
 //!
-//! It contains no mathematics: arrays come in, a crate's function runs with the interpreter released,
-//! and arrays go out.
+//! It contains no mathematics: arrays come in, a crate's function runs with the interpreter
+//! released, and arrays go out.
 
 mod arguments;
 mod arm_model;

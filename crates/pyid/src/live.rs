@@ -52,7 +52,8 @@ impl LiveSession {
         });
     }
 
-    /// Takes messages in the order in which they came, and what another thread has chosen from the beginning, if it has.
+    /// Takes messages in the order in which they came, and what another thread has chosen from the
+    /// beginning, if it has.
     fn push(&self, py: Python<'_>, messages: Vec<Message>) -> PyResult<()> {
         let pushed = detached(py, || {
             let mut session = self.lock();
@@ -88,8 +89,9 @@ impl LiveSession {
         offset.map(|offset| fields(py, &offset)).transpose()
     }
 
-    /// Returns the wrench of a contact: time to which it belongs, ns since the epoch, its frame, its latency, s,
-    /// and the wrench as that of an online identifier; None before payload and offset are known.
+    /// Returns the wrench of a contact: time to which it belongs, ns since the epoch, its frame,
+    /// its latency, s, and the wrench as that of an online identifier; None before payload and
+    /// offset are known.
     fn contact_wrench<'py>(&self, py: Python<'py>) -> PyResult<Option<Contact<'py>>> {
         let found = detached(py, || self.lock().contact_wrench())?;
         let contact = found.map(|found| {
@@ -152,7 +154,8 @@ impl LogMessages {
         Ok(Self(Mutex::new(messages)))
     }
 
-    /// Returns the next messages, at most `count`: topic, type, data and time of logging, ns, of each; none at the end.
+    /// Returns the next messages, at most `count`: topic, type, data and time of logging, ns, of
+    /// each; none at the end.
     fn read<'py>(&self, py: Python<'py>, count: usize) -> PyResult<Vec<Logged<'py>>> {
         let read = detached(py, || {
             let mut messages = self.0.lock().unwrap_or_else(PoisonError::into_inner);

@@ -43,11 +43,12 @@ pub(crate) struct LogInfo {
 
 /// Sets the memory that the messages of a log may occupy at once: 256 MiB until it is set.
 ///
-/// It holds for every log that this process opens afterwards. A log that needs more, because its chunks are large or overlap
-/// in time, is refused with a :class:`LogError`, whatever its files claim. Its index may occupy half as much.
+/// It holds for every log that this process opens afterwards. A log that needs more, because its
+/// chunks are large or overlap in time, is refused with a :class:`LogError`, whatever its files
+/// claim. Its index may occupy half as much.
 ///
-/// Args:
-///     mebibytes: The memory in MiB (2**20 bytes), more than zero. A single chunk or message is at most 256 MiB anyway.
+/// Args: mebibytes: The memory in MiB (2**20 bytes), more than zero. A single chunk or message is
+/// at most 256 MiB anyway.
 ///
 /// Raises:
 ///     ArgumentError: The memory is not more than zero.
@@ -67,8 +68,8 @@ pub(crate) fn set_log_memory(mebibytes: f64) -> PyResult<()> {
 /// Args:
 ///     log: The folder of a rosbag2 bag, or an ``.mcap`` or ``.db3`` file.
 ///
-/// Raises:
-///     LogError: There is no log that can be read. A log that is damaged is opened as far as it goes.
+/// Raises: LogError: There is no log that can be read. A log that is damaged is opened as far as it
+/// goes.
 #[pyfunction]
 pub(crate) fn info(py: Python<'_>, log: PathBuf) -> PyResult<LogInfo> {
     let mut interruption = InterruptionCheck::new(None);

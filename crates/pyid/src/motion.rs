@@ -16,14 +16,15 @@ use crate::errors::IntoPyErr;
 pub(crate) struct MotionHistory {
     /// Times since the start, s, (K,).
     pub(crate) times_s: Vec<f64>,
-    /// Predicted standard deviations of the ten values, kg, m and kg m², (K, 10); unknown where the motion up to there does
-    /// not determine every value.
+    /// Predicted standard deviations of the ten values, kg, m and kg m², (K, 10); unknown where the
+    /// motion up to there does not determine every value.
     pub(crate) std_devs: Vec<[f64; 10]>,
     /// Largest angle by which the base has turned until these times, degrees, (K,).
     pub(crate) base_attitude_deg: Vec<f64>,
 }
 
-/// A motion of all n joints of a robot, at N times: what it will determine, and how much of its limits it uses.
+/// A motion of all n joints of a robot, at N times: what it will determine, and how much of its
+/// limits it uses.
 #[derive(Serialize, JsonSchema)]
 pub(crate) struct DesignedMotion {
     /// Link in whose frame the payload is described.
@@ -56,27 +57,31 @@ pub(crate) struct DesignedMotion {
     /// Predicted standard deviation of each of the ten values, (10,).
     #[schemars(with = "TenValues<f64>")]
     predicted_std_devs: [f64; 10],
-    /// Target for half of each 95 % interval, as a fraction of the largest value of its kind, without a unit.
+    /// Target for half of each 95 % interval, as a fraction of the largest value of its kind,
+    /// without a unit.
     within: f64,
     /// Half of each predicted 95 % interval over its target, without a unit, (10,).
     #[schemars(with = "TenValues<f64>")]
     interval_ratios: [f64; 10],
     /// Options whose noise was not given, so that a default stands for it.
     assumed_noise: Vec<&'static str>,
-    /// Largest angle by which the base turns with the expected payload, degrees; `None` where it is fixed.
+    /// Largest angle by which the base turns with the expected payload, degrees; `None` where it is
+    /// fixed.
     base_attitude_deg: Option<f64>,
-    /// Largest distance by which the origin of the base moves with the expected payload, m; `None` where it is fixed.
+    /// Largest distance by which the origin of the base moves with the expected payload, m; `None`
+    /// where it is fixed.
     base_position_m: Option<f64>,
     /// How much of each limit is used, by the payload that uses most.
     margins: Vec<Margin>,
     /// The limits that bind: relaxing one allows smaller intervals.
     binding_constraints: Vec<String>,
-    /// What the test for collisions leaves out; `None` where collisions of the robot were not tested.
+    /// What the test for collisions leaves out; `None` where collisions of the robot were not
+    /// tested.
     collision_findings: Option<Vec<FindingData>>,
     /// Whether the box of the payload was given, so that its collisions were tested.
     payload_tested: bool,
-    /// The boxes around the robot that were given, such as `the workspace` and `the keep-out box table`; empty where nothing
-    /// around the robot was tested.
+    /// The boxes around the robot that were given, such as `the workspace` and `the keep-out box
+    /// table`; empty where nothing around the robot was tested.
     surroundings: Vec<String>,
     /// What the motion up to some times determines.
     history: MotionHistory,
@@ -124,7 +129,8 @@ impl DesignedMotion {
     }
 }
 
-/// Returns times, and positions, velocities and accelerations at them; the last is the end of the motion, at rest.
+/// Returns times, and positions, velocities and accelerations at them; the last is the end of the
+/// motion, at rest.
 fn states(design: &Design, rate_hz: f64, dof: usize) -> (Vec<f64>, [Table; 3]) {
     let duration_s = design.trajectory.duration_s();
     let mut times_s = Vec::new();

@@ -110,7 +110,8 @@ impl Identifier {
         fields(py, &detached(py, || lock(&self.0).estimate())?)
     }
 
-    /// Returns the covariance of the payload's linear parameters, (10, 10); None before the noise is known.
+    /// Returns the covariance of the payload's linear parameters, (10, 10); None before the noise
+    /// is known.
     fn covariance<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyArrayDyn<f64>>>> {
         let covariance = detached(py, || lock(&self.0).covariance())?;
         // Symmetric: row by row and column by column are the same.
@@ -139,7 +140,8 @@ impl Identifier {
         detached(py, || lock(&self.0).hold_payload(is_held))
     }
 
-    /// Returns the joint covariance of the payload and of the offset, (16, 16); None where there is no offset.
+    /// Returns the joint covariance of the payload and of the offset, (16, 16); None where there is
+    /// no offset.
     fn joint_covariance<'py>(
         &self,
         py: Python<'py>,
@@ -149,8 +151,9 @@ impl Identifier {
         rows.transpose()
     }
 
-    /// Returns the wrenches of load and contact about the origin of a link: time, wrench, covariance, and whether the
-    /// payload may have changed, of each; None before the estimate has settled.
+    /// Returns the wrenches of load and contact about the origin of a link: time, wrench,
+    /// covariance, and whether the payload may have changed, of each; None before the estimate has
+    /// settled.
     fn wrenches<'py>(
         &self,
         py: Python<'py>,
@@ -181,7 +184,8 @@ impl Identifier {
         offset.map(|offset| fields(py, &offset)).transpose()
     }
 
-    /// Returns what the most recent windows show about the assumptions: the kind of each finding and its data.
+    /// Returns what the most recent windows show about the assumptions: the kind of each finding
+    /// and its data.
     fn findings(&self, py: Python<'_>) -> PyResult<Vec<FindingData>> {
         let findings = detached(py, || {
             let identifier = lock(&self.0).clone();
@@ -411,7 +415,8 @@ fn check_given(
     Ok(())
 }
 
-/// Checks that the motion of the base, or of the sensor without a robot, is complete, and absent for a fixed base.
+/// Checks that the motion of the base, or of the sensor without a robot, is complete, and absent
+/// for a fixed base.
 fn check_base(expects: Expected, given: [Argument<'_, '_>; 3]) -> PyResult<()> {
     let names = ["pose", "twist", "acceleration"];
     let first = names.iter().zip(given).find(|(_, given)| given.is_some());

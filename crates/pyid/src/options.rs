@@ -17,8 +17,8 @@ use crate::urdf::urdf_text;
 /// Most characters of a wrong value that an error shows.
 const LONGEST_VALUE: usize = 200;
 
-/// Returns the declarations of all options of an identification, then those that only a design has, and those that only a
-/// calibration has, in the order in which they are documented.
+/// Returns the declarations of all options of an identification, then those that only a design has,
+/// and those that only a calibration has, in the order in which they are documented.
 #[pyfunction]
 pub(crate) fn options(py: Python<'_>) -> PyResult<Bound<'_, PyAny>> {
     let all = [
@@ -39,8 +39,8 @@ pub(crate) fn read<T: DeserializeOwned>(
         .map_err(|error| wrong_value(given, declared, &error))
 }
 
-/// Reads a request from the options that are given, but for an unloaded reference: see [`log_request`] and
-/// [`unloaded_arrays`].
+/// Reads a request from the options that are given, but for an unloaded reference: see
+/// [`log_request`] and [`unloaded_arrays`].
 pub(crate) fn request(given: &Bound<'_, PyDict>) -> PyResult<Request> {
     let plain = given.copy()?;
     // The path of a file may have bytes that are no text.

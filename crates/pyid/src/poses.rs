@@ -34,8 +34,9 @@ impl Poses {
 
     /// Reads measured poses; the identity where nothing is given.
     ///
-    /// A matrix with NaN, and a quaternion that is not about normalised, become poses of NaN,
-    /// which the identification counts as faults of single samples. Any other matrix that is no pose is an error.
+    /// A matrix with NaN, and a quaternion that is not about normalised, become poses of NaN, which
+    /// the identification counts as faults of single samples. Any other matrix that is no pose is
+    /// an error.
     pub(crate) fn read_measured_or_identity(
         value: Option<&Bound<'_, PyAny>>,
         name: &'static str,

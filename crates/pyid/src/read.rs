@@ -19,14 +19,12 @@ const CHECK_EVERY: usize = 1_000;
 
 /// Reads one topic of a log into arrays.
 ///
-/// Args:
-///     log: The folder of a rosbag2 bag, or an ``.mcap`` or ``.db3`` file.
-///     topic: Name of the topic, such as ``/joint_states``.
-///     every: Keeps at most one message in this time, s, to look at a long log; all of them for 0. Of joint
-///         states, one from each publisher.
+/// Args: log: The folder of a rosbag2 bag, or an ``.mcap`` or ``.db3`` file. topic: Name of the
+/// topic, such as ``/joint_states``. every: Keeps at most one message in this time, s, to look at a
+/// long log; all of them for 0. Of joint states, one from each publisher.
 ///
-/// Raises:
-///     LogError: The log cannot be read, has no such topic, or that holds a type without numbers to read.
+/// Raises: LogError: The log cannot be read, has no such topic, or that holds a type without
+/// numbers to read.
 #[pyfunction]
 #[pyo3(signature = (log, topic, *, every=0.0))]
 pub(crate) fn read(py: Python<'_>, log: PathBuf, topic: Text, every: f64) -> PyResult<Samples> {

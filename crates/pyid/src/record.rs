@@ -1,5 +1,5 @@
-//! Serialisable structures as Python objects: each becomes an instance of the class of its name in `tactid._results.records`, and
-//! numbers in rows of equal length become one array.
+//! Serialisable structures as Python objects: each becomes an instance of the class of its name in
+//! `tactid._results.records`, and numbers in rows of equal length become one array.
 
 use std::borrow::Cow;
 use std::fmt::Display;
@@ -16,7 +16,8 @@ use serde::ser::{SerializeTuple, SerializeTupleStruct};
 
 use crate::arrays::output;
 
-/// Returns the fields of a structure by their names, of which the inner structures are instances of their classes.
+/// Returns the fields of a structure by their names, of which the inner structures are instances of
+/// their classes.
 pub(crate) fn fields<'py, T: Serialize>(
     py: Python<'py>,
     structure: &T,

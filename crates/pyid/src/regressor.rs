@@ -9,14 +9,13 @@ use crate::errors::detached;
 
 /// The 6x10 matrix that takes a body's ten parameters to the wrench that moves it.
 ///
-/// ``[force, moment] = wrench_regressor(...) @ body.parameters``: the wrench on the body, in the axes of a
-/// frame fixed to it and about its origin, in the order of :attr:`MassProperties.parameters`.
+/// ``[force, moment] = wrench_regressor(...) @ body.parameters``: the wrench on the body, in the
+/// axes of a frame fixed to it and about its origin, in the order of
+/// :attr:`MassProperties.parameters`.
 ///
-/// Args:
-///     acceleration: Classical acceleration of the frame's origin less gravity, in the frame's axes,
-///         (3,) or (N, 3), m/s².
-///     angular_velocity: In the frame's axes, (3,) or (N, 3), rad/s.
-///     angular_acceleration: In the frame's axes, (3,) or (N, 3), rad/s².
+/// Args: acceleration: Classical acceleration of the frame's origin less gravity, in the frame's
+/// axes, (3,) or (N, 3), m/s². angular_velocity: In the frame's axes, (3,) or (N, 3), rad/s.
+/// angular_acceleration: In the frame's axes, (3,) or (N, 3), rad/s².
 ///
 /// Returns:
 ///     (6, 10) or (N, 6, 10).

@@ -13,15 +13,17 @@ type Array<'py> = Bound<'py, PyArrayDyn<f64>>;
 ///
 /// ``samples["position"]`` is an array with one entry a message; :meth:`keys` lists them:
 ///
-/// - ``sensor_msgs/msg/JointState``: ``position``, ``velocity``, ``effort``, each (N, joints), in the order of
-///   :attr:`names`; rad or m and seconds, N m or N.
-/// - ``geometry_msgs/msg/WrenchStamped``: ``wrench`` (N, 6), force then moment, N and N m, in the axes of
-///   :attr:`frame_id` and about its origin.
-/// - ``nav_msgs/msg/Odometry``: ``pose`` (N, 7), ``[x, y, z, qx, qy, qz, qw]`` of :attr:`child_frame_id` in
-///   :attr:`frame_id`, m; ``twist`` (N, 6), linear then angular, in the axes of the child, m/s and rad/s.
-/// - ``geometry_msgs/msg/AccelStamped``: ``acceleration`` (N, 6), linear then angular, m/s² and rad/s².
-/// - ``sensor_msgs/msg/Imu``: ``orientation`` (N, 4), ``[qx, qy, qz, qw]``; ``angular_velocity`` (N, 3), rad/s;
-///   ``linear_acceleration`` (N, 3), the specific force, m/s².
+/// - ``sensor_msgs/msg/JointState``: ``position``, ``velocity``, ``effort``, each (N, joints), in
+///   the order of :attr:`names`; rad or m and seconds, N m or N.
+/// - ``geometry_msgs/msg/WrenchStamped``: ``wrench`` (N, 6), force then moment, N and N m, in the
+///   axes of :attr:`frame_id` and about its origin.
+/// - ``nav_msgs/msg/Odometry``: ``pose`` (N, 7), ``[x, y, z, qx, qy, qz, qw]`` of
+///   :attr:`child_frame_id` in :attr:`frame_id`, m; ``twist`` (N, 6), linear then angular, in the
+///   axes of the child, m/s and rad/s.
+/// - ``geometry_msgs/msg/AccelStamped``: ``acceleration`` (N, 6), linear then angular, m/s² and
+///   rad/s².
+/// - ``sensor_msgs/msg/Imu``: ``orientation`` (N, 4), ``[qx, qy, qz, qw]``; ``angular_velocity``
+///   (N, 3), rad/s; ``linear_acceleration`` (N, 3), the specific force, m/s².
 /// - ``geometry_msgs/msg/InertiaStamped``: ``values`` (N, 10), in the order of ``VALUE_NAMES``.
 /// - ``std_msgs/msg/String``: no array, but :attr:`text`.
 ///
@@ -37,11 +39,12 @@ pub(crate) struct Samples {
     /// Time of the first message, at which ``time`` is zero, ns since the epoch of the log's clock.
     #[pyo3(get)]
     pub(crate) start_ns: i64,
-    /// Time of each message, in the order of logging, (N,), s: its header's stamp, or its log time where
-    /// there is none.
+    /// Time of each message, in the order of logging, (N,), s: its header's stamp, or its log time
+    /// where there is none.
     #[pyo3(get)]
     pub(crate) time: Py<PyArrayDyn<f64>>,
-    /// Names of the joints, in the order in which the topic first names them; empty for other types.
+    /// Names of the joints, in the order in which the topic first names them; empty for other
+    /// types.
     #[pyo3(get)]
     pub(crate) names: Vec<String>,
     /// Name of the frame in the messages' headers; empty for joints and texts.
@@ -53,7 +56,8 @@ pub(crate) struct Samples {
     /// Texts of the messages of ``std_msgs/msg/String``; empty for other types.
     #[pyo3(get)]
     pub(crate) text: Vec<String>,
-    /// Places where the log could not be read further, with the reason, a line each; empty for a sound log.
+    /// Places where the log could not be read further, with the reason, a line each; empty for a
+    /// sound log.
     #[pyo3(get)]
     pub(crate) damage: Vec<String>,
     pub(crate) arrays: BTreeMap<&'static str, Py<PyArrayDyn<f64>>>,

@@ -6,8 +6,8 @@ use pyo3::prelude::*;
 
 use crate::errors::ArgumentError;
 
-/// Converts what Python gives to an array of numbers. NumPy would take dates, text and complex numbers, too, and None
-/// for one number that is missing.
+/// Converts what Python gives to an array of numbers. NumPy would take dates, text and complex
+/// numbers, too, and None for one number that is missing.
 pub(crate) fn numbers<'py>(
     value: &Bound<'py, PyAny>,
     name: &str,

@@ -18,8 +18,9 @@ use crate::text::Text;
 
 /// Experiment to simulate: robot, payload, grasp, excitation, noise and bounds.
 ///
-/// Immutable; made by :meth:`paper`, :meth:`from_toml` or :meth:`from_file`, changed by :meth:`replace`.
-/// A field that a file leaves out has its value of the paper's experiment; :attr:`PAPER_TOML` shows all fields.
+/// Immutable; made by :meth:`paper`, :meth:`from_toml` or :meth:`from_file`, changed by
+/// :meth:`replace`. A field that a file leaves out has its value of the paper's experiment;
+/// :attr:`PAPER_TOML` shows all fields.
 #[pyclass(module = "tactid", frozen)]
 #[derive(Clone)]
 pub(crate) struct Experiment(tactid_sim::Experiment);
@@ -30,7 +31,8 @@ impl Experiment {
     #[classattr]
     const PAPER_TOML: &'static str = tactid_sim::PAPER_TOML;
 
-    /// Returns the paper's experiment: joints 3, 5 and 6 move for 100 s each at 0.2 Hz, with a payload of 100 kg.
+    /// Returns the paper's experiment: joints 3, 5 and 6 move for 100 s each at 0.2 Hz, with a
+    /// payload of 100 kg.
     #[staticmethod]
     fn paper() -> Self {
         Self(tactid_sim::Experiment::paper())
@@ -38,9 +40,8 @@ impl Experiment {
 
     /// Returns the experiment that the text of a file describes.
     ///
-    /// Raises:
-    ///     ExperimentError: The text is not TOML, a field does not exist, or a value is impossible. The message
-    ///         names the line.
+    /// Raises: ExperimentError: The text is not TOML, a field does not exist, or a value is
+    /// impossible. The message names the line.
     #[staticmethod]
     fn from_toml(text: Text) -> PyResult<Self> {
         tactid_sim::Experiment::from_toml(&text)
@@ -50,9 +51,8 @@ impl Experiment {
 
     /// Reads an experiment's file. A relative path of a URDF is taken from the file's folder.
     ///
-    /// Raises:
-    ///     ExperimentError: The file cannot be read, is not TOML, or has a field that does not exist or a value that
-    ///         is impossible.
+    /// Raises: ExperimentError: The file cannot be read, is not TOML, or has a field that does not
+    /// exist or a value that is impossible.
     #[staticmethod]
     fn from_file(path: PathBuf) -> PyResult<Self> {
         tactid_sim::Experiment::from_file(&path)
@@ -62,27 +62,24 @@ impl Experiment {
 
     /// Returns the experiment with some of its fields changed.
     ///
-    /// A table is a dictionary with the fields of that table in the experiment's file, units included: those that it
-    /// leaves out stay, ``payload={"mass_kg": 50.0}``. A list replaces the whole list. :attr:`PAPER_TOML` shows every
-    /// field of every table.
+    /// A table is a dictionary with the fields of that table in the experiment's file, units
+    /// included: those that it leaves out stay, ``payload={"mass_kg": 50.0}``. A list replaces the
+    /// whole list. :attr:`PAPER_TOML` shows every field of every table.
     ///
-    /// Args:
-    ///     frequency: Frequency of every driven joint, Hz.
-    ///     posture: Initial posture: ``"identifiable"``, ``"table1"``, or one angle for each joint of the arm, rad.
-    ///     seed: Seed of the random command noise and measurement noise.
-    ///     duration: Simulated time, s: the longest one with active excitation.
-    ///     step: Step of the physics and interval of the samples, s.
-    ///     gravity: Gravitational acceleration in world axes, (3,), m/s²: only for a fixed base.
-    ///     robot: Fields of the table ``[robot]``: URDF, kind of base, tool and fingers.
-    ///     base: Fields of ``[base]``: mass properties of a floating base.
-    ///     payload: Fields of ``[payload]``, or the payload's mass properties in the tool frame.
-    ///     gripper: Fields of ``[gripper]``: the grasp.
-    ///     excitation: Fields of ``[excitation]``: motion of the joints.
-    ///     noise: Fields of ``[noise]``: standard deviations of the sensors' noise.
-    ///     bounds: Fields of ``[bounds]``, whose violation stops a run.
+    /// Args: frequency: Frequency of every driven joint, Hz. posture: Initial posture:
+    /// ``"identifiable"``, ``"table1"``, or one angle for each joint of the arm, rad. seed: Seed of
+    /// the random command noise and measurement noise. duration: Simulated time, s: the longest one
+    /// with active excitation. step: Step of the physics and interval of the samples, s. gravity:
+    /// Gravitational acceleration in world axes, (3,), m/s²: only for a fixed base. robot: Fields
+    /// of the table ``[robot]``: URDF, kind of base, tool and fingers. base: Fields of ``[base]``:
+    /// mass properties of a floating base. payload: Fields of ``[payload]``, or the payload's mass
+    /// properties in the tool frame. gripper: Fields of ``[gripper]``: the grasp. excitation:
+    /// Fields of ``[excitation]``: motion of the joints. noise: Fields of ``[noise]``: standard
+    /// deviations of the sensors' noise. bounds: Fields of ``[bounds]``, whose violation stops a
+    /// run.
     ///
-    /// Raises:
-    ///     ExperimentError: A field does not exist, or a value is impossible. The message lists the fields that exist.
+    /// Raises: ExperimentError: A field does not exist, or a value is impossible. The message lists
+    /// the fields that exist.
     #[pyo3(signature = (**fields))]
     fn replace(&self, fields: Option<&Bound<'_, PyDict>>) -> PyResult<Self> {
         match fields {
@@ -91,15 +88,15 @@ impl Experiment {
         }
     }
 
-    /// Returns the experiment with a designed motion: the arm begins in its first posture and follows it to its end.
+    /// Returns the experiment with a designed motion: the arm begins in its first posture and
+    /// follows it to its end.
     ///
-    /// Args:
-    ///     motion: The folder that :meth:`DesignedMotion.write` wrote, its ``trajectory.mcap``, or a CSV file with the columns
-    ///         ``time_s`` (s), and ``q_NAME`` (rad or m) and ``qd_NAME`` (rad/s or m/s) for each joint of the arm.
+    /// Args: motion: The folder that :meth:`DesignedMotion.write` wrote, its ``trajectory.mcap``,
+    /// or a CSV file with the columns ``time_s`` (s), and ``q_NAME`` (rad or m) and ``qd_NAME``
+    /// (rad/s or m/s) for each joint of the arm.
     ///
-    /// Raises:
-    ///     ExperimentError: The file cannot be read, has no motion, lacks a joint of the arm, or leaves the limits of a joint.
-    ///     LogError: ``trajectory.mcap`` cannot be read.
+    /// Raises: ExperimentError: The file cannot be read, has no motion, lacks a joint of the arm,
+    /// or leaves the limits of a joint. LogError: ``trajectory.mcap`` cannot be read.
     fn following(&self, motion: PathBuf) -> PyResult<Self> {
         let mut experiment = self.0.clone();
         let followed = experiment.follow(&motion);

@@ -28,8 +28,8 @@ pub(crate) struct StateArrays<'a, 'py> {
 }
 
 impl<'a, 'py> StateArrays<'a, 'py> {
-    /// Takes position, velocity and acceleration of the joints, and pose, twist and acceleration of the base; what is not
-    /// given is at rest.
+    /// Takes position, velocity and acceleration of the joints, and pose, twist and acceleration of
+    /// the base; what is not given is at rest.
     pub(crate) fn read(
         robot: &'a Manipulator,
         (q, qd, qdd): (&Bound<'py, PyAny>, Argument<'_, 'py>, Argument<'_, 'py>),
@@ -86,8 +86,9 @@ impl<'a, 'py> StateArrays<'a, 'py> {
         })
     }
 
-    /// Copies the states a part at a time, and calls `compute` with each and the range of its samples while the interpreter is
-    /// released. A copy of all of them would take as long as some computations.
+    /// Copies the states a part at a time, and calls `compute` with each and the range of its
+    /// samples while the interpreter is released. A copy of all of them would take as long as some
+    /// computations.
     pub(crate) fn in_parts(
         &self,
         py: Python<'_>,
@@ -155,7 +156,8 @@ impl States<'_> {
         }
     }
 
-    /// Moves the robot to the first sample, with gravity for the forces that `look` computes, and calls it there.
+    /// Moves the robot to the first sample, with gravity for the forces that `look` computes, and
+    /// calls it there.
     pub(crate) fn first(
         &self,
         workspaces: &Workspaces,

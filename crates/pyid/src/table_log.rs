@@ -31,10 +31,11 @@ type GivenJoints<'py> = (
 /// The topic of the wrenches; times, s; forces and moments.
 type GivenWrenches<'py> = (String, Given<'py>, Given<'py>);
 
-/// Writes rows of a table as a log, in which each row is a message with the row's time as its stamp.
+/// Writes rows of a table as a log, in which each row is a message with the row's time as its
+/// stamp.
 ///
-/// Times are later than zero. Where they decrease, the times of logging do not, so that the messages stay in the order
-/// of the rows. The wrenches name no frame.
+/// Times are later than zero. Where they decrease, the times of logging do not, so that the
+/// messages stay in the order of the rows. The wrenches name no frame.
 #[pyfunction]
 #[pyo3(signature = (path, *, joints=None, wrench=None))]
 pub(crate) fn write_samples(

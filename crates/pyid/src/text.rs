@@ -7,8 +7,8 @@ use pyo3::types::PyString;
 
 use crate::errors::ArgumentError;
 
-/// A text. PyO3's own conversion raises `UnicodeEncodeError` for characters that are no Unicode, such as those that stand
-/// for bytes of the name of a file.
+/// A text. PyO3's own conversion raises `UnicodeEncodeError` for characters that are no Unicode,
+/// such as those that stand for bytes of the name of a file.
 pub(crate) struct Text(pub(crate) String);
 
 impl<'a, 'py> FromPyObject<'a, 'py> for Text {

@@ -22,8 +22,8 @@ pub(crate) fn urdf_folder(given: &Bound<'_, PyAny>) -> Option<PathBuf> {
     file.is_file().then(|| file.parent().map(PathBuf::from))?
 }
 
-/// Returns the text of a URDF. A `str` that begins with `<` after white space is the text itself; any other `str`,
-/// and an `os.PathLike`, is the path of a file.
+/// Returns the text of a URDF. A `str` that begins with `<` after white space is the text itself;
+/// any other `str`, and an `os.PathLike`, is the path of a file.
 pub(crate) fn urdf_text(given: &Bound<'_, PyAny>) -> PyResult<String> {
     // The name of a file may have bytes that are no text.
     if given.is_instance_of::<PyString>()

@@ -23,7 +23,8 @@ impl Workspaces {
         result
     }
 
-    /// Returns the workspace for series of states of the robot, which must be the same one in all calls.
+    /// Returns the workspace for series of states of the robot, which must be the same one in all
+    /// calls.
     pub(crate) fn series(&self, robot: &Manipulator) -> &BatchDynamics {
         self.series.get_or_init(|| BatchDynamics::new(robot))
     }

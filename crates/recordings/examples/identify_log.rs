@@ -1,5 +1,5 @@
-//! Identifies the payload of a recording: `cargo run --release -p tactid-recordings --example identify_log --
-//! run.mcap`.
+//! Identifies the payload of a recording: `cargo run --release -p tactid-recordings --example
+//! identify_log -- run.mcap`.
 
 #![allow(clippy::print_stdout, reason = "an example prints its result")]
 

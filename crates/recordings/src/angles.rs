@@ -14,7 +14,8 @@ impl Angles {
         Self((0..robot.dof()).map(is_angle).collect())
     }
 
-    /// Returns the change of each joint, rad or m, from some positions to others, within half a turn for angles.
+    /// Returns the change of each joint, rad or m, from some positions to others, within half a
+    /// turn for angles.
     pub(crate) fn changes<'a>(
         &'a self,
         from: &'a [f64],

@@ -7,11 +7,12 @@ use tactid_identify::fingerprint;
 
 use crate::alignment::{Event, JointValues, Measured};
 
-/// Number of different measurements that identify a recording: those of some seconds of motion, which no two recordings share.
+/// Number of different measurements that identify a recording: those of some seconds of motion,
+/// which no two recordings share.
 const IDENTIFYING: usize = 500;
 
-/// Returns a number that identifies the first measurements of a recording. Times, and measurements that repeat an earlier
-/// one, as of a simulated arm at rest, tell nothing.
+/// Returns a number that identifies the first measurements of a recording. Times, and measurements
+/// that repeat an earlier one, as of a simulated arm at rest, tell nothing.
 pub(crate) fn identifying(events: &[Event]) -> String {
     let mut seen = HashSet::new();
     let measured = events.iter().map(|event| words(&event.measured));
@@ -65,7 +66,8 @@ mod tests {
         (0..4000).map(event).collect()
     }
 
-    /// Two recordings without noise that begin at the same rest are two; a recording that was cut is the same.
+    /// Two recordings without noise that begin at the same rest are two; a recording that was cut
+    /// is the same.
     #[test]
     fn a_rest_does_not_identify_a_recording() {
         let events = at_rest_then(1.0);

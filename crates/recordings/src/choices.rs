@@ -58,7 +58,8 @@ pub enum WrenchIs {
     Raw,
     /// The weight of the configured payload, but not the forces that accelerate it.
     WithoutWeight,
-    /// The weight of the configured payload and the forces that accelerate it, so that contacts are left.
+    /// The weight of the configured payload and the forces that accelerate it, so that contacts are
+    /// left.
     Contact,
 }
 
@@ -114,7 +115,8 @@ pub enum GravityChoice {
 }
 
 impl GravityChoice {
-    /// Returns the acceleration in world axes, m/s², from which the identification starts; `None` for that of the kind of base.
+    /// Returns the acceleration in world axes, m/s², from which the identification starts; `None`
+    /// for that of the kind of base.
     #[must_use]
     pub fn vector(self) -> Option<Vector3<f64>> {
         match self {

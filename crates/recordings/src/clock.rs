@@ -3,8 +3,8 @@
 use schemars::JsonSchema;
 use serde::Serialize;
 
-/// Longest delay of a stamp, in either direction, s. A stamp that is further from where the time of logging puts it
-/// is a fault, and a request cannot correct a longer delay.
+/// Longest delay of a stamp, in either direction, s. A stamp that is further from where the time of
+/// logging puts it is a fault, and a request cannot correct a longer delay.
 pub(crate) const LONGEST_STAMP_DELAY_S: f64 = 60.0;
 
 /// Measurements that come at most so much after later ones of their stream are put in order, s.

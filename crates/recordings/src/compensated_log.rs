@@ -50,7 +50,8 @@ pub struct WrenchSummary {
     pub contact_rms: Six,
     /// Sample with the largest force of a contact, and that with the largest moment.
     pub greatest: Option<[WrittenWrench; 2]>,
-    /// At most 4096 points in the order of time: of each stretch of samples, the one with the largest force of a contact.
+    /// At most 4096 points in the order of time: of each stretch of samples, the one with the
+    /// largest force of a contact.
     pub series: Vec<WrittenWrench>,
     /// Number of samples of each point of the series.
     stride: u64,
@@ -69,17 +70,17 @@ pub struct CompensatedLog {
     pub bag_metadata: String,
 }
 
-/// Writes a copy of a log to the file `file` of a folder, with the wrenches of [`compensate_log`] as
-/// `geometry_msgs/msg/WrenchStamped` on `load_wrench` and `contact_wrench` in the namespace of the wrench topic, or in
-/// `/tactid` where several are summed.
+/// Writes a copy of a log to the file `file` of a folder, with the wrenches of [`compensate_log`]
+/// as `geometry_msgs/msg/WrenchStamped` on `load_wrench` and `contact_wrench` in the namespace of
+/// the wrench topic, or in `/tactid` where several are summed.
 ///
-/// The copy is one MCAP log with all messages as they are, in the order of their log times. The wrenches have the stamps of
-/// the samples, and log times that differ from their stamps as those of the wrench topic do. The folder must be new or
-/// empty. Memory is bounded.
+/// The copy is one MCAP log with all messages as they are, in the order of their log times. The
+/// wrenches have the stamps of the samples, and log times that differ from their stamps as those of
+/// the wrench topic do. The folder must be new or empty. Memory is bounded.
 ///
 /// # Errors
-/// Returns the errors of [`compensate_log`], [`RecordingError::Log`] if the log cannot be written, and
-/// [`RecordingError::Data`] if the log has one of the topics already.
+/// Returns the errors of [`compensate_log`], [`RecordingError::Log`] if the log cannot be written,
+/// and [`RecordingError::Data`] if the log has one of the topics already.
 pub fn compensate_into(
     [log, folder]: [&Path; 2],
     file: &str,
@@ -228,7 +229,8 @@ impl WrenchReceiver for WrenchWriter<'_> {
     }
 }
 
-/// Returns by how much the log time of the first wrench exceeds its stamp, ns; zero where its type has no stamp.
+/// Returns by how much the log time of the first wrench exceeds its stamp, ns; zero where its type
+/// has no stamp.
 fn after_stamp_ns(log: &LogReader, topics: &[String]) -> Result<i64, RecordingError> {
     let Some(first) = log.messages_on(topics)?.next().transpose()? else {
         return Ok(0);

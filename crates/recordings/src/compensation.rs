@@ -1,4 +1,5 @@
-//! Compensation of a recording: the wrench of the load and that of the contact at each of its samples.
+//! Compensation of a recording: the wrench of the load and that of the contact at each of its
+//! samples.
 
 use std::path::Path;
 
@@ -14,11 +15,12 @@ use crate::recording::Recording;
 use crate::run::{Receiver, Run};
 use crate::{ActsOn, Arrays, Clock, DataFault, Finding, Observer, RecordingError, Request};
 
-/// A payload that was identified before, with what its result says about the recording: the fields of the result that a
-/// compensation needs, by their names there.
+/// A payload that was identified before, with what its result says about the recording: the fields
+/// of the result that a compensation needs, by their names there.
 #[derive(Clone, Debug, Deserialize)]
 pub struct IdentifiedLoad {
-    /// What the result says about all that the wrench sensors measure; `None` where it says nothing.
+    /// What the result says about all that the wrench sensors measure; `None` where it says
+    /// nothing.
     pub load: Option<LoadEstimate>,
     /// Frame of the estimate.
     pub frame: String,
@@ -34,13 +36,15 @@ pub struct IdentifiedLoad {
     pub gravity_m_s2: [f64; 3],
 }
 
-/// Point about which the moments of the wrenches of a compensation are, and axes along which they are expressed.
+/// Point about which the moments of the wrenches of a compensation are, and axes along which they
+/// are expressed.
 #[derive(Clone, Debug, Default)]
 pub struct WrenchPlace {
-    /// Link whose origin is the point. Default: the frame of the only sensor, or the tip where there are several or where the
-    /// sensor moves relative to the tip.
+    /// Link whose origin is the point. Default: the frame of the only sensor, or the tip where
+    /// there are several or where the sensor moves relative to the tip.
     pub point: Option<String>,
-    /// Link along whose axes the wrenches are, or [`WORLD`](tactid_identify::WORLD). Default: the link of the point.
+    /// Link along whose axes the wrenches are, or [`WORLD`](tactid_identify::WORLD). Default: the
+    /// link of the point.
     pub axes: Option<String>,
 }
 
@@ -90,16 +94,18 @@ pub trait WrenchReceiver: Send {
     fn take(&mut self, sample: ContactSample) -> Result<(), RecordingError>;
 }
 
-/// Computes the wrench of the load and that of the contact at each aligned sample of a log, without delay, from the same motion
-/// and through the same filter as [`identify_log`](crate::identify_log), and in bounded memory.
+/// Computes the wrench of the load and that of the contact at each aligned sample of a log, without
+/// delay, from the same motion and through the same filter as
+/// [`identify_log`](crate::identify_log), and in bounded memory.
 ///
-/// The request says how the recording is read; what it says about an estimate is not used. What it leaves open of the sign, of
-/// the cutoff and of an unknown gravity is that of the identified load.
+/// The request says how the recording is read; what it says about an estimate is not used. What it
+/// leaves open of the sign, of the cutoff and of an unknown gravity is that of the identified load.
 ///
 /// # Errors
-/// Returns [`RecordingError::Option`] with the option `payload` where the load is that of another tip or of other sensors, or
-/// where its result says nothing about an offset and a load of wrench sensors, [`RecordingError::Identify`] where the point
-/// moves relative to the tip, [`RecordingError::Interrupted`] if the observer stops, and the errors of
+/// Returns [`RecordingError::Option`] with the option `payload` where the load is that of another
+/// tip or of other sensors, or where its result says nothing about an offset and a load of wrench
+/// sensors, [`RecordingError::Identify`] where the point moves relative to the tip,
+/// [`RecordingError::Interrupted`] if the observer stops, and the errors of
 /// [`identify_log`](crate::identify_log) where the log cannot be read or has no wrench.
 pub fn compensate_log(
     path: &Path,
@@ -118,8 +124,8 @@ pub fn compensate_log(
 /// Computes the wrenches of load and contact of arrays, as [`compensate_log`] does for a log.
 ///
 /// # Errors
-/// Returns the errors of [`compensate_log`], and those of [`identify_arrays`](crate::identify_arrays) where the arrays do not
-/// fit.
+/// Returns the errors of [`compensate_log`], and those of
+/// [`identify_arrays`](crate::identify_arrays) where the arrays do not fit.
 pub fn compensate_arrays(
     arrays: &Arrays<'_>,
     request: &Request,
@@ -138,7 +144,8 @@ pub fn compensate_arrays(
     compensate(&recording, &request, load, place, receiver, observer)
 }
 
-/// Returns the request that reads a recording as the identification of a load did, without what concerns an estimate.
+/// Returns the request that reads a recording as the identification of a load did, without what
+/// concerns an estimate.
 fn reading(request: &Request, load: &IdentifiedLoad) -> Request {
     let gravity = match request.gravity {
         Some(GravityChoice::Unknown) => {
@@ -219,7 +226,8 @@ fn compensate(
     Ok(report)
 }
 
-/// Returns the frame of the only sensor, if it does not move relative to the tip; otherwise the tip.
+/// Returns the frame of the only sensor, if it does not move relative to the tip; otherwise the
+/// tip.
 fn default_point(plan: &Plan<'_>) -> String {
     let robot = &plan.sources.robot;
     let is_fixed = |sensor: &str| {

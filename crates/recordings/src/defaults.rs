@@ -12,8 +12,8 @@ pub const DEFAULT_TIP: &str = "tool0";
 const GAP_PERIODS: f64 = 5.0;
 /// Period that is assumed where no stream has two messages, s.
 const UNKNOWN_PERIOD_S: f64 = 0.01;
-/// Standard deviation of the relative error of a given gain: motor catalogues state tolerances of the torque constant of
-/// some 10 %, which counts as two standard deviations.
+/// Standard deviation of the relative error of a given gain: motor catalogues state tolerances of
+/// the torque constant of some 10 %, which counts as two standard deviations.
 pub(crate) const CLAIMED_GAIN_STD_DEV: f64 = 0.05;
 /// Shortest default of the longest bridged gap, s: arrays may have a single sample.
 const SHORTEST_GAP_S: f64 = 1e-9;
@@ -61,8 +61,8 @@ impl Contents {
     }
 }
 
-/// All options of a request, with their defaults. What is still `None` is chosen from the beginning of the
-/// recording.
+/// All options of a request, with their defaults. What is still `None` is chosen from the beginning
+/// of the recording.
 #[derive(Clone, Debug)]
 pub(crate) struct Options {
     pub(crate) estimator: EstimatorKind,
@@ -136,7 +136,8 @@ impl Options {
         self.with_period(request, period_s)
     }
 
-    /// Returns the options for the period of the slowest stream, s, on which the longest bridged gap depends.
+    /// Returns the options for the period of the slowest stream, s, on which the longest bridged
+    /// gap depends.
     fn with_period(mut self, request: &Request, period_s: f64) -> Self {
         self.period_s = period_s;
         if self.estimator == EstimatorKind::LeastSquares {
@@ -146,7 +147,8 @@ impl Options {
         self
     }
 
-    /// Reports options that have no effect, because the recording or the method does not use what they are about.
+    /// Reports options that have no effect, because the recording or the method does not use what
+    /// they are about.
     pub(crate) fn not_used(&self, request: &Request, contents: &Contents) -> Vec<Finding> {
         let method = self.method();
         let uses_wrenches = method.uses_wrench() && contents.has_wrenches;
@@ -202,7 +204,8 @@ fn motion_not_used(request: &Request, motion: Motion) -> impl Iterator<Item = Fi
         .map(|(option, _, because)| because.of(option))
 }
 
-/// Tactile where there are wrenches, else effort. The combined method uses efforts where they are measured.
+/// Tactile where there are wrenches, else effort. The combined method uses efforts where they are
+/// measured.
 fn method(requested: Option<Method>, contents: &Contents) -> Method {
     match requested {
         Some(Method::Combined { .. }) => Method::Combined {
@@ -214,8 +217,8 @@ fn method(requested: Option<Method>, contents: &Contents) -> Method {
     }
 }
 
-/// Returns the effort of each joint for one unit of its recorded value, N m or N: that of the calibration, of the request,
-/// or one.
+/// Returns the effort of each joint for one unit of its recorded value, N m or N: that of the
+/// calibration, of the request, or one.
 pub(crate) fn effort_gains(request: &Request, joints: &[String]) -> Vec<f64> {
     if let Some(calibration) = &request.calibration {
         let gain = |joint: &String| calibration.effort_gain_of(joint).unwrap_or(1.0);
@@ -225,8 +228,8 @@ pub(crate) fn effort_gains(request: &Request, joints: &[String]) -> Vec<f64> {
     given.unwrap_or_else(|| vec![1.0; joints.len()])
 }
 
-/// Returns the standard deviations of the relative errors of the gains, one for all joints or one each; none where the
-/// gains are exact.
+/// Returns the standard deviations of the relative errors of the gains, one for all joints or one
+/// each; none where the gains are exact.
 fn effort_gain_std_devs(request: &Request) -> Vec<f64> {
     let of_claim = request
         .effort_gain
@@ -363,7 +366,8 @@ mod tests {
         assert_eq!(options.not_used(&open, &contents), []);
     }
 
-    /// Gravity is reported where an inertial unit measures it, and topics of a motion that another one measures.
+    /// Gravity is reported where an inertial unit measures it, and topics of a motion that another
+    /// one measures.
     #[test]
     fn options_about_another_motion_are_reported() {
         let request = Request {
@@ -396,7 +400,8 @@ mod tests {
         assert_eq!(not_used(&effort, Motion::Joints), [wrenches]);
     }
 
-    /// The gap is five periods of the slowest stream that is used; the paper's filter has settings of its own.
+    /// The gap is five periods of the slowest stream that is used; the paper's filter has settings
+    /// of its own.
     #[test]
     fn gap_cutoff_and_delay_follow_the_estimator() {
         let contents = contents(Motion::Carried);

@@ -12,8 +12,8 @@ use crate::DataFault;
 
 /// Why a payload cannot be identified from a recording.
 ///
-/// The kind is for programs; the message says what is wrong, where, and what would be right. It names
-/// [`option`](Self::option) in code quotes where the option is not what the message is about.
+/// The kind is for programs; the message says what is wrong, where, and what would be right. It
+/// names [`option`](Self::option) in code quotes where the option is not what the message is about.
 #[derive(Debug, Error)]
 pub enum RecordingError {
     /// The robot, the settings or the samples do not allow an identification.
@@ -42,7 +42,8 @@ pub enum RecordingError {
     /// Arrays do not fit each other, the robot or the method.
     #[error("{0}")]
     Arrays(String),
-    /// Recordings cannot be used together: two are the same, or their results have nothing in common.
+    /// Recordings cannot be used together: two are the same, or their results have nothing in
+    /// common.
     #[error("{0}")]
     Together(String),
     /// The recording does not have what an identification needs.
@@ -64,7 +65,8 @@ pub enum RecordingError {
     /// The robot does not have the end-effector frame.
     #[error("{0}; `tip` names the end-effector frame")]
     Tip(String),
-    /// The file of a calibration cannot be read or written, or the arm cannot be calibrated before an option is given.
+    /// The file of a calibration cannot be read or written, or the arm cannot be calibrated before
+    /// an option is given.
     #[error("{what}")]
     Calibration {
         /// What is wrong, and where.
@@ -107,7 +109,8 @@ impl From<CalibrateError> for RecordingError {
 }
 
 impl RecordingError {
-    /// Returns the name of the field of the request that causes or resolves the error; `None` where there is none.
+    /// Returns the name of the field of the request that causes or resolves the error; `None` where
+    /// there is none.
     #[must_use]
     pub fn option(&self) -> Option<&'static str> {
         match self {
@@ -142,7 +145,8 @@ impl RecordingError {
         }
     }
 
-    /// Returns the error of an unloaded recording, which needs the joint efforts of the effort method.
+    /// Returns the error of an unloaded recording, which needs the joint efforts of the effort
+    /// method.
     pub(crate) fn unloaded_needs_effort() -> Self {
         Self::data_of(
             "method",
@@ -151,7 +155,8 @@ impl RecordingError {
         )
     }
 
-    /// Returns the error of two recordings, by their paths or names, that are the same, and why each may be given once only.
+    /// Returns the error of two recordings, by their paths or names, that are the same, and why
+    /// each may be given once only.
     pub(crate) fn same_recording(paths: [&Path; 2], because: &str) -> Self {
         let [first, second] = paths.map(|path| path.display().to_string());
         let both = if first == second {

@@ -15,12 +15,12 @@ const INERTIA_TOPIC: &str = "/tactid/payload";
 /// Topic of half the width of the 95 % interval of each value, `std_msgs/msg/Float64MultiArray`.
 const INTERVAL_TOPIC: &str = "/tactid/payload_half_width_95";
 
-/// Writes an estimate over time as a log: `geometry_msgs/msg/InertiaStamped` on `/tactid/payload`, in the
-/// frame `frame`, and half the width of the 95 % interval of each value on
+/// Writes an estimate over time as a log: `geometry_msgs/msg/InertiaStamped` on `/tactid/payload`,
+/// in the frame `frame`, and half the width of the 95 % interval of each value on
 /// `/tactid/payload_half_width_95` where standard deviations are known.
 ///
-/// Each point has a time, s, relative to `start_ns`, the time zero of the recording in ns since the epoch; the ten values;
-/// and their standard deviations, if the estimator has any.
+/// Each point has a time, s, relative to `start_ns`, the time zero of the recording in ns since the
+/// epoch; the ten values; and their standard deviations, if the estimator has any.
 ///
 /// # Errors
 /// Returns [`RecordingError::Log`] if the file cannot be written.

@@ -19,7 +19,8 @@ const BATCH: usize = 4096;
 /// Number of batches that may wait.
 const BATCHES: usize = 8;
 
-/// One log, decoded while it is read, with the unloaded recording of the same motion if there is one.
+/// One log, decoded while it is read, with the unloaded recording of the same motion if there is
+/// one.
 pub(crate) struct Feed {
     messages: Messages,
     decoder: Decoder,
@@ -66,8 +67,8 @@ impl Feed {
         })
     }
 
-    /// Adds the events of the next messages. Returns the fraction of the log that has been read, or `None`
-    /// at its end.
+    /// Adds the events of the next messages. Returns the fraction of the log that has been read, or
+    /// `None` at its end.
     pub(crate) fn read(&mut self, events: &mut Vec<Event>) -> Result<Option<f64>, RecordingError> {
         let before = events.len();
         let enough = before + BATCH;
@@ -88,7 +89,8 @@ impl Feed {
         Ok(read_s.map(|now_s| ((now_s - self.begin_s) / length_s).clamp(0.0, 1.0)))
     }
 
-    /// Adds the events of the messages that are held at the end of the log, until these are `enough`.
+    /// Adds the events of the messages that are held at the end of the log, until these are
+    /// `enough`.
     fn read_end(&mut self, enough: usize, events: &mut Vec<Event>) {
         if let Some(unloaded) = &mut self.unloaded {
             unloaded.finish(events);
@@ -96,8 +98,8 @@ impl Feed {
         self.decoder.finish(enough, events);
     }
 
-    /// Reads to the end on a thread of its own, while `take` is called on this one with each event, and
-    /// `progress` with the fraction that has been read.
+    /// Reads to the end on a thread of its own, while `take` is called on this one with each event,
+    /// and `progress` with the fraction that has been read.
     pub(crate) fn run(
         mut self,
         take: &mut dyn FnMut(Event) -> Result<(), RecordingError>,

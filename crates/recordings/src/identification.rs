@@ -18,16 +18,18 @@ use crate::shortage::{check_windows, explain};
 use crate::sources::proposes_weight;
 use crate::{ActsOn, ArmChanged, Finding, PaperIdentification, RecordingError, RecordingReport};
 
-/// A joint is reported as noisy above this misfit: three times the standard deviation of the calibration. A payload of 4 kg
-/// whose motion is noisy reaches a misfit of 7 at the wrist of a small arm.
+/// A joint is reported as noisy above this misfit: three times the standard deviation of the
+/// calibration. A payload of 4 kg whose motion is noisy reaches a misfit of 7 at the wrist of a
+/// small arm.
 const NOISY_MISFIT: f64 = 9.0;
 
-/// A change of friction or gains since the calibration is reported from this rms over the joints, a fraction. Friction changes by
-/// some percent while a robot moves; on the simulated arms of the tests an interval contains what smaller changes do.
+/// A change of friction or gains since the calibration is reported from this rms over the joints, a
+/// fraction. Friction changes by some percent while a robot moves; on the simulated arms of the
+/// tests an interval contains what smaller changes do.
 const NOTABLE_CHANGE: f64 = 0.05;
 
-/// Largest mass of a body whose weight seems to be subtracted, relative to that of the payload, with which nothing is: it
-/// changes the payload by less than a usual error of a sensor's gain.
+/// Largest mass of a body whose weight seems to be subtracted, relative to that of the payload,
+/// with which nothing is: it changes the payload by less than a usual error of a sensor's gain.
 const LARGEST_EXCLUDED: f64 = 0.05;
 
 /// What an estimator found in a recording.
@@ -67,24 +69,27 @@ pub struct Identification {
     pub estimate: PayloadEstimate,
     /// Principal moments of inertia of the payload; `None` where its mass is zero.
     pub principal_moments: Option<PrincipalMoments>,
-    /// What the recording says about the linear parameters, which [`combine`](crate::combine) takes of each of several
-    /// recordings.
+    /// What the recording says about the linear parameters, which [`combine`](crate::combine) takes
+    /// of each of several recordings.
     #[schemars(extend("kept" = "memory"))]
     pub linear: LinearEstimate,
     /// Estimate over time.
     #[serde(serialize_with = "History::of")]
     #[schemars(with = "History", extend("kept" = "file"))]
     pub history: Vec<HistoryPoint>,
-    /// What the recording says about all that its wrench sensors measure, for the compensation of a recording; `None` where
-    /// it says nothing of an offset and a load: without wrenches, with a calibration, or for poses at rest.
+    /// What the recording says about all that its wrench sensors measure, for the compensation of a
+    /// recording; `None` where it says nothing of an offset and a load: without wrenches, with a
+    /// calibration, or for poses at rest.
     pub load: Option<LoadEstimate>,
-    /// How well the payload explains the measurements. Its offset, as that of a finding, has the sign in which the sensor
-    /// reports wrenches, whichever body these act on.
+    /// How well the payload explains the measurements. Its offset, as that of a finding, has the
+    /// sign in which the sensor reports wrenches, whichever body these act on.
     pub fit: FitReport,
-    /// Forecast of the uncertainty for a motion that goes on; `None` where the mass is zero, and with a calibration.
+    /// Forecast of the uncertainty for a motion that goes on; `None` where the mass is zero, and
+    /// with a calibration.
     #[schemars(extend("kept" = "memory"))]
     pub forecast: Option<Forecast>,
-    /// Delay as it was estimated; `None` where the request gave it, or where it cannot be estimated.
+    /// Delay as it was estimated; `None` where the request gave it, or where it cannot be
+    /// estimated.
     pub estimated_delay: Option<Delay>,
     /// Whether the efforts of an unloaded recording were subtracted.
     pub subtracts_unloaded: bool,
@@ -106,7 +111,8 @@ struct History {
     times_s: Vec<f64>,
     /// The ten values at each point, in the order and the units of the estimate's, (H, 10).
     values: Vec<[f64; 10]>,
-    /// Standard deviations in the units of the values, (H, 10): infinite where a value was not determined yet.
+    /// Standard deviations in the units of the values, (H, 10): infinite where a value was not
+    /// determined yet.
     std_devs: Vec<[f64; 10]>,
 }
 
@@ -127,24 +133,28 @@ impl History {
 pub struct CalibratedFit {
     /// Names of the joints between base and tool.
     pub joints: Vec<String>,
-    /// Mean square of the whitened residual of each joint, without a unit: about one where the effort is as noisy as in the calibration.
-    /// Where it is larger, the noise of the joint is enlarged by so much.
+    /// Mean square of the whitened residual of each joint, without a unit: about one where the
+    /// effort is as noisy as in the calibration. Where it is larger, the noise of the joint is
+    /// enlarged by so much.
     pub misfit: Vec<f64>,
-    /// Fraction of the variance of each of the [ten values](crate::VALUE_NAMES) that is noise of this recording. The rest
-    /// is what the calibration does not know of the arm, which no longer recording of the payload reduces.
+    /// Fraction of the variance of each of the [ten values](crate::VALUE_NAMES) that is noise of
+    /// this recording. The rest is what the calibration does not know of the arm, which no longer
+    /// recording of the payload reduces.
     #[schemars(with = "TenValues<f64>")]
     pub noise_fraction: [f64; 10],
     /// Whether an unloaded recording updated the calibration first.
     pub updated_by_unloaded: bool,
-    /// How the friction of the joints has changed since the calibration; `None` where the recordings do not show that it has.
+    /// How the friction of the joints has changed since the calibration; `None` where the
+    /// recordings do not show that it has.
     pub friction_change: Option<ArmChange>,
-    /// How the gains of the joints have changed since the calibration; `None` where the recordings do not show that they have.
+    /// How the gains of the joints have changed since the calibration; `None` where the recordings
+    /// do not show that they have.
     pub gain_change: Option<ArmChange>,
 }
 
 impl CalibratedFit {
-    /// Reports joints whose efforts are far noisier than in the calibration. That of a joint that is `still` there, and
-    /// has no known friction, is no noise.
+    /// Reports joints whose efforts are far noisier than in the calibration. That of a joint that
+    /// is `still` there, and has no known friction, is no noise.
     fn noisy_joints(&self, still: &[&str]) -> Vec<Finding> {
         let joints = self.joints.iter().zip(&self.misfit);
         let noisy = joints.filter(|(_, misfit)| **misfit > NOISY_MISFIT);
@@ -193,8 +203,9 @@ fn still_joint(shortage: &MotionShortage) -> Option<&str> {
     }
 }
 
-/// Keeps of the joints that the model does not explain, the worst first, only the worst one that moved in the calibration. The
-/// friction of the `still` joints is unknown, which another finding reports.
+/// Keeps of the joints that the model does not explain, the worst first, only the worst one that
+/// moved in the calibration. The friction of the `still` joints is unknown, which another finding
+/// reports.
 fn keep_worst_unexplained(findings: &mut Vec<Data>, still: &[&str]) {
     let mut is_first = true;
     findings.retain(|finding| match finding {
@@ -207,8 +218,8 @@ fn keep_worst_unexplained(findings: &mut Vec<Data>, still: &[&str]) {
     });
 }
 
-/// Returns whether a finding of the data is that of a wrong assumption, or may follow from one, and says nothing of how
-/// the values of the result were found.
+/// Returns whether a finding of the data is that of a wrong assumption, or may follow from one, and
+/// says nothing of how the values of the result were found.
 fn follows_from_assumptions(finding: &Finding) -> bool {
     match finding {
         Finding::Data(Data::WrongAssumption(found)) => !found.is_applied,
@@ -256,7 +267,8 @@ impl Identification {
         Ok(found)
     }
 
-    /// Leaves out the proposal that a driver has subtracted a weight where the data, which contradict nothing, exclude that.
+    /// Leaves out the proposal that a driver has subtracted a weight where the data, which
+    /// contradict nothing, exclude that.
     fn leave_out_excluded_weight(&mut self, batch: &BatchIdentifier) {
         let findings = &mut self.recording.findings;
         let mut severities = findings.iter().map(Notice::severity);
@@ -289,7 +301,8 @@ impl Identification {
         found
     }
 
-    /// Returns whether a finding can follow from measurements that are read wrongly, and the windows are enough to show it.
+    /// Returns whether a finding can follow from measurements that are read wrongly, and the
+    /// windows are enough to show it.
     pub(crate) fn follows_from_reading(&self) -> bool {
         self.fit.weights.len() >= LEAST_WINDOWS
             && self.recording.findings.iter().any(follows_from_assumptions)

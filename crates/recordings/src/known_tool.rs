@@ -6,8 +6,9 @@ use tactid_dynamics::MassProperties;
 use tactid_identify::KnownTool;
 use tactid_options::{Kind, Value};
 
-/// Standard deviation of a centre of mass, and radius of gyration of an inertia, that an earlier identification did not
-/// determine, m: larger than a tool, so that the payload's is not determined either.
+/// Standard deviation of a centre of mass, and radius of gyration of an inertia, that an earlier
+/// identification did not determine, m: larger than a tool, so that the payload's is not determined
+/// either.
 const REACH_M: f64 = 1.0;
 
 /// A known body that the measured load contains besides the payload, as a request gives it.

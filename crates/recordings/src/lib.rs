@@ -1,11 +1,11 @@
-//! Identifies the payload that a robot holds, or that a force-torque sensor carries, from a recording: a ROS 2
-//! log ([`identify_log`]) or arrays ([`identify_arrays`]).
+//! Identifies the payload that a robot holds, or that a force-torque sensor carries, from a
+//! recording: a ROS 2 log ([`identify_log`]) or arrays ([`identify_arrays`]).
 //!
-//! A [`Request`] says what to identify and how. All of its fields are optional: topics, method, filter and the
-//! delay between the clocks are chosen from the recording, with the same defaults for logs and arrays. The
-//! result is an [`Identification`]: the payload with its uncertainty, what was noticed about the recording
-//! ([`Finding`]) and what could not be used ([`DataFault`]). The paper's filter, which knows no uncertainty, has a
-//! [`PaperIdentification`].
+//! A [`Request`] says what to identify and how. All of its fields are optional: topics, method,
+//! filter and the delay between the clocks are chosen from the recording, with the same defaults
+//! for logs and arrays. The result is an [`Identification`]: the payload with its uncertainty, what
+//! was noticed about the recording ([`Finding`]) and what could not be used ([`DataFault`]). The
+//! paper's filter, which knows no uncertainty, has a [`PaperIdentification`].
 //!
 //! ```
 //! use std::ops::ControlFlow;
@@ -45,13 +45,13 @@
 //! # Ok::<(), tactid_recordings::RecordingError>(())
 //! ```
 //!
-//! Several recordings of one payload ([`identify_logs`]) become one estimate with a verdict on whether they agree
-//! ([`combine`]).
+//! Several recordings of one payload ([`identify_logs`]) become one estimate with a verdict on
+//! whether they agree ([`combine`]).
 //!
-//! From a recording to the result, each step is built once and whole: the request and the recording give its
-//! sources (topics or arrays, robot, frames); the beginning of the recording gives the plan (filter, delay,
-//! whether measured accelerations are used); a run aligns all streams and feeds the estimator; the estimator
-//! and what was counted on the way give the result.
+//! From a recording to the result, each step is built once and whole: the request and the recording
+//! give its sources (topics or arrays, robot, frames); the beginning of the recording gives the
+//! plan (filter, delay, whether measured accelerations are used); a run aligns all streams and
+//! feeds the estimator; the estimator and what was counted on the way give the result.
 
 #![cfg_attr(test, allow(clippy::unwrap_used, clippy::expect_used, clippy::panic))]
 

@@ -66,7 +66,8 @@ impl LogRecording {
         })
     }
 
-    /// Returns a decoder of messages that follow at once on those of this log, which holds none of them back.
+    /// Returns a decoder of messages that follow at once on those of this log, which holds none of
+    /// them back.
     pub(crate) fn live_decoder(&self, max_gap_s: f64) -> Decoder {
         Decoder::in_order(self.decoding.clone(), max_gap_s)
     }

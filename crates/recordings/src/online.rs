@@ -10,7 +10,8 @@ use crate::{EstimatorKind, OffsetChoice, RecordingError, Request};
 
 /// What an online solver is created from, with the defaults of a request for what it leaves open.
 ///
-/// Nothing is chosen from data. Fields of a request that an online solver does not have are not used.
+/// Nothing is chosen from data. Fields of a request that an online solver does not have are not
+/// used.
 #[derive(Clone, Debug)]
 pub struct OnlineSetup {
     /// The robot, or the body of a sensor alone, whose motion is that of its base.
@@ -28,10 +29,11 @@ pub struct OnlineSetup {
 impl OnlineSetup {
     /// Resolves a request for samples of a robot, or of a sensor alone where `robot` is `None`.
     ///
-    /// `sensors` are the links of the wrench sensors; where they are `None`, the tactile method has one in the
-    /// end-effector frame, and other methods have none. `effort` says whether the samples of [`Method::Combined`]
-    /// have efforts. A sensor alone is on the ground: its gravity is 9.81 m/s² along -z by default, and its frame is
-    /// called `sensor`, unless the request names it as the tip.
+    /// `sensors` are the links of the wrench sensors; where they are `None`, the tactile method has
+    /// one in the end-effector frame, and other methods have none. `effort` says whether the
+    /// samples of [`Method::Combined`] have efforts. A sensor alone is on the ground: its gravity
+    /// is 9.81 m/s² along -z by default, and its frame is called `sensor`, unless the request names
+    /// it as the tip.
     ///
     /// # Errors
     /// Returns [`RecordingError::Identify`] if a value of the request is out of range, and

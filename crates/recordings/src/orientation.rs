@@ -1,4 +1,5 @@
-//! Orientations as users and messages give them: quaternions that are about normalised, and how else they may be meant.
+//! Orientations as users and messages give them: quaternions that are about normalised, and how
+//! else they may be meant.
 
 use nalgebra::{Isometry3, Quaternion, UnitQuaternion};
 use schemars::JsonSchema;
@@ -6,11 +7,13 @@ use serde::{Deserialize, Serialize};
 
 /// Largest difference of a quaternion's norm from one.
 ///
-/// Rounding to two decimals changes the norm by less than 0.02, and single precision by far less. Numbers that are no
-/// quaternion, such as zeros or Euler angles, seldom have a norm so close to one.
+/// Rounding to two decimals changes the norm by less than 0.02, and single precision by far less.
+/// Numbers that are no quaternion, such as zeros or Euler angles, seldom have a norm so close to
+/// one.
 const NORM_TOLERANCE: f64 = 0.1;
 
-/// Returns the rotation of a quaternion; `None` if its norm is not one to within 0.1, or is not finite.
+/// Returns the rotation of a quaternion; `None` if its norm is not one to within 0.1, or is not
+/// finite.
 #[must_use]
 pub fn unit_quaternion(quaternion: Quaternion<f64>) -> Option<UnitQuaternion<f64>> {
     // The comparison with NaN is false.
@@ -18,7 +21,8 @@ pub fn unit_quaternion(quaternion: Quaternion<f64>) -> Option<UnitQuaternion<f64
     is_unit.then(|| UnitQuaternion::new_normalize(quaternion))
 }
 
-/// What recorded orientations are, if not `world_from_tool`, or `world_from_base`, by quaternions in the order x, y, z, w.
+/// What recorded orientations are, if not `world_from_tool`, or `world_from_base`, by quaternions
+/// in the order x, y, z, w.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum OrientationReading {
@@ -34,7 +38,8 @@ pub enum OrientationReading {
 #[derive(Clone, Copy)]
 pub(crate) struct PoseReading {
     pub(crate) orientation: OrientationReading,
-    /// Whether an inverse is that of the whole pose, whose position is then that of the world in the tool frame.
+    /// Whether an inverse is that of the whole pose, whose position is then that of the world in
+    /// the tool frame.
     is_whole: bool,
 }
 

@@ -16,11 +16,13 @@ struct Report {
     answer: SyncSender<ControlFlow<()>>,
 }
 
-/// Calls `work` with the index of each of `count` recordings, on as many threads as there are cores, and returns the results
-/// in the order of the recordings: up to the first error, which is returned, or up to the first one that `is_last` accepts.
+/// Calls `work` with the index of each of `count` recordings, on as many threads as there are
+/// cores, and returns the results in the order of the recordings: up to the first error, which is
+/// returned, or up to the first one that `is_last` accepts.
 ///
-/// The observer is called on this thread, with the fraction of all recordings. Where it stops the work, recordings that are
-/// begun later are stopped at their first report. None is begun after a recording with an error.
+/// The observer is called on this thread, with the fraction of all recordings. Where it stops the
+/// work, recordings that are begun later are stopped at their first report. None is begun after a
+/// recording with an error.
 pub(crate) fn in_parallel<T: Send>(
     count: usize,
     observer: &mut Observer<'_>,
@@ -81,7 +83,8 @@ fn ask(reports: &Sender<Report>, index: usize, progress: Progress) -> ControlFlo
     answer.unwrap_or(ControlFlow::Break(()))
 }
 
-/// Answers all reports until the work is done. Recordings that follow the `end` are stopped: their results are not used.
+/// Answers all reports until the work is done. Recordings that follow the `end` are stopped: their
+/// results are not used.
 fn serve(received: Receiver<Report>, count: usize, end: &AtomicUsize, observer: &mut Observer<'_>) {
     let mut fractions = vec![0.0; count];
     let mut is_stopped = false;
@@ -103,8 +106,8 @@ fn serve(received: Receiver<Report>, count: usize, end: &AtomicUsize, observer: 
 mod tests {
     use super::*;
 
-    /// Results are in the order of the recordings, whatever the order in which they are done, and end with the first that is
-    /// the last one.
+    /// Results are in the order of the recordings, whatever the order in which they are done, and
+    /// end with the first that is the last one.
     #[test]
     fn results_are_in_order() {
         let work = |index: usize, _: &mut Observer<'_>| {

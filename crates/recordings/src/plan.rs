@@ -1,4 +1,5 @@
-//! The plan of an identification: all options, chosen from the request and the beginning of the recording.
+//! The plan of an identification: all options, chosen from the request and the beginning of the
+//! recording.
 
 use tactid_identify::{BatchIdentifier, BatchSettings, Delay, EquationSettings, IdentifyError};
 
@@ -99,7 +100,8 @@ impl<'a> Plan<'a> {
         })
     }
 
-    /// Returns the settings of least squares: a delay is estimated once more where the beginning has one.
+    /// Returns the settings of least squares: a delay is estimated once more where the beginning
+    /// has one.
     pub(crate) fn batch_settings(&self) -> BatchSettings {
         BatchSettings {
             known_tool: self.request.known_tool(),
@@ -135,8 +137,8 @@ impl<'a> Plan<'a> {
     }
 }
 
-/// Checks that gravity is known where the wrenches lack a weight: it is not where it is zero, or part of the measured
-/// accelerations.
+/// Checks that gravity is known where the wrenches lack a weight: it is not where it is zero, or
+/// part of the measured accelerations.
 fn check_weight(
     request: &Request,
     options: &Options,
@@ -184,8 +186,8 @@ fn set_channels(
     unmeasured
 }
 
-/// Chooses whether measured accelerations are used, and resolves the options accordingly. The streams are
-/// those of the beginning, which has no unloaded recording.
+/// Chooses whether measured accelerations are used, and resolves the options accordingly. The
+/// streams are those of the beginning, which has no unloaded recording.
 fn choose_streams(
     sources: &Sources,
     events: &[Event],

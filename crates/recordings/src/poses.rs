@@ -33,18 +33,18 @@ const HEAVY_KG: f64 = 200.0;
 
 /// Identifies the payload from poses at rest: attitudes and wrenches without times.
 ///
-/// The arrays have no `time`, `qd`, `effort`, `twist`, `acceleration` or `unloaded`; a row is one pose,
-/// or one of several samples in a pose, which follow each other and are averaged. The result is that of
-/// a recording whose clock is [`Clock::None`]: it has no history, no cutoff and no forecast, and each of
-/// its windows is an attitude. The offset of the sensor is identified unless the request says no, and
-/// gravity is 9.81 m/s² along -z unless the request gives another one.
+/// The arrays have no `time`, `qd`, `effort`, `twist`, `acceleration` or `unloaded`; a row is one
+/// pose, or one of several samples in a pose, which follow each other and are averaged. The result
+/// is that of a recording whose clock is [`Clock::None`]: it has no history, no cutoff and no
+/// forecast, and each of its windows is an attitude. The offset of the sensor is identified unless
+/// the request says no, and gravity is 9.81 m/s² along -z unless the request gives another one.
 ///
 /// # Errors
-/// Returns [`RecordingError::Option`] if the request has an option that does not apply to poses or does
-/// not fit the robot, [`RecordingError::Arrays`] if the arrays do not fit each other or the robot,
-/// [`RecordingError::Tip`] if the robot does not have the end-effector frame, and
-/// [`RecordingError::Identify`] if a value of the request is out of range, no pose can be used, or all
-/// poses have one attitude, which does not distinguish an offset from a weight.
+/// Returns [`RecordingError::Option`] if the request has an option that does not apply to poses or
+/// does not fit the robot, [`RecordingError::Arrays`] if the arrays do not fit each other or the
+/// robot, [`RecordingError::Tip`] if the robot does not have the end-effector frame, and
+/// [`RecordingError::Identify`] if a value of the request is out of range, no pose can be used, or
+/// all poses have one attitude, which does not distinguish an offset from a weight.
 ///
 /// Values that are not finite are no error, but are counted in
 /// [`faults`](crate::RecordingReport::faults) under the name of the array.
@@ -126,9 +126,9 @@ enum OtherReading {
     Exchanged,
 }
 
-/// Returns the residual of another reading of the poses that explains the wrenches far better than the `given` one,
-/// relative to that, with the finding about it. `unfilled` is an identifier without samples; `is_partial`: some channels are
-/// not measured, which exchanged ones would fill.
+/// Returns the residual of another reading of the poses that explains the wrenches far better than
+/// the `given` one, relative to that, with the finding about it. `unfilled` is an identifier
+/// without samples; `is_partial`: some channels are not measured, which exchanged ones would fill.
 fn contradicted_reading(
     recording: &ArrayRecording<'_>,
     given: &RestIdentifier,
@@ -161,8 +161,8 @@ fn contradicted_reading(
     Ok(best)
 }
 
-/// Returns whether another reading is a cause beside those that were found in a result, and removes from it what follows
-/// from the wrong reading: all causes that explain clearly less.
+/// Returns whether another reading is a cause beside those that were found in a result, and removes
+/// from it what follows from the wrong reading: all causes that explain clearly less.
 fn replaces(residual_ratio: f64, result: &mut BatchResult) -> bool {
     let first = result.findings.iter().find_map(|finding| match finding {
         Data::WrongAssumption(cause) => Some(cause.residual_ratio),
@@ -191,7 +191,8 @@ fn replaces(residual_ratio: f64, result: &mut BatchResult) -> bool {
     true
 }
 
-/// Pushes all samples that can be used, in another reading if there is one, and returns what could not be used.
+/// Pushes all samples that can be used, in another reading if there is one, and returns what could
+/// not be used.
 fn push_samples(
     recording: &ArrayRecording<'_>,
     identifier: &mut RestIdentifier,
@@ -250,7 +251,8 @@ fn equations(request: &Request, sources: &Sources, unmeasured: &[[bool; 6]]) -> 
     equations
 }
 
-/// Returns the base and the wrenches of one sample, and sets its joints; `None` where something cannot be used.
+/// Returns the base and the wrenches of one sample, and sets its joints; `None` where something
+/// cannot be used.
 fn sample(
     events: &[Event],
     sensors: usize,

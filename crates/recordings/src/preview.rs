@@ -20,34 +20,37 @@ const LONGEST_WINDOW_S: f64 = 1.0;
 const FEWEST_WINDOWS: usize = 4;
 /// Largest fraction of the motion's power that may be white noise.
 const QUIET: f64 = 1e-4;
-/// Number of samples in a window from which polynomials are fitted to every second sample. In shorter windows neighbouring
-/// instants share samples, their differences do not show the noise, and its bias is not corrected.
+/// Number of samples in a window from which polynomials are fitted to every second sample. In
+/// shorter windows neighbouring instants share samples, their differences do not show the noise,
+/// and its bias is not corrected.
 const FEWEST_INDEPENDENT: f64 = 36.0;
-/// Largest fraction of the motion's power that may be noise in windows that do not show it. Measured with stamps that jitter
-/// by a tenth of the sample period: a fraction of 1e-5 made a small moment of inertia 20 % too small.
+/// Largest fraction of the motion's power that may be noise in windows that do not show it.
+/// Measured with stamps that jitter by a tenth of the sample period: a fraction of 1e-5 made a
+/// small moment of inertia 20 % too small.
 const QUIET_UNSEEN: f64 = 1e-6;
-/// Power of the cutoff with which the variance of white noise grows in the mean of a first derivative; of a second one it
-/// grows with two more.
+/// Power of the cutoff with which the variance of white noise grows in the mean of a first
+/// derivative; of a second one it grows with two more.
 const FIRST_DERIVATIVE: i32 = 3;
 /// Smallest fraction of the motion's power that the filter keeps.
 const KEPT: f64 = 0.8;
 
-/// A delay is corrected from so many standard deviations on, if it is longer than [`SHORTEST_DELAY_S`].
+/// A delay is corrected from so many standard deviations on, if it is longer than
+/// [`SHORTEST_DELAY_S`].
 const SIGNIFICANT: f64 = 6.0;
 /// Shorter delays are not worth an interpolation, s.
 const SHORTEST_DELAY_S: f64 = 1e-4;
-/// A delay below this fraction of [`SHORTEST_DELAY_S`] is not refined further: the error of a fit is far smaller than what
-/// remains to that limit.
+/// A delay below this fraction of [`SHORTEST_DELAY_S`] is not refined further: the error of a fit
+/// is far smaller than what remains to that limit.
 const CLEARLY_SHORT: f64 = 0.5;
 /// Largest number of fits of the delay: each is linear in what the one before has left.
 const DELAY_FITS: usize = 4;
 
-/// A delay of two windows or more that leaves more than this fraction of the residual is doubtful: wrenches that belong
-/// to the motion fit it far better at the right time.
+/// A delay of two windows or more that leaves more than this fraction of the residual is doubtful:
+/// wrenches that belong to the motion fit it far better at the right time.
 const HARDLY_BETTER: f64 = 0.7;
 
-/// Derived accelerations replace measured ones whose residual, or whose power, they reduce to less than this
-/// fraction.
+/// Derived accelerations replace measured ones whose residual, or whose power, they reduce to less
+/// than this fraction.
 const CLEARLY_LESS: f64 = 0.9;
 
 /// The beginning of a recording.
@@ -99,7 +102,8 @@ pub(crate) struct Beginning {
 }
 
 impl Beginning {
-    /// Returns the size of the residuals and the power of the motion; `None` where there is too little.
+    /// Returns the size of the residuals and the power of the motion; `None` where there is too
+    /// little.
     fn residual_and_power(&self) -> Option<(f64, f64)> {
         let residual = residual_size(&self.equations, &self.channels)?;
         Some((residual, motion_power(&self.equations)))
@@ -116,13 +120,14 @@ struct Candidate {
 }
 
 impl Preview<'_> {
-    /// Chooses the highest cutoff that admits little of the motion's noise: motion that the filter removes
-    /// costs information, noise that it admits costs a bias correction.
+    /// Chooses the highest cutoff that admits little of the motion's noise: motion that the filter
+    /// removes costs information, noise that it admits costs a bias correction.
     ///
-    /// White noise shows in the differences of neighbouring instants. Other noise shows only in that the
-    /// power of the motion rises with the cutoff: no cutoff is chosen above the one where the power depends
-    /// least on it. Where all admit noise, it is the lowest that keeps [`KEPT`] of that power. Short windows do not show
-    /// their noise: it is extrapolated from the shortest that do and keep the motion.
+    /// White noise shows in the differences of neighbouring instants. Other noise shows only in
+    /// that the power of the motion rises with the cutoff: no cutoff is chosen above the one where
+    /// the power depends least on it. Where all admit noise, it is the lowest that keeps [`KEPT`]
+    /// of that power. Short windows do not show their noise: it is extrapolated from the shortest
+    /// that do and keep the motion.
     pub(crate) fn choose_cutoff(&self, streams: &Streams) -> Result<Beginning, RecordingError> {
         let mut candidates = self.candidates(streams)?;
         match self.chosen(&candidates) {
@@ -131,7 +136,8 @@ impl Preview<'_> {
         }
     }
 
-    /// Returns the place of the cutoff that is chosen among the candidates, see [`choose_cutoff`](Self::choose_cutoff).
+    /// Returns the place of the cutoff that is chosen among the candidates, see
+    /// [`choose_cutoff`](Self::choose_cutoff).
     fn chosen(&self, candidates: &[Candidate]) -> Option<usize> {
         let cutoff_hz = |candidate: &Candidate| candidate.beginning.cutoff_hz;
         let change = |pair: &[Candidate]| (pair[0].power - pair[1].power).abs() / pair[0].power;
@@ -241,8 +247,8 @@ impl Preview<'_> {
         }
     }
 
-    /// Decides on a delay of several windows, given the size of the residual without it: other errors, too, leave less
-    /// residual at some time by chance.
+    /// Decides on a delay of several windows, given the size of the residual without it: other
+    /// errors, too, leave less residual at some time by chance.
     fn far_delay(
         &self,
         streams: &Streams,
@@ -266,8 +272,8 @@ impl Preview<'_> {
         }))
     }
 
-    /// Refines a delay that is right to the length of a window. It stops where the delay is not worth correcting. The
-    /// equations are those without a delay.
+    /// Refines a delay that is right to the length of a window. It stops where the delay is not
+    /// worth correcting. The equations are those without a delay.
     fn refined_delay(
         &self,
         streams: &Streams,
@@ -302,15 +308,16 @@ impl Preview<'_> {
         Ok(found)
     }
 
-    /// Returns equations without what is unknown of the wrenches beside the payload, which would hide a delay.
+    /// Returns equations without what is unknown of the wrenches beside the payload, which would
+    /// hide a delay.
     fn without_unknowns(&self, equations: Vec<Equation>, channels: &Channels) -> Vec<Equation> {
         let settings = &self.options.equations;
         let gravity = settings.gravity_for(self.sources.robot.base_kind());
         without_unknowns(equations, channels, &gravity, settings.unknowns)
     }
 
-    /// Compares measured accelerations of the topic `topic` with those derived from the velocities. Returns
-    /// a finding where the derived ones explain the wrenches better or have less noise.
+    /// Compares measured accelerations of the topic `topic` with those derived from the velocities.
+    /// Returns a finding where the derived ones explain the wrenches better or have less noise.
     pub(crate) fn compare_accelerations(
         &self,
         streams: &Streams,
@@ -348,8 +355,8 @@ impl Preview<'_> {
         Ok((explains_better || is_quieter).then_some(finding))
     }
 
-    /// Returns the size of the residuals for one delay and cutoff, with an offset of the wrenches among the unknowns;
-    /// `None` where the equations are too few.
+    /// Returns the size of the residuals for one delay and cutoff, with an offset of the wrenches
+    /// among the unknowns; `None` where the equations are too few.
     pub(crate) fn residual_at(
         &self,
         streams: &Streams,

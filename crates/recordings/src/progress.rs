@@ -18,7 +18,8 @@ pub struct Progress {
 /// [`ControlFlow::Break`].
 pub type Observer<'a> = dyn FnMut(Progress) -> ControlFlow<()> + 'a;
 
-/// Lets the observer interrupt the work that comes before the recording is read, which leaves no result.
+/// Lets the observer interrupt the work that comes before the recording is read, which leaves no
+/// result.
 pub(crate) fn check_interruption(observer: &mut Observer<'_>) -> Result<(), RecordingError> {
     match observer(Progress { fraction: 0.0 }) {
         ControlFlow::Continue(()) => Ok(()),
@@ -38,7 +39,8 @@ pub(crate) fn open_log(
     })
 }
 
-/// Returns an observer of one of several recordings, by its index, which reports the fraction of all of them.
+/// Returns an observer of one of several recordings, by its index, which reports the fraction of
+/// all of them.
 pub(crate) fn part_of<'a>(
     observer: &'a mut Observer<'_>,
     index: usize,

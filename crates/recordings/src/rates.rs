@@ -1,5 +1,5 @@
-//! Measured velocities of a recording against the positions that they belong to, and positions and efforts against their
-//! limits.
+//! Measured velocities of a recording against the positions that they belong to, and positions and
+//! efforts against their limits.
 
 use tactid_identify::Finding as DataFinding;
 use tactid_identify::checks::{
@@ -10,8 +10,9 @@ use crate::Finding;
 use crate::alignment::{Event, JointValues, Measured};
 use crate::recording::Sources;
 
-/// Returns findings about measured velocities that are not the derivatives of the measured positions, and about positions
-/// and efforts beyond the limits of the joints. Times between two events that are longer than `max_gap_s` are not bridged.
+/// Returns findings about measured velocities that are not the derivatives of the measured
+/// positions, and about positions and efforts beyond the limits of the joints. Times between two
+/// events that are longer than `max_gap_s` are not bridged.
 pub(crate) fn contradicted_rates(
     sources: &Sources,
     events: &[Event],

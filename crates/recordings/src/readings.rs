@@ -1,5 +1,5 @@
-//! Other readings of what was recorded: the axes of the wrenches, what the efforts contain, the order of the joints, and
-//! the orientations of the base.
+//! Other readings of what was recorded: the axes of the wrenches, what the efforts contain, the
+//! order of the joints, and the orientations of the base.
 
 use nalgebra::UnitQuaternion;
 use tactid_dynamics::{BaseKind, Manipulator};
@@ -13,11 +13,13 @@ use crate::preview::Preview;
 use crate::recording::{Recording, Sources};
 use crate::{Finding, Observer, RecordingError};
 
-/// Size of the residuals relative to those of the assumed reading, below which another reading is the right one. Drivers
-/// that state wrenches or efforts otherwise leave some percent (`tests/readings.rs`).
+/// Size of the residuals relative to those of the assumed reading, below which another reading is
+/// the right one. Drivers that state wrenches or efforts otherwise leave some percent
+/// (`tests/readings.rs`).
 const MUCH_SMALLER: f64 = 0.4;
 
-/// Angle between links of the base below which both have the same axes, rad: descriptions round multiples of a right angle.
+/// Angle between links of the base below which both have the same axes, rad: descriptions round
+/// multiples of a right angle.
 const SAME_ORIENTATION_RAD: f64 = 1e-3;
 
 /// How measurements are read.
@@ -26,15 +28,17 @@ struct Reading {
     equations: EquationSettings,
     /// Frames about whose origins the moments of the wrenches are.
     sensors: Vec<String>,
-    /// Indices of joints whose values are exchanged: those of each are given for the one before it, those of the first for
-    /// the last.
+    /// Indices of joints whose values are exchanged: those of each are given for the one before it,
+    /// those of the first for the last.
     exchanged: Vec<usize>,
     poses: Option<PoseReading>,
 }
 
-/// Returns a finding where another reading of a recording explains its beginning far better than that of the plan.
+/// Returns a finding where another reading of a recording explains its beginning far better than
+/// that of the plan.
 ///
-/// Cost: the equations of the beginning, and one fit, for each reading. It is meant for where something is unexplained.
+/// Cost: the equations of the beginning, and one fit, for each reading. It is meant for where
+/// something is unexplained.
 pub(crate) fn contradicted_reading(
     recording: &impl Recording,
     plan: &Plan<'_>,
@@ -50,7 +54,8 @@ pub(crate) fn contradicted_reading(
         equations,
         ..given.clone()
     };
-    // Positions of two sources explain whatever is unexplained, and axes can turn where all of them are measured.
+    // Positions of two sources explain whatever is unexplained, and axes can turn where all of them
+    // are measured.
     if plan.is_mixed || plan.equations.unmeasured.contains(&true) {
         return Ok(None);
     }
@@ -141,7 +146,8 @@ fn exchanged_joints(given: &Reading, joints: usize) -> impl Iterator<Item = Read
     })
 }
 
-/// Returns an event in which the values of each of these joints are those that are given for the one before it.
+/// Returns an event in which the values of each of these joints are those that are given for the
+/// one before it.
 fn with_exchanged(event: &Event, exchanged: &[usize]) -> Event {
     let mut event = event.clone();
     if let Measured::Joints(JointValues {
@@ -219,7 +225,8 @@ fn finding(sources: &Sources, given: &Reading, other: Reading, residual_ratio: f
     }
 }
 
-/// Returns the reading in which the moments are about the origin of the link whose axes the wrenches have.
+/// Returns the reading in which the moments are about the origin of the link whose axes the
+/// wrenches have.
 fn other_point(plan: &Plan<'_>, given: &Reading) -> Option<Reading> {
     let axes = plan.equations.wrench_axes.clone()?;
     let is_link = plan.sources.robot.frame(&axes).is_ok();
@@ -233,8 +240,8 @@ fn other_point(plan: &Plan<'_>, given: &Reading) -> Option<Reading> {
     })
 }
 
-/// Returns the settings with other axes of the wrenches: those of the links that are fixed to the base, or of the world,
-/// and those of the sensor.
+/// Returns the settings with other axes of the wrenches: those of the links that are fixed to the
+/// base, or of the world, and those of the sensor.
 fn other_axes(plan: &Plan<'_>) -> Vec<EquationSettings> {
     let Sources { robot, sensors, .. } = plan.sources;
     if !plan.equations.method.uses_wrench() || sensors.is_empty() {

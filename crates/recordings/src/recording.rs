@@ -35,7 +35,8 @@ pub(crate) struct Sources {
     pub(crate) streams: Streams,
     /// Name of the stream of measured accelerations that need not be used.
     pub(crate) optional_acceleration: Option<String>,
-    /// Name of the topic or array that measures a twist besides the pose, and the axes of the twist there.
+    /// Name of the topic or array that measures a twist besides the pose, and the axes of the twist
+    /// there.
     pub(crate) measured_twist: Option<(String, TwistAxes)>,
     /// Topic or array of the joints.
     pub(crate) joints_name: String,
@@ -84,8 +85,8 @@ pub(crate) trait Recording {
     /// Returns the events of at least the first [`BEGINNING_S`].
     fn beginning(&self, observer: &mut Observer<'_>) -> Result<Vec<Event>, RecordingError>;
 
-    /// Reads the events from beginning to end: calls `take` with each, and `progress` with the fraction that
-    /// has been read, which may interrupt the reading.
+    /// Reads the events from beginning to end: calls `take` with each, and `progress` with the
+    /// fraction that has been read, which may interrupt the reading.
     fn read(
         &self,
         selection: Selection,

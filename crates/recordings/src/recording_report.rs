@@ -24,8 +24,8 @@ pub struct RecordingReport {
     pub cutoff_hz: f64,
     /// Longest time between two samples that was bridged, s.
     pub max_gap_s: f64,
-    /// Gravitational acceleration that was assumed, or identified where its direction was unknown, in
-    /// the inertial frame, m/s².
+    /// Gravitational acceleration that was assumed, or identified where its direction was unknown,
+    /// in the inertial frame, m/s².
     #[serde(with = "serial::vector")]
     #[schemars(with = "[f64; 3]")]
     pub gravity_m_s2: Vector3<f64>,
@@ -53,8 +53,8 @@ pub struct RecordingReport {
 }
 
 impl RecordingReport {
-    /// Reports on a recording that was run through, with the gripper that the estimator subtracted and what it noticed in
-    /// the end.
+    /// Reports on a recording that was run through, with the gripper that the estimator subtracted
+    /// and what it noticed in the end.
     pub(crate) fn new(
         plan: Plan<'_>,
         run: Run,

@@ -85,9 +85,9 @@ options! {
             about = About::Wrenches
         )]
         pub sensor_frame: Option<SensorFrame>,
-        /// Link along whose axes the wrenches are expressed, or `world` for those of the world, such
-        /// as the base of a controller that gives the wrench on the tool in the axes of the base.
-        /// The moments are about the origin of the sensor's frame in any case.
+        /// Link along whose axes the wrenches are expressed, or `world` for those of the world,
+        /// such as the base of a controller that gives the wrench on the tool in the axes of the
+        /// base. The moments are about the origin of the sensor's frame in any case.
         #[option(
             ROBOT, SAMPLES,
             default = "the sensor's own; where the messages are in a frame that does not move with \
@@ -165,9 +165,9 @@ options! {
             range = Range::GAP_S
         )]
         pub max_gap_s: Option<f64>,
-        /// Whether the sum of the wrenches has an unknown constant offset, a sensor zero that was not
-        /// set: six more unknowns. It is identified where the data of a recording show one (auto; for
-        /// samples one by one, in any case), in any case (yes), or never (no).
+        /// Whether the sum of the wrenches has an unknown constant offset, a sensor zero that was
+        /// not set: six more unknowns. It is identified where the data of a recording show one
+        /// (auto; for samples one by one, in any case), in any case (yes), or never (no).
         #[option(
             MEASUREMENTS, OFFSET,
             default = "auto for a recording with least squares; yes for poses at rest; else no",
@@ -241,9 +241,9 @@ options! {
             python = "A ``tactid.MassProperties``, ten numbers, a result or its estimate, or the path of its JSON file."
         )]
         pub known_tool: Option<GivenTool>,
-        /// Standard deviation of the values of a known tool that is given as numbers, relative to the
-        /// largest value of their kind (mass, centre of mass, inertia): a fraction in Python, 0.01,
-        /// and a percentage on the command line, 1%.
+        /// Standard deviation of the values of a known tool that is given as numbers, relative to
+        /// the largest value of their kind (mass, centre of mass, inertia): a fraction in Python,
+        /// 0.01, and a percentage on the command line, 1%.
         #[option(
             PRIOR, TOOL,
             default = "1 %",

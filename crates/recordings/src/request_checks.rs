@@ -65,8 +65,8 @@ impl Request {
     /// Checks that each option that is given applies to a live session.
     ///
     /// # Errors
-    /// Returns [`RecordingError::Option`] with the first that does not, and [`RecordingError::Identify`] for an unknown that
-    /// only a whole recording shows.
+    /// Returns [`RecordingError::Option`] with the first that does not, and
+    /// [`RecordingError::Identify`] for an unknown that only a whole recording shows.
     pub(crate) fn check_live(&self) -> Result<(), RecordingError> {
         self.check_applies(Use::Live, "a live session")?;
         let settings = self.equation_settings(self.method.unwrap_or_default());
@@ -101,8 +101,8 @@ impl Request {
     /// Checks the values that can be judged without a recording.
     ///
     /// # Errors
-    /// Returns [`IdentifyError::Option`] or [`RecordingError::Option`] with the name of a field whose
-    /// value is out of range or does not go with the other options.
+    /// Returns [`IdentifyError::Option`] or [`RecordingError::Option`] with the name of a field
+    /// whose value is out of range or does not go with the other options.
     pub fn check(&self) -> Result<(), RecordingError> {
         self.check_estimator()?;
         if self.known_mass_kg.is_none() && self.known_mass_std_dev_kg.is_some() {

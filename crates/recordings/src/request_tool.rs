@@ -6,8 +6,9 @@ use tactid_identify::KnownTool;
 use crate::choices::EstimatorKind;
 use crate::{Finding, RecordingError, Request};
 
-/// Standard deviation of the values of a tool whose uncertainty is not given, relative to the largest of their kind: between
-/// the mass of a data sheet, which is good to some tenths of a percent, and the inertia of a CAD model without its cables.
+/// Standard deviation of the values of a tool whose uncertainty is not given, relative to the
+/// largest of their kind: between the mass of a data sheet, which is good to some tenths of a
+/// percent, and the inertia of a CAD model without its cables.
 const ASSUMED_STD_DEV: f64 = 0.01;
 
 /// Violation of the triangle inequality of a tool's principal moments that is tolerated, a
@@ -73,7 +74,8 @@ impl Request {
         check_body("known_tool", tool.body)
     }
 
-    /// Checks that an earlier result is in the frame `tip`, and reports an uncertainty that is assumed.
+    /// Checks that an earlier result is in the frame `tip`, and reports an uncertainty that is
+    /// assumed.
     ///
     /// # Errors
     /// Returns [`RecordingError::Option`] if it is in another one.
@@ -103,7 +105,8 @@ impl Request {
 /// Checks that a body that an option gives can exist.
 ///
 /// # Errors
-/// Returns [`RecordingError::Option`] if its mass is not positive, or its moments of inertia are impossible.
+/// Returns [`RecordingError::Option`] if its mass is not positive, or its moments of inertia are
+/// impossible.
 pub(crate) fn check_body(option: &'static str, body: MassProperties) -> Result<(), RecordingError> {
     if InertialParameters::from(body).is_physical_within(ROUNDED) {
         return Ok(());

@@ -70,8 +70,9 @@ impl Run {
     /// Presents a recording to a receiver, as often as that needs it.
     ///
     /// # Errors
-    /// Returns [`RecordingError::Log`] if the recording cannot be read, [`RecordingError::Identify`] if a setting or a
-    /// sample does not fit the robot, and [`RecordingError::Data`] if the unloaded recording has another motion.
+    /// Returns [`RecordingError::Log`] if the recording cannot be read,
+    /// [`RecordingError::Identify`] if a setting or a sample does not fit the robot, and
+    /// [`RecordingError::Data`] if the unloaded recording has another motion.
     pub(crate) fn new(
         recording: &impl Recording,
         plan: &Plan<'_>,
@@ -99,7 +100,8 @@ impl Run {
         }
     }
 
-    /// Returns what was noticed about the recording before anything was estimated: by its sources, its plan and its samples.
+    /// Returns what was noticed about the recording before anything was estimated: by its sources,
+    /// its plan and its samples.
     pub(crate) fn noticed(&self, plan: &Plan<'_>) -> Vec<Finding> {
         [&plan.sources.findings, &plan.findings, &self.findings]
             .into_iter()
@@ -168,7 +170,8 @@ impl Samples {
     /// Adds a sample.
     ///
     /// # Errors
-    /// Returns [`RecordingError::Interrupted`] if the receiver has ended with an error of its own, which replaces this one.
+    /// Returns [`RecordingError::Interrupted`] if the receiver has ended with an error of its own,
+    /// which replaces this one.
     fn push(&mut self, aligned: Aligned) -> Result<(), RecordingError> {
         self.batch.push(aligned);
         if self.batch.len() < BATCH {

@@ -11,8 +11,8 @@ use crate::{ActsOn, Request};
 /// Which measurements were read, where the sensors are, and what was subtracted.
 #[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
 pub struct Setup {
-    /// Number that identifies the first messages or samples: recordings with the same one are copies, or one is the beginning
-    /// of the other.
+    /// Number that identifies the first messages or samples: recordings with the same one are
+    /// copies, or one is the beginning of the other.
     pub beginning: String,
     /// Topics or arrays that were read.
     pub topics: Vec<String>,
@@ -26,11 +26,12 @@ pub struct Setup {
     #[serde(serialize_with = "serialize_composite")]
     #[schemars(with = "Option<TenValues<f64>>", extend("x-class" = "MassProperties"))]
     pub known_tool: Option<MassProperties>,
-    /// Standard deviation of each of the [ten values](crate::VALUE_NAMES) of the known tool, in its unit.
+    /// Standard deviation of each of the [ten values](crate::VALUE_NAMES) of the known tool, in its
+    /// unit.
     #[schemars(with = "Option<TenValues<f64>>")]
     pub known_tool_std_devs: Option<[f64; 10]>,
-    /// Links beyond the tip that were subtracted, as one body in the frame of the estimate; `None` where the measured load
-    /// does not contain them.
+    /// Links beyond the tip that were subtracted, as one body in the frame of the estimate; `None`
+    /// where the measured load does not contain them.
     #[serde(serialize_with = "serialize_composite")]
     #[schemars(with = "Option<TenValues<f64>>", extend("x-class" = "MassProperties"))]
     pub gripper: Option<MassProperties>,
@@ -59,7 +60,8 @@ impl Setup {
     }
 }
 
-/// Returns the standard deviations of the ten values of a tool, in their units; zero without a mass.
+/// Returns the standard deviations of the ten values of a tool, in their units; zero without a
+/// mass.
 fn std_devs(tool: KnownTool) -> [f64; 10] {
     let slopes =
         value_jacobian(InertialParameters::from(tool.body).as_vector()).unwrap_or_default();

@@ -135,7 +135,8 @@ fn times_not_increasing(run: &Run) -> Option<RecordingError> {
     })
 }
 
-/// Values that are not finite are the cause where they are about as many as the samples that lack another stream.
+/// Values that are not finite are the cause where they are about as many as the samples that lack
+/// another stream.
 fn values_not_finite(run: &Run) -> Option<RecordingError> {
     let (name, count) = most_faults(run, &FaultKind::NotFinite)?;
     let incomplete = most_faults(run, &FaultKind::Incomplete).map_or(0, |(_, count)| count);

@@ -61,7 +61,8 @@ impl Steps {
     }
 }
 
-/// Returns whether positions of two sources are mixed, which explains whatever else the data contradict.
+/// Returns whether positions of two sources are mixed, which explains whatever else the data
+/// contradict.
 pub(crate) fn are_mixed<'a>(findings: impl IntoIterator<Item = &'a Finding>) -> bool {
     findings.into_iter().any(|finding| match finding {
         Finding::Data(DataFinding::PositionsJump(jumps)) => jumps.are_of_two_sources(),

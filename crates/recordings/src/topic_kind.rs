@@ -7,7 +7,8 @@ pub(crate) enum TopicKind {
     Joints,
     /// Wrenches: [`Request::wrench_topic`](crate::Request::wrench_topic).
     Wrenches,
-    /// Odometry of the base or of the sensor: [`Request::odometry_topic`](crate::Request::odometry_topic).
+    /// Odometry of the base or of the sensor:
+    /// [`Request::odometry_topic`](crate::Request::odometry_topic).
     Odometry,
     /// Measurements of an inertial unit: [`Request::imu_topic`](crate::Request::imu_topic).
     Imu,

@@ -1,5 +1,5 @@
-//! The unloaded recording: search of the shift in time at which it has the same motion, and subtraction of its
-//! efforts.
+//! The unloaded recording: search of the shift in time at which it has the same motion, and
+//! subtraction of its efforts.
 
 use std::hash::{DefaultHasher, Hash, Hasher};
 use std::path::Path;
@@ -38,8 +38,8 @@ const SAME_MOTION: f64 = 0.02;
 /// Positions of all joints over time.
 type Motion = Vec<(f64, Vec<f64>)>;
 
-/// Finds the joints of an unloaded recording by the robot of the loaded one, and the shift in time at
-/// which the motions agree. The paths are those of the loaded and of the unloaded recording.
+/// Finds the joints of an unloaded recording by the robot of the loaded one, and the shift in time
+/// at which the motions agree. The paths are those of the loaded and of the unloaded recording.
 pub(crate) fn find_unloaded(
     [loaded_path, path]: [&Path; 2],
     (loaded_log, loaded, loaded_decoding): (&LogReader, &LogSources, &Arc<Decoding>),
@@ -212,8 +212,8 @@ fn coarse_shift_s(angles: &Angles, ours: &Motion, theirs: &Motion) -> Option<f64
     best.map(|(_, shift_s)| shift_s)
 }
 
-/// Returns the sum of the squared differences of the positions with a shift, and the number of instants that
-/// both motions have.
+/// Returns the sum of the squared differences of the positions with a shift, and the number of
+/// instants that both motions have.
 fn difference(
     angles: &Angles,
     compared: &[&(f64, Vec<f64>)],
@@ -231,8 +231,8 @@ fn difference(
     (squares, count)
 }
 
-/// Returns the shift at which the motions differ least, by Gauss-Newton steps from one that is right to the
-/// grid.
+/// Returns the shift at which the motions differ least, by Gauss-Newton steps from one that is
+/// right to the grid.
 fn fine_shift_s(angles: &Angles, ours: &Motion, theirs: &Motion, mut shift_s: f64) -> f64 {
     for _ in 0..FINE_STEPS {
         let (mut slope, mut square) = (0.0, 0.0);
@@ -256,7 +256,8 @@ fn fine_shift_s(angles: &Angles, ours: &Motion, theirs: &Motion, mut shift_s: f6
     shift_s
 }
 
-/// Subtraction of the efforts of the unloaded arm, with the difference between the two motions, which must be small.
+/// Subtraction of the efforts of the unloaded arm, with the difference between the two motions,
+/// which must be small.
 pub(crate) struct UnloadedSubtraction {
     angles: Angles,
     /// Sum of the squared differences of the position of each joint, rad² or m².
@@ -274,7 +275,8 @@ impl UnloadedSubtraction {
         }
     }
 
-    /// Subtracts the efforts of the unloaded arm at the same point of the same motion, if it was recorded.
+    /// Subtracts the efforts of the unloaded arm at the same point of the same motion, if it was
+    /// recorded.
     pub(crate) fn subtract(&mut self, aligned: &mut Aligned) {
         let Some(unloaded) = &aligned.unloaded else {
             return;

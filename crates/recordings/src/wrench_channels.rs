@@ -130,8 +130,8 @@ pub(crate) fn unmeasured_channels(no_numbers: &[[bool; 6]], events: &[Event]) ->
     }
     let mut unmeasured = vec![[false; 6]; no_numbers.len()];
     for (sensor, zero) in zero_channels(&monitor) {
-        // A sensor of which all channels are zero feels nothing: no contact, as of a finger. What has
-        // no number is not measured all the same.
+        // A sensor of which all channels are zero feels nothing: no contact, as of a finger. What
+        // has no number is not measured all the same.
         unmeasured[sensor] = if zero == [true; 6] {
             no_numbers[sensor]
         } else {
@@ -160,7 +160,8 @@ pub(crate) struct WrenchChannels {
 }
 
 impl WrenchChannels {
-    /// Creates the channels of the sensors of a recording, given those that each does not measure in the beginning.
+    /// Creates the channels of the sensors of a recording, given those that each does not measure
+    /// in the beginning.
     pub(crate) fn new(
         sources: &Sources,
         tip: &str,
@@ -182,8 +183,9 @@ impl WrenchChannels {
         }
     }
 
-    /// Reports the channels of each sensor that did not change in the last `span_s` seconds, or never for an infinite
-    /// span, and those that were left out because they measured nothing in the beginning.
+    /// Reports the channels of each sensor that did not change in the last `span_s` seconds, or
+    /// never for an infinite span, and those that were left out because they measured nothing in
+    /// the beginning.
     pub(crate) fn findings(&self, span_s: f64, sources: &Sources) -> Vec<Finding> {
         let left_out = self.left_out_channels().into_iter();
         let left_out = left_out.map(|channels| (channels, true));
@@ -201,8 +203,8 @@ impl WrenchChannels {
             .collect()
     }
 
-    /// Returns the channels of each sensor that were left out: those that are zero, then those that measured nothing in
-    /// the beginning and do later.
+    /// Returns the channels of each sensor that were left out: those that are zero, then those that
+    /// measured nothing in the beginning and do later.
     fn left_out_channels(&self) -> Vec<ConstantChannels> {
         let zero: Vec<_> = zero_channels(&self.monitor).collect();
         let always = zero

@@ -1,4 +1,5 @@
-//! The robot of arrays, whose base is fixed unless its motion is given, and their unloaded reference.
+//! The robot of arrays, whose base is fixed unless its motion is given, and their unloaded
+//! reference.
 
 use std::f64::consts::TAU;
 use std::ops::ControlFlow;
@@ -177,8 +178,8 @@ fn efforts(robot: &Manipulator, instant: &Instant, acceleration: &[f64]) -> Vec<
     needed.iter().zip(friction).map(|(a, b)| a + b).collect()
 }
 
-/// The efforts of an unloaded reference are subtracted, whenever its motion begins: with them friction does not
-/// matter, and without them it does.
+/// The efforts of an unloaded reference are subtracted, whenever its motion begins: with them
+/// friction does not matter, and without them it does.
 #[test]
 fn an_unloaded_reference_is_subtracted() {
     let (loaded, unloaded) = (Arm::new(true, 0.0), Arm::new(false, 1.3));
@@ -197,8 +198,9 @@ fn an_unloaded_reference_is_subtracted() {
     let halved = loaded.identify(&unloaded, &gains).unwrap();
     let mass_kg = halved.estimate.body.mass_kg;
     assert!((mass_kg - 50.0).abs() < 0.2, "{mass_kg}");
-    // Given gains have a standard deviation of 5 %; with 10 % they cause twice as much. The effects of the eight gains sum
-    // to the mass, so the root of the sum of their squares is at least the mass divided by √8: 0.88 kg with 5 %.
+    // Given gains have a standard deviation of 5 %; with 10 % they cause twice as much. The effects
+    // of the eight gains sum to the mass, so the root of the sum of their squares is at least the
+    // mass divided by √8: 0.88 kg with 5 %.
     let of_gains_kg = |std_dev: Option<f64>| {
         let request = Request {
             effort_gain_std_dev: std_dev.map(|std_dev| vec![std_dev]),

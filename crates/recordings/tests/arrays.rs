@@ -1,4 +1,5 @@
-//! Identification from arrays: the estimate, the defaults, and arrays that do not fit or hold bad values.
+//! Identification from arrays: the estimate, the defaults, and arrays that do not fit or hold bad
+//! values.
 
 use std::ops::ControlFlow;
 
@@ -48,7 +49,8 @@ fn a_sensor_alone_is_on_the_ground() {
     assert!((body.center_of_mass - CARRIED_AT).norm() < 1e-4);
 }
 
-/// A delay of any length is found, whether it is a multiple of a window or between two, also with noise.
+/// A delay of any length is found, whether it is a multiple of a window or between two, also with
+/// noise.
 #[test]
 fn delays_of_any_length_are_found() {
     let exact = carried();
@@ -96,8 +98,8 @@ fn a_delay_is_corrected() {
     );
 }
 
-/// An array with an entry too many or too few is an error that names it. Too many wrenches, and rows of
-/// another length than the robot's joints, once were a panic.
+/// An array with an entry too many or too few is an error that names it. Too many wrenches, and
+/// rows of another length than the robot's joints, once were a panic.
 #[test]
 fn a_wrong_length_is_an_error_with_the_name() {
     type Array = fn(&mut Recording) -> &mut Vec<f64>;
@@ -138,8 +140,8 @@ fn a_wrong_length_is_an_error_with_the_name() {
     assert_names(recording.error(pop_time), "q");
 }
 
-/// What is missing is named: no sample, no joints, no pose of a floating base or of a sensor without a
-/// robot, nothing that measures a load.
+/// What is missing is named: no sample, no joints, no pose of a floating base or of a sensor
+/// without a robot, nothing that measures a load.
 #[test]
 fn a_missing_array_is_named() {
     let recording = recorded();
@@ -177,7 +179,8 @@ fn a_missing_array_is_named() {
     }
 }
 
-/// Values that cannot be used are counted under the name of their array, and the rest is identified.
+/// Values that cannot be used are counted under the name of their array, and the rest is
+/// identified.
 #[test]
 fn bad_values_are_counted() {
     let clean = recorded();
@@ -199,7 +202,8 @@ fn bad_values_are_counted() {
     assert!(errors.iter().all(|error| error.abs() < 0.1), "{errors:?}");
 }
 
-/// Times that are not finite or do not increase are counted, and so are gaps; the rest is identified.
+/// Times that are not finite or do not increase are counted, and so are gaps; the rest is
+/// identified.
 #[test]
 fn bad_times_are_counted() {
     let mut bad = recorded();
@@ -217,7 +221,8 @@ fn bad_times_are_counted() {
     assert!(errors.iter().all(|error| error.abs() < 0.1), "{errors:?}");
 }
 
-/// A pose that is not finite, or a time that cannot be used, does not spoil the velocities of its neighbours.
+/// A pose that is not finite, or a time that cannot be used, does not spoil the velocities of its
+/// neighbours.
 #[test]
 fn bad_poses_do_not_spoil_their_neighbours() {
     let mut bad = carried();
@@ -230,7 +235,8 @@ fn bad_poses_do_not_spoil_their_neighbours() {
     assert!((body.mass_kg - CARRIED_KG).abs() < 1e-3, "{}", body.mass_kg);
 }
 
-/// Whatever stands in arrays of the right lengths, the result is an estimate or an error, never a panic.
+/// Whatever stands in arrays of the right lengths, the result is an estimate or an error, never a
+/// panic.
 #[test]
 fn wild_arrays_do_not_panic() {
     let wild = [f64::NAN, f64::INFINITY, -1e300, 1e300, 0.0, -1.0, 1e12];
@@ -331,8 +337,8 @@ fn channels_that_measure_later_are_reported_as_left_out() {
     assert_eq!(found.collect::<Vec<_>>(), expected);
 }
 
-/// Forces alone determine the mass and the centre of mass, whether what is not measured is zero or no number, and also where
-/// the sensor is not at the tip.
+/// Forces alone determine the mass and the centre of mass, whether what is not measured is zero or
+/// no number, and also where the sensor is not at the tip.
 #[test]
 fn three_forces_determine_mass_and_centre() {
     for absent in [0.0, f64::NAN] {

@@ -33,8 +33,9 @@ fn shared_variance(first: &LinearEstimate, second: &LinearEstimate) -> f64 {
     products.sum()
 }
 
-/// Three recordings on three days, on each of which friction and gains are others, each with an unloaded recording of its day:
-/// they agree, and the intervals of the combination contain the payload.
+/// Three recordings on three days, on each of which friction and gains are others, each with an
+/// unloaded recording of its day: they agree, and the intervals of the combination contain the
+/// payload.
 #[test]
 fn recordings_of_several_days_agree() {
     let (mut held, mut agreed, arms) = (0, 0, 10);
@@ -64,8 +65,8 @@ fn recordings_of_several_days_agree() {
     assert!(held >= 35, "{held} of {}", 4 * arms);
 }
 
-/// What recordings share is what they have in common: the calibration always, the unloaded recordings where they are the same. No
-/// number of recordings reduces it.
+/// What recordings share is what they have in common: the calibration always, the unloaded
+/// recordings where they are the same. No number of recordings reduces it.
 #[test]
 fn recordings_share_the_calibration_and_their_unloaded_recordings() {
     let mut world = World::new(210);

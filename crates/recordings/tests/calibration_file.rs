@@ -24,7 +24,8 @@ fn read(text: &str) -> Result<ArmCalibration, RecordingError> {
     ArmCalibration::read(&path)
 }
 
-/// Equality of floats is that of their bits here: no number is zero or NaN but two zeros of gravity.
+/// Equality of floats is that of their bits here: no number is zero or NaN but two zeros of
+/// gravity.
 #[test]
 fn the_same_numbers_come_back() {
     let arm = arm();
@@ -102,7 +103,8 @@ fn what_is_wrong_is_named_with_its_line() {
     }
 }
 
-/// A file of an earlier version, a fingerprint that is no number, and a contradiction of an unknown kind.
+/// A file of an earlier version, a fingerprint that is no number, and a contradiction of an unknown
+/// kind.
 #[test]
 fn contradictions_and_fingerprints_are_checked() {
     let text = written(&arm());
@@ -178,7 +180,8 @@ impl Edited {
     }
 }
 
-/// A number of a joint that is out of range, or does not fit the number that it is derived from, is named with its line.
+/// A number of a joint that is out of range, or does not fit the number that it is derived from, is
+/// named with its line.
 #[test]
 fn edited_numbers_of_joints_are_checked() {
     let text = Edited(written(&arm()));
@@ -217,7 +220,8 @@ fn edited_numbers_of_joints_are_checked() {
     }
 }
 
-/// A number of a link that is out of range, and a direction whose length is not one, are named with their line.
+/// A number of a link that is out of range, and a direction whose length is not one, are named with
+/// their line.
 #[test]
 fn edited_numbers_of_links_are_checked() {
     let text = Edited(written(&arm()));
@@ -281,8 +285,8 @@ fn edited_keys_before_the_tables_are_checked() {
     }
 }
 
-/// A delay that no calibration finds, and windows that do not belong to the cutoff, are refused with what would be right; types
-/// are named in words.
+/// A delay that no calibration finds, and windows that do not belong to the cutoff, are refused
+/// with what would be right; types are named in words.
 #[test]
 fn ranges_are_named() {
     let text = written(&arm());

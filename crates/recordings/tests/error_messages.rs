@@ -45,7 +45,8 @@ fn a_fixed_base_has_no_momentum_of_its_own() {
     assert!(error.to_string().ends_with(advice), "{error}");
 }
 
-/// Writes a log of joints at rest, whose publishers have their own topics, with a topic for a description without message.
+/// Writes a log of joints at rest, whose publishers have their own topics, with a topic for a
+/// description without message.
 fn write_joints(path: &Path, publishers: &[(&str, &[&str])]) {
     let mut log = LogWriter::create(path).unwrap();
     log.channel::<StringMsg>("/robot_description", Durability::TransientLocal)

@@ -122,7 +122,8 @@ fn messages_give_what_their_samples_give() {
     assert_close(&found.std_devs, &expected.std_devs, 1e-9);
 }
 
-/// What is left open is chosen as for a recording, and the estimate is within the interval of that of the recording.
+/// What is left open is chosen as for a recording, and the estimate is within the interval of that
+/// of the recording.
 #[test]
 fn a_session_chooses_what_a_recording_chooses() {
     let (folder, _, messages) = recorded(8.0, |_| {});
@@ -159,7 +160,8 @@ fn a_session_waits_for_what_is_missing() {
     assert!(session.estimate().is_some());
 }
 
-/// A topic that ends, and one that comes later, are reported; without the joints nothing starts again.
+/// A topic that ends, and one that comes later, are reported; without the joints nothing starts
+/// again.
 #[test]
 fn topics_that_end_or_come_later_are_reported() {
     let (_folder, _, messages) = recorded(4.0, |_| {});
@@ -187,7 +189,8 @@ fn topics_that_end_or_come_later_are_reported() {
     );
 }
 
-/// Stamps that jump by more than a minute are not used; the session starts again, and identifies the same payload.
+/// Stamps that jump by more than a minute are not used; the session starts again, and identifies
+/// the same payload.
 #[test]
 fn a_session_starts_again_after_a_jump_of_the_clock() {
     let (_folder, _, messages) = recorded(4.0, |_| {});
@@ -283,8 +286,8 @@ fn a_known_tool_is_subtracted() {
     assert!((found.std_devs[0] - expected).abs() < 1e-9);
 }
 
-/// The wrench of a contact is zero within its uncertainty where nothing touches the payload. A tare needs an offset that is
-/// an unknown.
+/// The wrench of a contact is zero within its uncertainty where nothing touches the payload. A tare
+/// needs an offset that is an unknown.
 #[test]
 fn a_session_measures_contacts() {
     let (_folder, _, messages) = recorded(4.0, |_| {});
@@ -319,8 +322,8 @@ fn a_session_measures_contacts() {
     assert!(offset.tare().is_err() && offset.contact_wrench().is_none());
 }
 
-/// A plan that another thread ends after the last message is used. A contact frame that the robot does not have, or that
-/// moves relative to the tip, is named by its option.
+/// A plan that another thread ends after the last message is used. A contact frame that the robot
+/// does not have, or that moves relative to the tip, is named by its option.
 #[test]
 fn a_plan_ends_after_the_last_message() {
     let (_folder, _, messages) = recorded(2.2, |_| {});

@@ -69,8 +69,8 @@ fn recorded(change: impl FnOnce(&mut Recording<'_>)) -> (tempfile::TempDir, Path
     (folder, path, instants)
 }
 
-/// A log gives the estimate of its samples pushed by hand, but for the rounding of the base's twist into its
-/// own frame and back.
+/// A log gives the estimate of its samples pushed by hand, but for the rounding of the base's twist
+/// into its own frame and back.
 #[test]
 fn a_log_gives_what_its_samples_give() {
     let (_folder, path, instants) = recorded(|_| {});
@@ -151,7 +151,8 @@ fn a_cut_log_is_used_up_to_the_cut() {
     assert_eq!(result.recording.damage.len(), 1);
 }
 
-/// A message that a recorder logged at the end of time, or messages in pairs, change neither the cutoff nor the result.
+/// A message that a recorder logged at the end of time, or messages in pairs, change neither the
+/// cutoff nor the result.
 #[test]
 fn times_of_logging_change_no_default() {
     let request = Request {
@@ -261,8 +262,9 @@ fn a_log_that_lacks_something_says_what() {
     );
 }
 
-/// The wrenches of several topics are summed where each is of another finger. Others must be named, because they may
-/// be of one load twice, or of several loads: of two links of the arm, of one link, of a link and the tip.
+/// The wrenches of several topics are summed where each is of another finger. Others must be named,
+/// because they may be of one load twice, or of several loads: of two links of the arm, of one
+/// link, of a link and the tip.
 #[test]
 fn wrenches_that_are_not_of_fingers_must_be_named() {
     let unrelated: [&'static [&'static str]; 4] = [
@@ -314,7 +316,8 @@ fn interrupted_early_nothing_is_known() {
     }
 }
 
-/// The error of a requested topic that the log does not have names the topic and the request's field.
+/// The error of a requested topic that the log does not have names the topic and the request's
+/// field.
 #[test]
 fn a_requested_topic_that_is_missing_is_named() {
     let (_folder, path, _) = recorded(|_| {});
@@ -348,7 +351,8 @@ fn the_papers_filter_rejects_a_known_mass() {
     );
 }
 
-/// Without any option, a log is identified by the defaults: least squares on the wrenches in `tool0`.
+/// Without any option, a log is identified by the defaults: least squares on the wrenches in
+/// `tool0`.
 #[test]
 fn the_defaults_identify_a_log() {
     let (_folder, path, _) = recorded(|_| {});
@@ -377,7 +381,8 @@ fn the_defaults_identify_a_log() {
     assert_eq!(forecast.remaining_s(&values, &std_devs, 10.0), [0.0; 10]);
 }
 
-/// The wrenches of one finger of two fit no motion. A long delay that fits by chance is reported and not corrected.
+/// The wrenches of one finger of two fit no motion. A long delay that fits by chance is reported
+/// and not corrected.
 #[test]
 fn a_doubtful_delay_is_reported_and_not_corrected() {
     let (_folder, path, _) = recorded(|recording| recording.sensors = &["finger_left_link"]);

@@ -1,9 +1,9 @@
-//! Payloads of known parameters on real arms: recordings of a Franka and a UR10 without payload, to whose efforts the
-//! exact torque of a payload is added. Friction, noise and timing are real. One half of a recording calibrates the arm, and
-//! the payload is identified from the other.
+//! Payloads of known parameters on real arms: recordings of a Franka and a UR10 without payload, to
+//! whose efforts the exact torque of a payload is added. Friction, noise and timing are real. One
+//! half of a recording calibrates the arm, and the payload is identified from the other.
 //!
-//! The recordings (University of Salerno, BSD-3) and the robots of the wheel `example-robot-data` are not part of the
-//! repository; without them the tests do nothing.
+//! The recordings (University of Salerno, BSD-3) and the robots of the wheel `example-robot-data`
+//! are not part of the repository; without them the tests do nothing.
 
 use std::path::{Path, PathBuf};
 
@@ -39,7 +39,8 @@ fn robots() -> Option<PathBuf> {
     versions.find_map(|version| Some(version.path().join(share)).filter(|path| path.is_dir()))
 }
 
-/// Reads a recording; `None` where the data are not there. `prefix` is what the log says instead of `panda_`.
+/// Reads a recording; `None` where the data are not there. `prefix` is what the log says instead of
+/// `panda_`.
 fn recorded(
     urdf: &str,
     tool: &'static str,
@@ -92,8 +93,8 @@ fn recorded(
     })
 }
 
-/// Returns position, velocity and acceleration at a sample of cubic polynomials through the measured positions and
-/// velocities of its neighbours.
+/// Returns position, velocity and acceleration at a sample of cubic polynomials through the
+/// measured positions and velocities of its neighbours.
 fn smoothed(samples: &[(f64, [Vec<f64>; 3])], at: usize, half_width: usize) -> [Vec<f64>; 3] {
     let near = &samples[at.saturating_sub(half_width)..samples.len().min(at + half_width + 1)];
     let powers = DMatrix::from_fn(near.len(), 4, |k, power| {
@@ -187,9 +188,10 @@ fn payloads() -> Vec<MassProperties> {
     given.into_iter().chain(random).collect()
 }
 
-/// Calibrates on each half and identifies on the other. Returns for each half the errors of mass, kg, and of the centre of
-/// mass, m, for 1.5, 3 and 5 kg, and asserts that the intervals of all ten values hold for at least nine of ten payloads. The
-/// payloads of one half share its noise and the errors of its calibration: only the two halves are independent.
+/// Calibrates on each half and identifies on the other. Returns for each half the errors of mass,
+/// kg, and of the centre of mass, m, for 1.5, 3 and 5 kg, and asserts that the intervals of all ten
+/// values hold for at least nine of ten payloads. The payloads of one half share its noise and the
+/// errors of its calibration: only the two halves are independent.
 fn exchange_halves(recorded: &Recorded) -> [[(f64, f64); 3]; 2] {
     let nothing = InertialParameters::zero();
     let halves = recorded.halves();
@@ -221,7 +223,8 @@ fn exchange_halves(recorded: &Recorded) -> [[(f64, f64); 3]; 2] {
     });
     assert!(held.iter().all(|held| *held >= 72), "{held:?}");
     let relative = relative_squares.map(|squares: f64| (squares / 80.0).sqrt());
-    // Rms errors in half widths: measured 0.10 to 0.52, 0.51 where intervals are as wide as they must be, and 0 where they are infinite.
+    // Rms errors in half widths: measured 0.10 to 0.52, 0.51 where intervals are as wide as they
+    // must be, and 0 where they are infinite.
     assert!(relative.iter().all(|rms| *rms >= 0.08), "{relative:?}");
     errors
 }
@@ -275,8 +278,8 @@ fn a_ur10_is_calibrated_on_one_half_and_identifies_on_the_other() {
     }
 }
 
-/// Returns how many of eight identifications find that the zero of the second joint has moved by an angle, rad, since the calibration:
-/// with either half, either sign, and 1 and 4 kg.
+/// Returns how many of eight identifications find that the zero of the second joint has moved by an
+/// angle, rad, since the calibration: with either half, either sign, and 1 and 4 kg.
 fn moved_zeros_found(recorded: &mut Recorded, angle: f64) -> usize {
     let nothing = InertialParameters::zero();
     let bodies = payloads();
@@ -312,8 +315,9 @@ fn moved_zeros_found(recorded: &mut Recorded, angle: f64) -> usize {
     found
 }
 
-/// A zero of the shoulder that has moved is found: on the Franka from 0.01 rad on, and on the UR10, whose friction leaves larger
-/// residuals, at 0.05 rad. Measured: 8, 8 and 8 of 8, and 0, 2 and 8 of 8, at 0.01, 0.02 and 0.05 rad.
+/// A zero of the shoulder that has moved is found: on the Franka from 0.01 rad on, and on the UR10,
+/// whose friction leaves larger residuals, at 0.05 rad. Measured: 8, 8 and 8 of 8, and 0, 2 and 8
+/// of 8, at 0.01, 0.02 and 0.05 rad.
 #[test]
 fn zeros_that_have_moved_are_found() {
     let franka = recorded(

@@ -1,4 +1,5 @@
-//! Options are declared once: the table of declarations, and requests that are read by the names of options.
+//! Options are declared once: the table of declarations, and requests that are read by the names of
+//! options.
 
 use std::collections::BTreeMap;
 
@@ -103,7 +104,8 @@ fn what_is_no_option_is_refused() {
     }
 }
 
-/// Each option has what an interface shows: sentences, a group, uses, and the unit that its name has.
+/// Each option has what an interface shows: sentences, a group, uses, and the unit that its name
+/// has.
 #[test]
 fn every_option_is_declared_whole() {
     let units = [("_s", "s"), ("_hz", "Hz"), ("_kg", "kg")];

@@ -35,8 +35,8 @@ fn push_and_estimate_allocate_nothing() {
     }
 }
 
-/// Settings out of range, links that the robot does not have and a method without a force and a moment on the
-/// end-effector are errors, which name their cause.
+/// Settings out of range, links that the robot does not have and a method without a force and a
+/// moment on the end-effector are errors, which name their cause.
 #[test]
 fn impossible_requests_are_errors() {
     let robot = Experiment::default().robot();
@@ -108,8 +108,8 @@ fn samples_that_do_not_fit_are_errors() {
     );
 }
 
-/// At the posture of the paper's Table 1 joints 3 and 6 are parallel, so that the motion does not determine Ixx.
-/// The result reports it, and no other value.
+/// At the posture of the paper's Table 1 joints 3 and 6 are parallel, so that the motion does not
+/// determine Ixx. The result reports it, and no other value.
 #[test]
 fn ixx_is_not_identifiable_at_the_posture_of_table_1() {
     for (posture, missing) in [(TABLE_1, vec!["Ixx"]), (common::IDENTIFIABLE, vec![])] {

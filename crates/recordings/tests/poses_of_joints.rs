@@ -1,5 +1,5 @@
-//! Wrenches on an arm with a fixed base, on which no orientation is measured, and with sensors that do not measure
-//! every channel.
+//! Wrenches on an arm with a fixed base, on which no orientation is measured, and with sensors that
+//! do not measure every channel.
 
 use std::ops::ControlFlow;
 
@@ -45,7 +45,8 @@ fn angles(random: &mut SmallRng) -> [f64; 3] {
     [0.0; 3].map(|_| random.random_range(-2.0..2.0))
 }
 
-/// Where x and y of gravity have the wrong sign, as on a tilted mount, no orientation is blamed: none is given.
+/// Where x and y of gravity have the wrong sign, as on a tilted mount, no orientation is blamed:
+/// none is given.
 #[test]
 fn a_fixed_base_has_no_orientation_in_another_form() {
     let mut random = SmallRng::seed_from_u64(1);
@@ -76,7 +77,8 @@ fn a_fixed_base_has_no_orientation_in_another_form() {
     assert!(!findings.iter().any(is_blamed), "{findings:?}");
 }
 
-/// Returns the frames and the numbers of channels that are left out, and whether they are zero in all samples.
+/// Returns the frames and the numbers of channels that are left out, and whether they are zero in
+/// all samples.
 fn left_out(findings: &[Finding]) -> Vec<(&str, usize, bool)> {
     let left_out = findings.iter().filter_map(|finding| match finding {
         Finding::Data(Data::ConstantChannels {
@@ -116,8 +118,8 @@ fn the_sensor_without_moments_is_named() {
     assert_eq!(left_out(&found.recording.findings), [("side", 3, true)]);
 }
 
-/// A finger that touches nothing in the beginning, and whose moments are no numbers or zero until it touches, is the one
-/// whose moments are left out, or not.
+/// A finger that touches nothing in the beginning, and whose moments are no numbers or zero until
+/// it touches, is the one whose moments are left out, or not.
 #[test]
 fn a_finger_without_moments_is_named_although_it_touches_late() {
     for (moments, forces_begin, expected) in [

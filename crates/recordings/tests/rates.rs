@@ -1,5 +1,5 @@
-//! Velocities that are not the derivatives of the positions: joints that are swapped, of the wrong sign or in degrees,
-//! and twists in the wrong axes.
+//! Velocities that are not the derivatives of the positions: joints that are swapped, of the wrong
+//! sign or in degrees, and twists in the wrong axes.
 
 use std::ops::ControlFlow;
 
@@ -150,8 +150,8 @@ fn carried_instants() -> Vec<Instant> {
         .collect()
 }
 
-/// Twists in the axes of the body, where arrays have those of the world, are reported with the axes that fit; twists
-/// of zero, and those beside a pose that does not change, without.
+/// Twists in the axes of the body, where arrays have those of the world, are reported with the axes
+/// that fit; twists of zero, and those beside a pose that does not change, without.
 #[test]
 fn twists_in_the_wrong_axes_are_reported() {
     let instants = carried_instants();
@@ -193,7 +193,8 @@ fn twists_in_the_wrong_axes_are_reported() {
     }
 }
 
-/// The twist of odometry is in the axes of the body. One in those of the world is reported under its topic.
+/// The twist of odometry is in the axes of the body. One in those of the world is reported under
+/// its topic.
 #[test]
 fn odometry_in_world_axes_is_reported() {
     let right = carried_instants();

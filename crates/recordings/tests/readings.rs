@@ -1,4 +1,5 @@
-//! What drivers do to wrenches and efforts before they record them: other axes, parts that are subtracted.
+//! What drivers do to wrenches and efforts before they record them: other axes, parts that are
+//! subtracted.
 
 use std::ops::ControlFlow;
 

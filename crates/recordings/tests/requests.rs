@@ -1,4 +1,5 @@
-//! What a request asks for: the paper's filter, known tools and signs, and values that cannot be used.
+//! What a request asks for: the paper's filter, known tools and signs, and values that cannot be
+//! used.
 
 use crate::recorded_arrays::{CARRIED_KG, Recording, carried, quick, recorded};
 use nalgebra::{Matrix3, Vector3};
@@ -22,8 +23,8 @@ fn the_papers_filter_has_its_own_defaults() {
     assert!(result.history.epoch.contains(&1));
 }
 
-/// The paper's filter subtracts a known tool from the estimate and from all of its history, and judges what
-/// remains: less than nothing is no body.
+/// The paper's filter subtracts a known tool from the estimate and from all of its history, and
+/// judges what remains: less than nothing is no body.
 #[test]
 fn the_papers_filter_subtracts_a_known_tool() {
     let request = |known_tool| Request {
@@ -143,7 +144,8 @@ fn options_for_logs_are_rejected() {
     }
 }
 
-/// A value of the request that is out of range is an error with the name of its field, whatever the recording.
+/// A value of the request that is out of range is an error with the name of its field, whatever the
+/// recording.
 #[test]
 fn a_value_out_of_range_is_named() {
     let tool = MassProperties {
@@ -197,8 +199,8 @@ fn a_value_out_of_range_is_named() {
     assert_names(&unknown_tool, "known_tool");
 }
 
-/// Noise that is given neither once for all nor once for each is an error before anything is read, also where the list
-/// is empty; noise that the method does not use is reported.
+/// Noise that is given neither once for all nor once for each is an error before anything is read,
+/// also where the list is empty; noise that the method does not use is reported.
 #[test]
 fn counts_of_noise_are_checked() {
     let recording = recorded();
@@ -235,8 +237,8 @@ fn counts_of_noise_are_checked() {
     assert!(findings.iter().any(is_reported), "{findings:?}");
 }
 
-/// An online solver has the defaults of the equations where the request leaves a choice open, and the samples
-/// say whether the combined method has efforts.
+/// An online solver has the defaults of the equations where the request leaves a choice open, and
+/// the samples say whether the combined method has efforts.
 #[test]
 fn an_online_setup_chooses_nothing_from_data() {
     let robot = recorded().robot.unwrap();
@@ -283,7 +285,8 @@ fn an_online_setup_has_the_ranges_of_a_request() {
     assert_eq!(error.to_string(), expected);
 }
 
-/// A sensor without a robot is on the ground, and is the tip; online it gives what its recording gives.
+/// A sensor without a robot is on the ground, and is the tip; online it gives what its recording
+/// gives.
 #[test]
 fn a_sensor_alone_is_identified_online() {
     let setup = OnlineSetup::new(&Request::default(), None, None, true).unwrap();

@@ -39,8 +39,8 @@ fn identify(count: usize, unmeasured: &[usize], absent: f64) -> Identification {
     identify_poses(&arrays, &Request::default()).unwrap()
 }
 
-/// Channels that are zero or no number in all poses are not taken for measured: three forces show the mass alone, and a
-/// missing force leaves the centre of mass to the moments.
+/// Channels that are zero or no number in all poses are not taken for measured: three forces show
+/// the mass alone, and a missing force leaves the centre of mass to the moments.
 #[test]
 fn what_is_not_measured_is_left_out() {
     for absent in [0.0, f64::NAN] {

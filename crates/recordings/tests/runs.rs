@@ -43,7 +43,8 @@ fn identified(paths: &[PathBuf], request: &Request) -> Result<Vec<Identification
     identify_logs(paths, request, &mut |_| ControlFlow::Continue(()))
 }
 
-/// Each log gives what it gives alone, and all together the payload with narrower intervals and the sums of what is counted.
+/// Each log gives what it gives alone, and all together the payload with narrower intervals and the
+/// sums of what is counted.
 #[test]
 fn several_logs_give_one_payload() {
     let folder = tempfile::tempdir().unwrap();
@@ -90,13 +91,15 @@ fn an_error_names_its_log() {
     assert!(matches!(error, RecordingError::Together(_)), "{error}");
 }
 
-/// Where the observer stops the reading, the logs that follow the first one that was stopped are left out.
+/// Where the observer stops the reading, the logs that follow the first one that was stopped are
+/// left out.
 #[test]
 fn an_interruption_leaves_out_the_logs_that_follow() {
     let folder = tempfile::tempdir().unwrap();
     let paths = recorded(&folder, 2, 10.0);
     let mut observer = |progress: Progress| {
-        // At least 0.6 of each log has been read, because no fraction exceeds one: enough for an estimate.
+        // At least 0.6 of each log has been read, because no fraction exceeds one: enough for an
+        // estimate.
         if progress.fraction > 0.8 {
             ControlFlow::Break(())
         } else {

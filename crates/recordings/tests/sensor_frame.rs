@@ -47,7 +47,8 @@ fn wrenches_are_taken_in_the_given_frame() {
     assert!((body.center_of_mass - CARRIED_AT).norm() < 1e-4);
 }
 
-/// The messages of a log may name a frame that the robot does not have, or another than the right one.
+/// The messages of a log may name a frame that the robot does not have, or another than the right
+/// one.
 #[test]
 fn the_frame_of_messages_may_be_given() {
     let instants = Experiment {

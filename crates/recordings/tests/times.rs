@@ -1,5 +1,5 @@
-//! Times that cannot be used: in other units than seconds, reversed, constant, or with gaps everywhere. Each error says
-//! what is wrong.
+//! Times that cannot be used: in other units than seconds, reversed, constant, or with gaps
+//! everywhere. Each error says what is wrong.
 
 use crate::recorded_arrays::carried;
 use tactid_recordings::Request;

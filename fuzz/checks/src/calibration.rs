@@ -1,4 +1,5 @@
-//! Reads any text as the file of a calibration. One that is read is written to a text of the same content.
+//! Reads any text as the file of a calibration. One that is read is written to a text of the same
+//! content.
 
 use crate::text_of;
 use std::path::Path;

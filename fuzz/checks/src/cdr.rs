@@ -1,4 +1,5 @@
-//! Decodes any bytes as each of the messages. What is decoded is encoded to bytes that decode to the same message.
+//! Decodes any bytes as each of the messages. What is decoded is encoded to bytes that decode to
+//! the same message.
 
 use tactid_logs::cdr;
 use tactid_logs::messages::{
@@ -47,7 +48,8 @@ fn round_trip<M: Message + Default>(bytes: &[u8]) {
     let decoded = cdr::decode::<M>(&once).expect("an encoded message");
     cdr::encode(&decoded, &mut again).expect("a decoded message");
     assert_eq!(once, again);
-    // What a message had before does not show in the next one, also where the decoding of another one has failed.
+    // What a message had before does not show in the next one, also where the decoding of another
+    // one has failed.
     let mut reused = M::default();
     for used in [bytes.split_at(bytes.len() / 2).0, bytes, &once] {
         let _ = cdr::decode_into(used, &mut reused);

@@ -19,8 +19,9 @@ pub(crate) fn assert_identified(found: &Identified) {
     }
 }
 
-/// Asserts that the ten values are finite, that a body that is reported as physical can exist, that standard deviations are
-/// not negative, and infinite for values without information alone, and that the limits of each interval are in order.
+/// Asserts that the ten values are finite, that a body that is reported as physical can exist, that
+/// standard deviations are not negative, and infinite for values without information alone, and
+/// that the limits of each interval are in order.
 ///
 /// # Panics
 /// Panics if one of these does not hold.

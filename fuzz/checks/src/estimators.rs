@@ -1,4 +1,5 @@
-//! Gives any rows to the estimators of one row at a time: their parameters and covariances stay finite.
+//! Gives any rows to the estimators of one row at a time: their parameters and covariances stay
+//! finite.
 
 use crate::{Number, parsed};
 use arbitrary::Arbitrary;

@@ -1,4 +1,5 @@
-//! Designs motions from any request with the least number of steps: one error, or a motion within the limits of its joints.
+//! Designs motions from any request with the least number of steps: one error, or a motion within
+//! the limits of its joints.
 
 use crate::{Number, base_kind, numbers, parsed, robot};
 use arbitrary::Arbitrary;
@@ -83,7 +84,8 @@ pub fn run(bytes: &[u8]) {
     }
 }
 
-/// Asserts that the motion is finite and within the limits of the joints at any time, and that no predicted interval is NaN.
+/// Asserts that the motion is finite and within the limits of the joints at any time, and that no
+/// predicted interval is NaN.
 fn check(problem: &Problem, found: &Design) {
     let (_, ratio) = found.prediction.largest();
     assert!(!ratio.is_nan(), "a ratio that is no number");

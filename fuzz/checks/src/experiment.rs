@@ -1,4 +1,5 @@
-//! Reads any text as an experiment. One that passes its checks is written to a text that is read as the same experiment.
+//! Reads any text as an experiment. One that passes its checks is written to a text that is read as
+//! the same experiment.
 
 use crate::text_of;
 use tactid_sim::Experiment;

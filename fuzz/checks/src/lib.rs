@@ -1,7 +1,8 @@
 //! What must hold for any input: a function for each fuzz target, which panics where it does not.
 //!
-//! The programs of libFuzzer in `fuzz/targets` call these functions with mutated inputs. The tests of this crate call them
-//! with the inputs that are kept in `fuzz/corpus` and `fuzz/regressions`, so that `make test` repeats them in seconds.
+//! The programs of libFuzzer in `fuzz/targets` call these functions with mutated inputs. The tests
+//! of this crate call them with the inputs that are kept in `fuzz/corpus` and `fuzz/regressions`,
+//! so that `make test` repeats them in seconds.
 
 #![expect(clippy::expect_used, reason = "a check fails by a panic")]
 
@@ -53,7 +54,8 @@ fn parsed<'a, T: Arbitrary<'a>>(bytes: &'a [u8]) -> Option<T> {
     T::arbitrary_take_rest(Unstructured::new(bytes)).ok()
 }
 
-/// Runs a check with a folder for its files. Each thread has one, so that checks that run at once do not write the same file.
+/// Runs a check with a folder for its files. Each thread has one, so that checks that run at once
+/// do not write the same file.
 fn in_folder(check: impl FnOnce(&Path)) {
     thread_local! {
         static FOLDER: TempDir = TempDir::new().expect("a folder for the files of a check");

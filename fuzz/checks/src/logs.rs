@@ -13,10 +13,11 @@ use crate::in_folder;
 /// Memory for a second opening of the log, bytes.
 const LITTLE_MEMORY: u64 = 1 << 12;
 
-/// Reads a file of these bytes as a log to its end, and asserts that the messages of the log are in the order of their times,
-/// that a second reading returns the same ones, the same damage and the same error, that nothing follows an error, that the
-/// topics of a log without damage or index count as many messages as it has, and that a log for which there is too little
-/// memory gives the first of these messages.
+/// Reads a file of these bytes as a log to its end, and asserts that the messages of the log are in
+/// the order of their times, that a second reading returns the same ones, the same damage and the
+/// same error, that nothing follows an error, that the topics of a log without damage or index
+/// count as many messages as it has, and that a log for which there is too little memory gives the
+/// first of these messages.
 ///
 /// # Panics
 /// Panics if one of these does not hold, or if the file cannot be written.

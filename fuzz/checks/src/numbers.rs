@@ -1,4 +1,5 @@
-//! Numbers that a fuzzer finds quickly: usual ones, those at the borders of their range, and any bits.
+//! Numbers that a fuzzer finds quickly: usual ones, those at the borders of their range, and any
+//! bits.
 
 use arbitrary::{Arbitrary, Unstructured};
 

@@ -1,4 +1,5 @@
-//! Gives samples of any lengths and numbers to the online identifier, whose estimate stays finite and physical.
+//! Gives samples of any lengths and numbers to the online identifier, whose estimate stays finite
+//! and physical.
 
 use crate::{Number, base_kind, estimate::assert_estimate, numbers, parsed, robot};
 use arbitrary::Arbitrary;

@@ -1,4 +1,5 @@
-//! Identifies from a log whose messages have any numbers, names, frames and times: one error, or a finite result.
+//! Identifies from a log whose messages have any numbers, names, frames and times: one error, or a
+//! finite result.
 
 use std::ops::ControlFlow;
 use std::path::Path;

@@ -1,6 +1,8 @@
-//! Reading of an MCAP file of valid records in any order, whose numbers, positions and lengths are any.
+//! Reading of an MCAP file of valid records in any order, whose numbers, positions and lengths are
+//! any.
 //!
-//! Mutations of the bytes of a file rarely keep its lengths and its compressed chunks intact; those of the records do.
+//! Mutations of the bytes of a file rarely keep its lengths and its compressed chunks intact; those
+//! of the records do.
 
 use arbitrary::Arbitrary;
 

@@ -56,7 +56,8 @@ fn regressions() {
     assert!(inputs > 0);
 }
 
-/// A check is also run on inputs that no format allows: none, and one that is too short for anything.
+/// A check is also run on inputs that no format allows: none, and one that is too short for
+/// anything.
 #[test]
 fn empty_inputs() {
     for (_, run) in TARGETS {

@@ -5,8 +5,8 @@ use crate::equations::Equation;
 /// Number of equations at which neighbours are merged, which halves their number and the cutoff.
 const MOST_EQUATIONS: usize = 30_000;
 
-/// Equations in the order of time, at most 30 000: more are merged with their neighbours, which halves the
-/// cutoff of the filter.
+/// Equations in the order of time, at most 30 000: more are merged with their neighbours, which
+/// halves the cutoff of the filter.
 #[derive(Clone, Debug, Default)]
 pub struct EquationBatch {
     equations: Vec<Equation>,
@@ -69,7 +69,8 @@ fn merge(equations: &[Equation]) -> Option<Equation> {
 mod tests {
     use super::*;
 
-    /// The number of equations is bounded for a recording of any length, and merging changes no mean.
+    /// The number of equations is bounded for a recording of any length, and merging changes no
+    /// mean.
     #[test]
     fn memory_is_bounded_and_nothing_lost() {
         let mut batch = EquationBatch::default();

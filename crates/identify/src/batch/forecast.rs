@@ -11,23 +11,24 @@ use crate::fit::normal_equations::NormalEquations;
 use crate::serial;
 use crate::solve::uncertainty::{HALF_WIDTH_95, largest_of_kind, value_jacobian};
 
-/// Beyond this many times the length of the recording the forecast is infinite: noise alone then excites the
-/// direction.
+/// Beyond this many times the length of the recording the forecast is infinite: noise alone then
+/// excites the direction.
 const NEVER: f64 = 1e6;
 
 /// Relative precision of a forecast time.
 const PRECISION: f64 = 1e-6;
 
-/// Forecast of the variances of the ten values for a motion that continues as in the second half of the
-/// recording.
+/// Forecast of the variances of the ten values for a motion that continues as in the second half of
+/// the recording.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Forecast {
-    /// Growth of the information in ten independent directions, relative to the present information, 1/s.
+    /// Growth of the information in ten independent directions, relative to the present
+    /// information, 1/s.
     #[serde(with = "serial::ten")]
     #[schemars(with = "[f64; 10]")]
     growth: SVector<f64, 10>,
-    /// Fraction of each value's variance, a row, that is due to each direction, a column. It is serialised column by
-    /// column.
+    /// Fraction of each value's variance, a row, that is due to each direction, a column. It is
+    /// serialised column by column.
     #[serde(with = "serial::square")]
     #[schemars(with = "[[f64; 10]; 10]")]
     fractions: SMatrix<f64, 10, 10>,
@@ -38,8 +39,8 @@ pub struct Forecast {
 }
 
 impl Forecast {
-    /// Creates a forecast from the windows of a fit and its report. `parameters` are those of the payload alone. `None` for a
-    /// mass of zero.
+    /// Creates a forecast from the windows of a fit and its report. `parameters` are those of the
+    /// payload alone. `None` for a mass of zero.
     pub(crate) fn new(
         equations: &[Equation],
         fit: &Fit,
@@ -80,14 +81,16 @@ impl Forecast {
         })
     }
 
-    /// Returns for each value the time until half of its 95 % interval is `within` (0.01 for 1 %) times the
-    /// largest value of its kind (mass, centre of mass, inertia), s, in the order of
-    /// [`VALUE_NAMES`](crate::VALUE_NAMES). Zero where it is so already, infinite where the motion does not
-    /// determine the value. `values` and `std_devs` are those of the estimate at the end of the recording.
+    /// Returns for each value the time until half of its 95 % interval is `within` (0.01 for 1 %)
+    /// times the largest value of its kind (mass, centre of mass, inertia), s, in the order of
+    /// [`VALUE_NAMES`](crate::VALUE_NAMES). Zero where it is so already, infinite where the motion
+    /// does not determine the value. `values` and `std_devs` are those of the estimate at the end
+    /// of the recording.
     ///
-    /// The information is extrapolated at the rate of the second half of the windows. An error of the model (a
-    /// sign, a frame, friction) is a bias, which no time removes. The uncertainty of gains and of a known tool stays, too: where it alone is
-    /// larger than the target, the time is infinite.
+    /// The information is extrapolated at the rate of the second half of the windows. An error of
+    /// the model (a sign, a frame, friction) is a bias, which no time removes. The uncertainty of
+    /// gains and of a known tool stays, too: where it alone is larger than the target, the time is
+    /// infinite.
     #[must_use]
     pub fn remaining_s(&self, values: &[f64; 10], std_devs: &[f64; 10], within: f64) -> [f64; 10] {
         let largest = largest_of_kind(values);
@@ -110,7 +113,8 @@ impl Forecast {
         })
     }
 
-    /// Returns the time until the variance of a value's noise has fallen to a fraction of its present value, s.
+    /// Returns the time until the variance of a value's noise has fallen to a fraction of its
+    /// present value, s.
     fn time_to_s(&self, value: usize, fraction: f64) -> f64 {
         let variance = |after_s: f64| -> f64 {
             let fractions = self.fractions.row(value).transpose();

@@ -16,8 +16,8 @@ use crate::solve::widening::widened;
 /// Most points of a history.
 const MAX_POINTS: usize = 600;
 
-/// Returns the estimate from the first windows alone, for growing numbers of windows, with the robust weights
-/// and the noise of the fit to all of them. The `known` bodies are subtracted.
+/// Returns the estimate from the first windows alone, for growing numbers of windows, with the
+/// robust weights and the noise of the fit to all of them. The `known` bodies are subtracted.
 pub(crate) fn history(
     equations: &[Equation],
     fit: &Fit,

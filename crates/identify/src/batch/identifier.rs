@@ -35,16 +35,16 @@ use crate::{IdentifyError, Method};
 /// Prior knowledge and options of the batch identifier. By default nothing is known.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct BatchSettings {
-    /// A known body that the measured load contains besides the payload. It is subtracted, and its uncertainty is part of
-    /// that of the payload.
+    /// A known body that the measured load contains besides the payload. It is subtracted, and its
+    /// uncertainty is part of that of the payload.
     pub known_tool: Option<KnownTool>,
     /// Mass of the payload from a scale: one more row of least squares.
     pub known_mass: Option<KnownMass>,
-    /// A box in the tool frame that contains the whole payload: the estimate is projected onto bodies that fit
-    /// into it.
+    /// A box in the tool frame that contains the whole payload: the estimate is projected onto
+    /// bodies that fit into it.
     pub bounding_box: Option<BoundingBox>,
-    /// Whether the delay of the load relative to the motion is estimated, too. It does not change the other
-    /// results.
+    /// Whether the delay of the load relative to the motion is estimated, too. It does not change
+    /// the other results.
     pub delay: bool,
     /// Whether a constant offset of the wrenches is identified where the data show one, as
     /// [`EquationSettings::wrench_offset`] does for every recording.
@@ -65,8 +65,8 @@ impl BatchSettings {
     /// Checks that the values are in range.
     ///
     /// # Errors
-    /// Returns [`IdentifyError::Option`] if the mass is not positive, its standard deviation is negative, or the box has no
-    /// volume.
+    /// Returns [`IdentifyError::Option`] if the mass is not positive, its standard deviation is
+    /// negative, or the box has no volume.
     pub fn check(&self) -> Result<(), IdentifyError> {
         self.prior().check()
     }
@@ -103,15 +103,16 @@ pub struct BatchResult {
     pub principal_moments: Option<PrincipalMoments>,
     /// The estimate over time, with at most 600 points.
     pub history: Vec<HistoryPoint>,
-    /// What the recording says about the linear parameters of the payload, without prior knowledge: what
-    /// a combination takes of each of several recordings.
+    /// What the recording says about the linear parameters of the payload, without prior knowledge:
+    /// what a combination takes of each of several recordings.
     pub linear: LinearEstimate,
-    /// What the recording says about all that its wrench sensors measure; `None` where no wrench is used, or a weight that was
-    /// subtracted from them is an unknown.
+    /// What the recording says about all that its wrench sensors measure; `None` where no wrench is
+    /// used, or a weight that was subtracted from them is an unknown.
     pub load: Option<LoadEstimate>,
     /// How well the payload explains the measurements.
     pub fit: FitReport,
-    /// Delay of the load relative to the motion in the given samples, where [`BatchSettings::delay`] is set.
+    /// Delay of the load relative to the motion in the given samples, where
+    /// [`BatchSettings::delay`] is set.
     pub delay: Option<Delay>,
     /// What the identification noticed about the data, for the user to decide on.
     pub findings: Vec<Finding>,
@@ -120,8 +121,8 @@ pub struct BatchResult {
 }
 
 impl BatchIdentifier {
-    /// Creates an identifier for a robot whose end-effector frame is the link `tool` and whose wrenches are
-    /// measured in the links `sensors`.
+    /// Creates an identifier for a robot whose end-effector frame is the link `tool` and whose
+    /// wrenches are measured in the links `sensors`.
     ///
     /// # Errors
     /// Returns the errors of [`EquationStream::new`] and of [`BatchSettings::check`].
@@ -148,8 +149,9 @@ impl BatchIdentifier {
     /// Cost: one pass over the robot's bodies, and a copy of the window that the sample ends.
     ///
     /// # Errors
-    /// Returns [`IdentifyError::State`] if a slice does not fit the robot, and [`IdentifyError::Wrenches`] if the
-    /// wrenches do not fit the sensors. Bad data are no error: see [`PushOutcome`].
+    /// Returns [`IdentifyError::State`] if a slice does not fit the robot, and
+    /// [`IdentifyError::Wrenches`] if the wrenches do not fit the sensors. Bad data are no error:
+    /// see [`PushOutcome`].
     pub fn push(&mut self, sample: &Sample<'_>) -> Result<PushOutcome, IdentifyError> {
         let (outcome, equation) = self.stream.push(sample)?;
         if let Some(equation) = equation {
@@ -176,7 +178,8 @@ impl BatchIdentifier {
     /// Cost: several fits, each of up to 20 passes over all windows.
     ///
     /// # Errors
-    /// Returns [`IdentifyError::TooLittle`] if the recording is too short, or its sample rate too low, for the cutoff.
+    /// Returns [`IdentifyError::TooLittle`] if the recording is too short, or its sample rate too
+    /// low, for the cutoff.
     pub fn solve(&self) -> Result<BatchResult, IdentifyError> {
         let known = self.known_bodies();
         let solution = self.without_known_mass()?;
@@ -232,8 +235,9 @@ impl BatchIdentifier {
         })
     }
 
-    /// Returns the body whose weight was subtracted from the wrenches, from a fit with this weight and an offset of the wrenches beside the payload. `None` where something else than wrenches is
-    /// measured, or the windows are too few to show it.
+    /// Returns the body whose weight was subtracted from the wrenches, from a fit with this weight
+    /// and an offset of the wrenches beside the payload. `None` where something else than wrenches
+    /// is measured, or the windows are too few to show it.
     ///
     /// Cost: one fit.
     #[must_use]
@@ -253,8 +257,8 @@ impl BatchIdentifier {
         found.values.weight_estimate()
     }
 
-    /// Returns what a fit says about all that the wrench sensors measure. `has_gripper` says that the parameters are those
-    /// of links of the robot, too, which the sensors need not carry.
+    /// Returns what a fit says about all that the wrench sensors measure. `has_gripper` says that
+    /// the parameters are those of links of the robot, too, which the sensors need not carry.
     fn load(&self, fit: &Fit, equations: &[Equation], has_gripper: bool) -> Option<LoadEstimate> {
         let measures = self.stream.has_sensors() && self.stream.method().uses_wrench();
         let is_known = !has_gripper && !self.equations.unknowns.weight;
@@ -282,8 +286,8 @@ impl BatchIdentifier {
             .ok_or_else(|| self.stream.too_few_windows(equations.len()))
     }
 
-    /// Returns what was noticed, given the fit that is reported, the payload that is consistent with it, and the mass of the
-    /// known bodies with its standard deviation, kg.
+    /// Returns what was noticed, given the fit that is reported, the payload that is consistent
+    /// with it, and the mass of the known bodies with its standard deviation, kg.
     fn findings(
         &self,
         solution: &Solution<'_>,
@@ -334,14 +338,16 @@ impl BatchIdentifier {
         findings
     }
 
-    /// Fits the parameters without a known mass, and with an offset of the wrenches where the data show one.
+    /// Fits the parameters without a known mass, and with an offset of the wrenches where the data
+    /// show one.
     fn without_known_mass(&self) -> Result<Solution<'_>, IdentifyError> {
         let given = self.solution(self.stream.channels())?;
         if !self.settings.shown_offset || given.channels.offsets > 0 {
             return Ok(given);
         }
         let causes = given.explanation.as_ref().map(|found| &found.causes[..]);
-        // Beside a graver cause that is not applied, the offset of a fit would explain what that cause does.
+        // Beside a graver cause that is not applied, the offset of a fit would explain what that
+        // cause does.
         let shown = causes.unwrap_or_default().first();
         let Some(shown) = shown.filter(|found| found.cause == Hypothesis::Offset) else {
             return Ok(given);
@@ -356,15 +362,16 @@ impl BatchIdentifier {
         })
     }
 
-    /// Fits the parameters, and the further unknowns of the settings, with the offsets of some channels.
+    /// Fits the parameters, and the further unknowns of the settings, with the offsets of some
+    /// channels.
     fn solution(&self, channels: Channels) -> Result<Solution<'_>, IdentifyError> {
         let equations = self.batch.equations();
         let (gravity, unknowns) = (self.stream.gravity(), self.equations.unknowns);
         let options = FitOptions::new(&channels);
         let found = further::fit(equations, options, &gravity, unknowns);
         let found = found.ok_or_else(|| self.stream.too_few_windows(equations.len()))?;
-        // Fewer windows, or one attitude, show no assumption to be wrong: none is corrected by them.
-        // In one attitude under gravity, an offset and the weight are one.
+        // Fewer windows, or one attitude, show no assumption to be wrong: none is corrected by
+        // them. In one attitude under gravity, an offset and the weight are one.
         let is_weighed = self.stream.gravity().norm() > 0.0 && is_one_attitude(equations);
         let is_long = equations.len() >= LEAST_WINDOWS && !is_weighed;
         let explain =
@@ -378,7 +385,8 @@ impl BatchIdentifier {
         })
     }
 
-    /// Returns a shown offset as a fit has identified it; `None` where the motion does not distinguish it from the payload.
+    /// Returns a shown offset as a fit has identified it; `None` where the motion does not
+    /// distinguish it from the payload.
     fn identified(&self, shown: &WrongAssumption, fit: &Fit) -> Option<WrongAssumption> {
         let offset = fit.wrench_offset(self.stream.offset_frame())?;
         let std_devs = offset

@@ -12,14 +12,14 @@ use crate::solve::noise;
 
 /// Longest delay that is searched for, s.
 pub const LONGEST_DELAY_S: f64 = 0.5;
-/// Increase of the log-likelihood, as a difference of sums of squares in units of noise, from which a coarse
-/// delay is accepted: the best of many candidates is better by chance.
+/// Increase of the log-likelihood, as a difference of sums of squares in units of noise, from which
+/// a coarse delay is accepted: the best of many candidates is better by chance.
 const SIGNIFICANT_GAIN: f64 = 60.0;
 /// Fewest pairs of windows from which a residual is computed.
 const FEWEST_PAIRS: u32 = 20;
 
-/// Returns the power of the motion: the mean square of the regressors' entries that are angular accelerations
-/// and products of angular velocities, 1/s⁴; zero without equations.
+/// Returns the power of the motion: the mean square of the regressors' entries that are angular
+/// accelerations and products of angular velocities, 1/s⁴; zero without equations.
 #[must_use]
 pub fn motion_power(equations: &[Equation]) -> f64 {
     power(equations, |equation| &equation.rows)
@@ -41,8 +41,8 @@ fn power(equations: &[Equation], rows: impl Fn(&Equation) -> &Vec<Row>) -> f64 {
     squares / equations.len().max(1) as f64
 }
 
-/// Returns the geometric mean over the channels of the standard deviation of the residuals of a fit, in the
-/// channels' units; `None` where the equations are too few.
+/// Returns the geometric mean over the channels of the standard deviation of the residuals of a
+/// fit, in the channels' units; `None` where the equations are too few.
 #[must_use]
 pub fn residual_size(equations: &[Equation], channels: &Channels) -> Option<f64> {
     let channels = without_known_noise(channels);
@@ -57,8 +57,9 @@ pub fn residual_size(equations: &[Equation], channels: &Channels) -> Option<f64>
     Some((logarithms / std_devs.len() as f64).exp())
 }
 
-/// Returns equations without what further unknowns of the wrench explain, among which an offset counts; as they are where there
-/// is none, or where they are too few. `gravity` is the given one, m/s².
+/// Returns equations without what further unknowns of the wrench explain, among which an offset
+/// counts; as they are where there is none, or where they are too few. `gravity` is the given one,
+/// m/s².
 #[must_use]
 pub fn without_unknowns(
     equations: Vec<Equation>,
@@ -77,8 +78,8 @@ pub fn without_unknowns(
     }
 }
 
-/// Returns the delay of the load relative to the motion, as one more unknown of a fit; `None` where the
-/// equations are too few. It is accurate for delays that are short against a window.
+/// Returns the delay of the load relative to the motion, as one more unknown of a fit; `None` where
+/// the equations are too few. It is accurate for delays that are short against a window.
 #[must_use]
 pub fn fitted_delay(equations: &[Equation], channels: &Channels) -> Option<Delay> {
     let channels = without_known_noise(channels);
@@ -89,21 +90,23 @@ pub fn fitted_delay(equations: &[Equation], channels: &Channels) -> Option<Delay
     least_squares::fit(equations, options)?.delay
 }
 
-/// The delay of the wrenches, as a multiple of the time between two windows, at which they fit the motion best.
+/// The delay of the wrenches, as a multiple of the time between two windows, at which they fit the
+/// motion best.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct CoarseDelay {
-    /// Delay, s; positive where the wrenches are stamped later than the motion. Zero where no other fits
-    /// significantly better.
+    /// Delay, s; positive where the wrenches are stamped later than the motion. Zero where no other
+    /// fits significantly better.
     pub delay_s: f64,
     /// Residual with the delay, relative to that without.
     pub residual_ratio: f64,
-    /// Whether the delay is at the end of the search, [`LONGEST_DELAY_S`], so that a longer one may fit better still.
+    /// Whether the delay is at the end of the search, [`LONGEST_DELAY_S`], so that a longer one may
+    /// fit better still.
     pub is_at_end: bool,
 }
 
-/// Returns the coarse delay of the wrenches in windows that begin `stride_s` apart. `None` where the stride is not
-/// positive, where the first channels are not those of a wrench, where the sign of gravity is in doubt, or where the
-/// equations are too few.
+/// Returns the coarse delay of the wrenches in windows that begin `stride_s` apart. `None` where
+/// the stride is not positive, where the first channels are not those of a wrench, where the sign
+/// of gravity is in doubt, or where the equations are too few.
 #[must_use]
 pub fn coarse_delay(
     equations: &[Equation],
@@ -201,8 +204,8 @@ impl Pairs {
         }
     }
 
-    /// Returns the window whose wrench belongs to the motion of the window `k`, if it is `shift` windows later. Windows next
-    /// to a gap have none.
+    /// Returns the window whose wrench belongs to the motion of the window `k`, if it is `shift`
+    /// windows later. Windows next to a gap have none.
     fn partner(&self, k: usize, shift: i64) -> Option<&ScaledWindow> {
         let at = usize::try_from(k as i64 + shift).ok()?;
         let load = self.windows.get(at)?;
@@ -210,9 +213,9 @@ impl Pairs {
         (gap_s.abs() <= 0.1 * self.stride_s).then_some(load)
     }
 
-    /// Returns the mean square residual of plain least squares, relative to the sizes of the channels, if each wrench belongs
-    /// to the motion `shift` windows before. The products of the motions are those of all windows but the few without a
-    /// partner.
+    /// Returns the mean square residual of plain least squares, relative to the sizes of the
+    /// channels, if each wrench belongs to the motion `shift` windows before. The products of the
+    /// motions are those of all windows but the few without a partner.
     fn mean_square_residual(&self, shift: i64) -> Option<f64> {
         let mut unpaired = Products::zero();
         let mut sums = [0.0; WIDTH];
@@ -293,7 +296,8 @@ mod tests {
         assert_eq!(delay.delay_s, 0.0);
     }
 
-    /// A stride that is not positive has no delay, and one that is far too short ends the search nevertheless.
+    /// A stride that is not positive has no delay, and one that is far too short ends the search
+    /// nevertheless.
     #[test]
     fn any_stride_ends_the_search() {
         let (equations, wrench) = (six_rows(), Channels::of_wrench());

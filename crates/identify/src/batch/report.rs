@@ -20,14 +20,15 @@ const HELD_OUT_EVERY: usize = 5;
 pub struct FitReport {
     /// Names and units of the C channels of the measured load.
     pub channels: Vec<Channel>,
-    /// Middle of each of W windows, on the clock of the samples, s, (W,); of poses at rest, which have no times, their
-    /// numbers, counted from zero.
+    /// Middle of each of W windows, on the clock of the samples, s, (W,); of poses at rest, which
+    /// have no times, their numbers, counted from zero.
     #[schemars(extend("kept" = "file"))]
     pub times_s: Vec<f64>,
     /// Measured load of each window after the low-pass, in the unit of each channel, (W, C).
     #[schemars(extend("kept" = "file"))]
     pub measured: Table,
-    /// Load predicted from the motion and the identified parameters, in the unit of each channel, (W, C).
+    /// Load predicted from the motion and the identified parameters, in the unit of each channel,
+    /// (W, C).
     #[schemars(extend("kept" = "file"))]
     pub predicted: Table,
     /// Robust weight of each window, without a unit, (W,): 1, or less for an outlier.
@@ -38,40 +39,45 @@ pub struct FitReport {
     pub held_out: Vec<bool>,
     /// Weighted rms of measured less predicted, in the unit of each channel, (C,).
     pub residual_rms: Vec<f64>,
-    /// Weighted rms of measured less predicted on the held-out windows, in the unit of each channel, (C,). A fit
-    /// to all other windows predicts them. Unknown where these are too few.
+    /// Weighted rms of measured less predicted on the held-out windows, in the unit of each
+    /// channel, (C,). A fit to all other windows predicts them. Unknown where these are too few.
     pub held_out_rms: Vec<f64>,
-    /// Rms of measured less predicted on the held-out windows as `held_out_rms`, but with the full weight of every window, in the
-    /// unit of each channel, (C,): far larger than that where contact or another disturbance is in windows that count little.
+    /// Rms of measured less predicted on the held-out windows as `held_out_rms`, but with the full
+    /// weight of every window, in the unit of each channel, (C,): far larger than that where
+    /// contact or another disturbance is in windows that count little.
     pub held_out_plain_rms: Vec<f64>,
-    /// Fraction of the variance of each of the [ten values](crate::VALUE_NAMES) that is noise of the recording: 1 where
-    /// the gains and the known tool are exact. The rest is the uncertainty of the gains of the joint efforts
-    /// ([`effort_gain_std_dev`](crate::EquationSettings::effort_gain_std_dev)), of a calibration, or of a known tool: no
-    /// longer recording reduces it.
+    /// Fraction of the variance of each of the [ten values](crate::VALUE_NAMES) that is noise of
+    /// the recording: 1 where the gains and the known tool are exact. The rest is the uncertainty
+    /// of the gains of the joint efforts
+    /// ([`effort_gain_std_dev`](crate::EquationSettings::effort_gain_std_dev)), of a calibration,
+    /// or of a known tool: no longer recording reduces it.
     #[schemars(with = "TenValues<f64>")]
     pub noise_fraction: [f64; 10],
-    /// Strength with which the motion excites ten directions of the scaled parameters, relative to the
-    /// strongest, descending, without a unit, (10,).
+    /// Strength with which the motion excites ten directions of the scaled parameters, relative to
+    /// the strongest, descending, without a unit, (10,).
     pub excitation: Vec<f64>,
-    /// Directions of the parameters that `excitation` refers to, as rows, (10, 10): unit vectors in mass, first moments and
-    /// inertia about the frame's origin, each divided by its scale.
+    /// Directions of the parameters that `excitation` refers to, as rows, (10, 10): unit vectors in
+    /// mass, first moments and inertia about the frame's origin, each divided by its scale.
     #[schemars(extend("kept" = "memory"))]
     pub excitation_directions: Vec<[f64; 10]>,
     /// Offset of the wrenches, where it was among the unknowns. `predicted` contains it.
     pub wrench_offset: Option<WrenchOffset>,
     /// Gravity, where its direction was unknown.
     pub gravity: Option<GravityEstimate>,
-    /// The body whose weight was subtracted from the wrenches, where it was unknown. `predicted` contains its weight.
+    /// The body whose weight was subtracted from the wrenches, where it was unknown. `predicted`
+    /// contains its weight.
     pub subtracted_weight: Option<WeightEstimate>,
     /// Time between two windows, s.
     pub stride_s: f64,
-    /// Cutoff of the filter, Hz: that of the settings, divided by the number of windows that were merged.
+    /// Cutoff of the filter, Hz: that of the settings, divided by the number of windows that were
+    /// merged.
     pub cutoff_hz: f64,
 }
 
 impl FitReport {
-    /// Reports on a fit of the `equations`, those of a batch without what further unknowns with these `values` explain. The
-    /// filter of the batch has the cutoff `cutoff_hz`, and `frame` is that of a wrench offset.
+    /// Reports on a fit of the `equations`, those of a batch without what further unknowns with
+    /// these `values` explain. The filter of the batch has the cutoff `cutoff_hz`, and `frame` is
+    /// that of a wrench offset.
     pub(crate) fn new(
         batch: &EquationBatch,
         equations: &[Equation],
@@ -127,8 +133,8 @@ impl FitReport {
     }
 }
 
-/// Held-out validation: returns the rms residual of each channel on windows that a second fit does not use, with their robust
-/// weights in the fit to the `whole` recording, and with full weights.
+/// Held-out validation: returns the rms residual of each channel on windows that a second fit does
+/// not use, with their robust weights in the fit to the `whole` recording, and with full weights.
 fn validate(
     equations: &[Equation],
     whole: &Fit,

@@ -1,8 +1,10 @@
-//! Channels of wrench sensors that never change: a channel that is dead biases the estimate without large residuals.
+//! Channels of wrench sensors that never change: a channel that is dead biases the estimate without
+//! large residuals.
 
 use tactid_dynamics::Wrench;
 
-/// Fewest samples from which a channel counts as constant, and after which no equation at all is reported.
+/// Fewest samples from which a channel counts as constant, and after which no equation at all is
+/// reported.
 pub(crate) const FEWEST_SAMPLES: u64 = 100;
 
 /// Names of the channels of a wrench.
@@ -36,7 +38,8 @@ pub struct ConstantChannels {
 }
 
 impl Sensor {
-    /// Returns the channels that have not changed in the last `span_s` seconds and are zero, or are not.
+    /// Returns the channels that have not changed in the last `span_s` seconds and are zero, or are
+    /// not.
     fn constant_channels(&self, span_s: f64, is_zero: bool) -> Vec<&'static str> {
         let begin_s = self.time_s - span_s;
         let is_constant = |channel: &usize| {
@@ -96,8 +99,9 @@ impl ChannelMonitor {
         sensor.samples += 1;
     }
 
-    /// Returns the channels of each sensor that have not changed in its last `span_s` seconds, or, for an infinite
-    /// span, in any of its samples, those that are zero apart from others. Sensors with fewer than 100 samples are left out.
+    /// Returns the channels of each sensor that have not changed in its last `span_s` seconds, or,
+    /// for an infinite span, in any of its samples, those that are zero apart from others. Sensors
+    /// with fewer than 100 samples are left out.
     #[must_use]
     pub fn constant_channels(&self, span_s: f64) -> Vec<ConstantChannels> {
         let sensors = self.0.iter().enumerate();

@@ -4,8 +4,9 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use tactid_dynamics::Manipulator;
 
-/// An effort is beyond the limit of its joint where it exceeds it this many times: descriptions give rated torques, which a
-/// motor exceeds for a short time, and efforts in N mm or of currents in mA exceed a limit in N m many times.
+/// An effort is beyond the limit of its joint where it exceeds it this many times: descriptions
+/// give rated torques, which a motor exceeds for a short time, and efforts in N mm or of currents
+/// in mA exceed a limit in N m many times.
 const EFFORT_TOLERANCE: f64 = 5.0;
 
 /// Joint efforts beyond the limits of the robot's description.
@@ -17,7 +18,8 @@ pub struct EffortsBeyondLimits {
     pub effort: f64,
     /// Largest effort of the same joint as the description has it, N m or N.
     pub limit: f64,
-    /// Whether the description has the same limit for all of several joints, which may be a placeholder.
+    /// Whether the description has the same limit for all of several joints, which may be a
+    /// placeholder.
     pub limits_are_equal: bool,
 }
 
@@ -68,8 +70,9 @@ impl Joint {
 }
 
 impl EffortMonitor {
-    /// Creates the monitor of the joints of a robot, which weighs an effort less the older it is: its weight decreases with the time
-    /// constant `span_s`, s. With an infinite one, all efforts weigh the same.
+    /// Creates the monitor of the joints of a robot, which weighs an effort less the older it is:
+    /// its weight decreases with the time constant `span_s`, s. With an infinite one, all efforts
+    /// weigh the same.
     #[must_use]
     pub fn new(robot: &Manipulator, span_s: f64) -> Self {
         let names = robot.joint_names().iter().enumerate();
@@ -87,8 +90,8 @@ impl EffortMonitor {
         }
     }
 
-    /// Adds the effort of one joint, N m or N, by its index in `q`, at a time, s. What is not finite, and zero, which a driver
-    /// gives for what it does not measure, counts for nothing.
+    /// Adds the effort of one joint, N m or N, by its index in `q`, at a time, s. What is not
+    /// finite, and zero, which a driver gives for what it does not measure, counts for nothing.
     pub fn push(&mut self, joint: usize, time_s: f64, effort: f64) {
         if effort != 0.0
             && effort.is_finite()
@@ -144,7 +147,8 @@ mod tests {
         monitor.beyond_limits()
     }
 
-    /// Overload, single spikes, zeros and joints without a limit are no finding; most efforts far beyond a limit are.
+    /// Overload, single spikes, zeros and joints without a limit are no finding; most efforts far
+    /// beyond a limit are.
     #[test]
     fn efforts_beyond_their_limits() {
         let limits = [100.0, 10.0, 0.0];

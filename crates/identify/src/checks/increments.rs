@@ -4,7 +4,8 @@ use std::ops::Range;
 
 use super::BEYOND_NOISE;
 
-/// Length of an interval, s: long enough for noise to average out, short enough for a motion not to turn back.
+/// Length of an interval, s: long enough for noise to average out, short enough for a motion not to
+/// turn back.
 pub(crate) const INTERVAL_S: f64 = 0.1;
 /// Fewest intervals from which velocities are judged.
 const FEWEST_INTERVALS: usize = 10;
@@ -12,11 +13,11 @@ const FEWEST_INTERVALS: usize = 10;
 const SLOWEST: f64 = 0.01;
 /// Number of neighbouring increments in a third difference.
 const NEIGHBOURS: usize = 4;
-/// Variance of third differences of the changes of a position, for white noise of variance one in the position: the
-/// sum of the squares of the binomial coefficients 1, 4, 6, 4, 1.
+/// Variance of third differences of the changes of a position, for white noise of variance one in
+/// the position: the sum of the squares of the binomial coefficients 1, 4, 6, 4, 1.
 const CHANGE_ROUGHNESS: f64 = 70.0;
-/// Variance of third differences of the integrals of a velocity by the trapezoidal rule, relative to the variance
-/// that one of them adds to a sum.
+/// Variance of third differences of the integrals of a velocity by the trapezoidal rule, relative
+/// to the variance that one of them adds to a sum.
 const INTEGRAL_ROUGHNESS: f64 = 2.5;
 
 /// Increments of some quantities, the columns, over intervals of a series.
@@ -76,8 +77,9 @@ impl Interval {
 }
 
 impl Increments {
-    /// Creates increments of so many columns. Times between two samples that are longer than `max_gap_s` are not
-    /// bridged. Only the last `most` intervals are kept, if given: then nothing is allocated later.
+    /// Creates increments of so many columns. Times between two samples that are longer than
+    /// `max_gap_s` are not bridged. Only the last `most` intervals are kept, if given: then nothing
+    /// is allocated later.
     pub(super) fn new(columns: usize, max_gap_s: f64, most: Option<usize>) -> Self {
         Self {
             max_gap_s,
@@ -129,8 +131,9 @@ impl Increments {
         self.open.clear();
     }
 
-    /// Returns the rms difference between changes and integrals, relative to the larger rms of the two; 0 where it
-    /// could be noise, `None` where the motion is too slow or too short. The integrals are multiplied by `scale`.
+    /// Returns the rms difference between changes and integrals, relative to the larger rms of the
+    /// two; 0 where it could be noise, `None` where the motion is too slow or too short. The
+    /// integrals are multiplied by `scale`.
     pub(super) fn relative_difference(
         &self,
         changes: Range<usize>,
@@ -165,7 +168,8 @@ impl Increments {
     }
 }
 
-/// Returns the sum over some columns of the mean squares of third differences, which are small for a smooth motion.
+/// Returns the sum over some columns of the mean squares of third differences, which are small for
+/// a smooth motion.
 fn roughness(intervals: &[Interval], columns: Range<usize>) -> f64 {
     let squares = intervals
         .iter()
@@ -174,7 +178,8 @@ fn roughness(intervals: &[Interval], columns: Range<usize>) -> f64 {
     squares.sum::<f64>() / differences.max(1) as f64
 }
 
-/// Third differences of neighbouring increments: the last increment of each column, and its differences from those before.
+/// Third differences of neighbouring increments: the last increment of each column, and its
+/// differences from those before.
 #[derive(Clone, Debug)]
 struct ThirdDifferences {
     increments: Vec<f64>,
@@ -196,7 +201,8 @@ impl ThirdDifferences {
         }
     }
 
-    /// Adds an increment, and returns the third differences once there are as many increments as they need.
+    /// Adds an increment, and returns the third differences once there are as many increments as
+    /// they need.
     fn push(&mut self, increment: &[f64]) -> Option<&[f64]> {
         // Slices of one length let the compiler compute several columns at once.
         let columns = increment.len().min(self.increments.len());

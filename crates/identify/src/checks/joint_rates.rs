@@ -27,8 +27,8 @@ pub enum VelocityCause {
 pub struct VelocityContradiction {
     /// Names of the joints.
     pub joints: Vec<String>,
-    /// Rms difference between the change of the position over 0.1 s and the integral of the velocity, relative to the
-    /// larger of the two, without a unit: the largest of these joints.
+    /// Rms difference between the change of the position over 0.1 s and the integral of the
+    /// velocity, relative to the larger of the two, without a unit: the largest of these joints.
     pub relative_difference: f64,
     /// What the velocities seem to be instead.
     pub cause: Option<VelocityCause>,
@@ -45,13 +45,15 @@ pub struct JointRates {
     time_s: Option<f64>,
     position: Vec<f64>,
     velocity: Vec<f64>,
-    /// Changes of the positions, then integrals of the velocities, from the last sample to this one.
+    /// Changes of the positions, then integrals of the velocities, from the last sample to this
+    /// one.
     increment: Vec<f64>,
 }
 
 impl JointRates {
-    /// Creates the sums for so many joints. Times between two samples that are longer than `max_gap_s` are not bridged.
-    /// Only the last `most` intervals of 0.1 s are kept, if given: then nothing is allocated later.
+    /// Creates the sums for so many joints. Times between two samples that are longer than
+    /// `max_gap_s` are not bridged. Only the last `most` intervals of 0.1 s are kept, if given:
+    /// then nothing is allocated later.
     #[must_use]
     pub fn new(joints: usize, max_gap_s: f64, most: Option<usize>) -> Self {
         Self {
@@ -64,8 +66,8 @@ impl JointRates {
         }
     }
 
-    /// Adds a sample at a time, s: positions, rad or m, and velocities, rad/s or m/s, of all joints. A sample without
-    /// them starts the sums again.
+    /// Adds a sample at a time, s: positions, rad or m, and velocities, rad/s or m/s, of all
+    /// joints. A sample without them starts the sums again.
     pub fn push(&mut self, time_s: f64, position: &[f64], velocity: &[f64]) {
         if self.joints == 0 || position.len() != self.joints || velocity.len() != self.joints {
             self.time_s = None;
@@ -98,8 +100,8 @@ impl JointRates {
         }
     }
 
-    /// Returns each joint whose velocities are not the derivatives of its positions. `names` are those of the joints,
-    /// in the order of the samples; joints without a name are left out.
+    /// Returns each joint whose velocities are not the derivatives of its positions. `names` are
+    /// those of the joints, in the order of the samples; joints without a name are left out.
     #[must_use]
     pub fn contradictions(&self, names: &[&str]) -> Vec<VelocityContradiction> {
         let named = self.joints.min(names.len());

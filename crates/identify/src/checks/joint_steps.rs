@@ -1,5 +1,5 @@
-//! Steps of joint positions from one sample to the next that are no motion: angles that start again after a turn, and jumps
-//! that no joint can make.
+//! Steps of joint positions from one sample to the next that are no motion: angles that start again
+//! after a turn, and jumps that no joint can make.
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -37,7 +37,8 @@ impl PositionJumps {
     }
 }
 
-/// Counts steps of joint positions that are no motion. Nothing is allocated after construction, but by what returns them.
+/// Counts steps of joint positions that are no motion. Nothing is allocated after construction, but
+/// by what returns them.
 #[derive(Clone, Debug)]
 pub struct StepMonitor {
     are_angles: Vec<bool>,
@@ -51,8 +52,8 @@ pub struct StepMonitor {
     starts: Vec<u64>,
     /// Number of jumps of each joint.
     jumps: Vec<u64>,
-    /// Number of jumps in the direction of the one before: many of them are a motion, as of positions in degrees. Samples of
-    /// two sources go to and fro.
+    /// Number of jumps in the direction of the one before: many of them are a motion, as of
+    /// positions in degrees. Samples of two sources go to and fro.
     onward: u64,
     /// Number of samples with a jump.
     jumped: u64,
@@ -134,8 +135,8 @@ impl StepMonitor {
         (step == Step::Jump).then_some(change.abs())
     }
 
-    /// Returns the jumps, if one of them or a turn was in the last `span_s` seconds. `source` is the topic or the array of the
-    /// positions.
+    /// Returns the jumps, if one of them or a turn was in the last `span_s` seconds. `source` is
+    /// the topic or the array of the positions.
     #[must_use]
     pub fn jumps(&self, source: &str, span_s: f64) -> Option<PositionJumps> {
         let jumps: u64 = self.jumps.iter().sum();
@@ -157,8 +158,9 @@ impl StepMonitor {
         })
     }
 
-    /// Returns the joints whose angles started again after a turn, with the number of times, if that was in the last `span_s`
-    /// seconds; `None` where there are jumps, between which nothing is known to go on.
+    /// Returns the joints whose angles started again after a turn, with the number of times, if
+    /// that was in the last `span_s` seconds; `None` where there are jumps, between which nothing
+    /// is known to go on.
     #[must_use]
     pub fn starts(&self, span_s: f64) -> Option<(Vec<String>, u64)> {
         let count: u64 = self.starts.iter().sum();
@@ -218,7 +220,8 @@ mod tests {
         assert_eq!((jumps.unwrap().count, starts), (5, None));
     }
 
-    /// Samples of another source are jumps, which are not continued, and a single one is an accident.
+    /// Samples of another source are jumps, which are not continued, and a single one is an
+    /// accident.
     #[test]
     fn samples_of_two_sources_jump() {
         for (every, is_mixed) in [(10, true), (90, false)] {

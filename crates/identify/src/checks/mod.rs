@@ -1,9 +1,11 @@
-//! Checks of the samples themselves, before any equation: velocities against the positions that they belong to, positions
-//! and efforts against the limits of the joints, jumps of positions, and channels that never change.
+//! Checks of the samples themselves, before any equation: velocities against the positions that
+//! they belong to, positions and efforts against the limits of the joints, jumps of positions, and
+//! channels that never change.
 //!
-//! A velocity that is not the derivative of its position is in other axes, in other units, of the opposite sign or of
-//! another joint. Velocities are integrated over short intervals and compared with the change of the position, because a
-//! derivative of noisy positions is far noisier than an integral of noisy velocities.
+//! A velocity that is not the derivative of its position is in other axes, in other units, of the
+//! opposite sign or of another joint. Velocities are integrated over short intervals and compared
+//! with the change of the position, because a derivative of noisy positions is far noisier than an
+//! integral of noisy velocities.
 
 mod constant_channels;
 mod effort_limits;
@@ -22,25 +24,26 @@ pub use joint_steps::{PositionJumps, StepMonitor};
 pub use position_limits::{PositionMonitor, PositionsBeyondLimits};
 pub use twist_rates::{TwistAxes, TwistContradiction, TwistRates};
 
-/// Differences and residuals are no noise where their rms is this many times that of the noise between neighbouring
-/// instants. Filtered or interpolated measurements share noise with their neighbours, which shows less than there is.
+/// Differences and residuals are no noise where their rms is this many times that of the noise
+/// between neighbouring instants. Filtered or interpolated measurements share noise with their
+/// neighbours, which shows less than there is.
 pub(crate) const BEYOND_NOISE: f64 = 3.0;
 
-/// Error of a sound model, relative to the measured load (rms over the channels): gains of force sensors and
-/// inertias of robot models are rarely known better. What it explains is neither a payload change nor a load that
-/// is unexplained.
+/// Error of a sound model, relative to the measured load (rms over the channels): gains of force
+/// sensors and inertias of robot models are rarely known better. What it explains is neither a
+/// payload change nor a load that is unexplained.
 pub(crate) const MODEL_ERROR: f64 = 0.03;
 
-/// Relative rms difference between the change of a position and the integral of its velocity from which they
-/// contradict each other without a known cause.
+/// Relative rms difference between the change of a position and the integral of its velocity from
+/// which they contradict each other without a known cause.
 const UNEXPLAINED_CONTRADICTION: f64 = 0.5;
 /// Relative rms difference from which they contradict each other where a cause explains it.
 const EXPLAINED_CONTRADICTION: f64 = 0.1;
 /// A cause explains a difference of which it leaves less than this fraction.
 const EXPLAINED: f64 = 0.3;
 
-/// Returns whether a relative difference is a contradiction, and which of the possible causes explains it: that which
-/// leaves the smallest difference, if it leaves little.
+/// Returns whether a relative difference is a contradiction, and which of the possible causes
+/// explains it: that which leaves the smallest difference, if it leaves little.
 fn judge<C>(difference: f64, causes: impl Iterator<Item = (f64, C)>) -> Option<Option<C>> {
     let best = causes.min_by(|a, b| a.0.total_cmp(&b.0));
     let cause = best.filter(|(rest, _)| *rest < EXPLAINED * difference);

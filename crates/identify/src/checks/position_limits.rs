@@ -4,8 +4,8 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use tactid_dynamics::Manipulator;
 
-/// A joint is beyond its limits where its position exceeds one by this fraction of the range: descriptions are not exact,
-/// and positions in degrees exceed it many times.
+/// A joint is beyond its limits where its position exceeds one by this fraction of the range:
+/// descriptions are not exact, and positions in degrees exceed it many times.
 const POSITION_TOLERANCE: f64 = 0.1;
 
 /// Joint positions beyond the limits of the robot's description.
@@ -19,7 +19,8 @@ pub struct PositionsBeyondLimits {
     pub lower: f64,
     /// Upper limit of the same joint, rad or m.
     pub upper: f64,
-    /// Whether the positions of all of these joints are within their limits if they are taken for degrees.
+    /// Whether the positions of all of these joints are within their limits if they are taken for
+    /// degrees.
     pub are_degrees: bool,
 }
 

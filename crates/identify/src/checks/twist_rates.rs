@@ -24,8 +24,9 @@ pub enum TwistAxes {
 /// A twist that is not the derivative of its pose.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct TwistContradiction {
-    /// Rms difference between the change of the pose over 0.1 s and the integral of the twist, relative to the larger of
-    /// the two, without a unit: of positions or of rotations, whichever differ more.
+    /// Rms difference between the change of the pose over 0.1 s and the integral of the twist,
+    /// relative to the larger of the two, without a unit: of positions or of rotations, whichever
+    /// differ more.
     pub relative_difference: f64,
     /// The axes in which the twist would fit the pose.
     pub better_axes: Option<TwistAxes>,
@@ -40,9 +41,9 @@ pub struct TwistRates {
 }
 
 impl TwistRates {
-    /// Creates the sums for a twist that was measured along `axes`. Times between two samples that are longer than
-    /// `max_gap_s` are not bridged. Only the last `most` intervals of 0.1 s are kept, if given: then nothing is allocated
-    /// later.
+    /// Creates the sums for a twist that was measured along `axes`. Times between two samples that
+    /// are longer than `max_gap_s` are not bridged. Only the last `most` intervals of 0.1 s are
+    /// kept, if given: then nothing is allocated later.
     #[must_use]
     pub fn new(axes: TwistAxes, max_gap_s: f64, most: Option<usize>) -> Self {
         Self {
@@ -52,7 +53,8 @@ impl TwistRates {
         }
     }
 
-    /// Adds a sample at a time, s. Its velocities are in world axes, into which those along other axes were turned.
+    /// Adds a sample at a time, s. Its velocities are in world axes, into which those along other
+    /// axes were turned.
     pub fn push(&mut self, time_s: f64, base: &BaseState) {
         let current = PoseAndTwist::new(self.axes, base);
         if let Some((before_s, before)) = &self.last {
@@ -96,8 +98,8 @@ impl TwistRates {
 #[derive(Clone, Copy, Debug)]
 struct PoseAndTwist {
     pose: Isometry3<f64>,
-    /// Velocity and angular velocity in world axes, then what they would be if they had been measured along the other
-    /// axes.
+    /// Velocity and angular velocity in world axes, then what they would be if they had been
+    /// measured along the other axes.
     rates: [Vector3<f64>; 4],
 }
 
@@ -116,7 +118,8 @@ impl PoseAndTwist {
     }
 }
 
-/// Returns the changes of position and rotation, then the integrals of the [rates](PoseAndTwist::rates).
+/// Returns the changes of position and rotation, then the integrals of the
+/// [rates](PoseAndTwist::rates).
 fn increment(before: &PoseAndTwist, current: &PoseAndTwist, duration_s: f64) -> [f64; 6 * AXES] {
     let mut increment = [0.0; 6 * AXES];
     let (changes, integrals) = increment.split_at_mut(2 * AXES);
@@ -131,10 +134,12 @@ fn increment(before: &PoseAndTwist, current: &PoseAndTwist, duration_s: f64) -> 
     increment
 }
 
-/// Squared sine of half an angle below which the first two terms of the arcsine's series are exact to rounding.
+/// Squared sine of half an angle below which the first two terms of the arcsine's series are exact
+/// to rounding.
 const SMALL_SQUARE: f64 = 1e-8;
 
-/// Returns axis times angle of a rotation, rad, without a trigonometric function for a small angle, as between two samples.
+/// Returns axis times angle of a rotation, rad, without a trigonometric function for a small angle,
+/// as between two samples.
 fn rotation_vector(rotation: &UnitQuaternion<f64>) -> Vector3<f64> {
     let half_sine = rotation.imag() * rotation.w.signum();
     let square = half_sine.norm_squared();

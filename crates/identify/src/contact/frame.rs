@@ -10,14 +10,17 @@ use crate::equations::WORLD;
 /// [`Identifier::wrench_frame`](crate::Identifier::wrench_frame).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct WrenchFrame {
-    /// Pose of the point and of the axes in the tool frame. Its rotation is not used where the axes are fixed to the world.
+    /// Pose of the point and of the axes in the tool frame. Its rotation is not used where the axes
+    /// are fixed to the world.
     tool_from_frame: Isometry3<f64>,
-    /// Rotation from the axes of the world to those of the frame, where these do not move with the tool.
+    /// Rotation from the axes of the world to those of the frame, where these do not move with the
+    /// tool.
     frame_from_world: Option<UnitQuaternion<f64>>,
 }
 
 impl WrenchFrame {
-    /// Finds the frame at the origin of the link `point`, along the axes of the link `axes`, or of [`WORLD`].
+    /// Finds the frame at the origin of the link `point`, along the axes of the link `axes`, or of
+    /// [`WORLD`].
     pub(crate) fn new(
         robot: &Manipulator,
         tool: FrameId,

@@ -12,32 +12,33 @@ use crate::solve::offsets::joint_covariance;
 use crate::solve::subspace::{LEVER_ARM_M, Vector};
 use crate::solve::uncertainty::students_widening;
 
-/// What a recording says about all that its wrench sensors measure: the load, which is payload and known tool, their offset
-/// and their noise. A recording is compensated with it.
+/// What a recording says about all that its wrench sensors measure: the load, which is payload and
+/// known tool, their offset and their noise. A recording is compensated with it.
 ///
-/// The parameters are those of least squares, which need not be physically consistent. Wrenches are those of all sensors
-/// together, in the frame of the estimate and about its origin, force, N, then moment, N m, with the sign of wrenches that act
-/// on the payload.
+/// The parameters are those of least squares, which need not be physically consistent. Wrenches are
+/// those of all sensors together, in the frame of the estimate and about its origin, force, N, then
+/// moment, N m, with the sign of wrenches that act on the payload.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct LoadEstimate {
-    /// Linear parameters: mass, kg; first moments, kg m; inertia about the frame's origin, kg m², (10,).
+    /// Linear parameters: mass, kg; first moments, kg m; inertia about the frame's origin, kg m²,
+    /// (10,).
     pub parameters: [f64; 10],
     /// Offset of the wrenches, N and N m, (6,): zero where it was not among the unknowns.
     pub offset: [f64; 6],
-    /// Joint covariance of parameters and offset, in the products of their units, (16, 16). It has no variance in directions
-    /// that the motion does not determine.
+    /// Joint covariance of parameters and offset, in the products of their units, (16, 16). It has
+    /// no variance in directions that the motion does not determine.
     pub covariance: [[f64; 16]; 16],
-    /// Changes of the parameters that the motion does not determine, (U, 10): each is as large as that of a body of this mass
-    /// within 1 m of the frame's origin.
+    /// Changes of the parameters that the motion does not determine, (U, 10): each is as large as
+    /// that of a body of this mass within 1 m of the frame's origin.
     pub unobservable: Vec<[f64; 10]>,
-    /// Covariance of the noise of the wrench in one sample, N² to (N m)², (6, 6): of white noise that leaves the residuals of
-    /// the fit.
+    /// Covariance of the noise of the wrench in one sample, N² to (N m)², (6, 6): of white noise
+    /// that leaves the residuals of the fit.
     pub noise: [[f64; 6]; 6],
 }
 
 impl LoadEstimate {
-    /// Returns what a fit of equations says; `None` where its first channels are not those of a wrench. `merged` is the
-    /// number of windows of which each equation is the mean.
+    /// Returns what a fit of equations says; `None` where its first channels are not those of a
+    /// wrench. `merged` is the number of windows of which each equation is the mean.
     pub(crate) fn new(fit: &Fit, equations: &[Equation], merged: u32) -> Option<Self> {
         let of_window = fit.noise.wrench_covariance()?;
         let instants = equations.iter().map(|each| f64::from(each.instants));
@@ -86,7 +87,8 @@ pub(super) struct Load {
 }
 
 impl Load {
-    /// Returns the load of an estimate: that of another recording has any share of what its motion did not determine.
+    /// Returns the load of an estimate: that of another recording has any share of what its motion
+    /// did not determine.
     pub(super) fn new(estimate: &LoadEstimate, is_of_another: bool) -> Self {
         let mut covariance = SMatrix::<f64, 16, 16>::from(estimate.covariance);
         let unknown = estimate.unobservable.iter().filter(|_| is_of_another);
@@ -102,7 +104,8 @@ impl Load {
         }
     }
 
-    /// Returns what the load explains of mean entries, given the variance of the mean relative to that of one instant.
+    /// Returns what the load explains of mean entries, given the variance of the mean relative to
+    /// that of one instant.
     pub(super) fn parts(&self, entries: &Entries, noise_power: f64) -> Parts {
         let regressor = entries.regressor();
         let load = regressor * self.parameters;

@@ -1,5 +1,6 @@
-//! The wrench of a contact: the measured wrench less the sensor's offset and the load. The online identifier and whole
-//! recordings compute it from the same entries of an instant, each through its own filter.
+//! The wrench of a contact: the measured wrench less the sensor's offset and the load. The online
+//! identifier and whole recordings compute it from the same entries of an instant, each through its
+//! own filter.
 
 mod frame;
 mod load;

@@ -17,17 +17,17 @@ use crate::{ActsOn, IdentifyError, Method};
 pub struct ContactSample {
     /// Time of the sample, s.
     pub time_s: f64,
-    /// Measured wrench through the filter, N and N m, load wrench and contact wrench; `None` for the first and last samples of
-    /// a stretch without gaps, which have no derivatives.
+    /// Measured wrench through the filter, N and N m, load wrench and contact wrench; `None` for
+    /// the first and last samples of a stretch without gaps, which have no derivatives.
     pub wrenches: Option<(Wrench, [WrenchEstimate; 2])>,
 }
 
 /// Computes the wrench of the load and that of the contact at each sample of a recording.
 ///
-/// Measured wrench and motion pass the same filter, in which a load cancels: the mean with the weight of the equations'
-/// windows, cos⁴ over 0.926 / `cutoff_hz` seconds, about each sample. It is symmetric, so that nothing is delayed; about a
-/// sample near the begin or end of a stretch, the mean is over the part of the window that there is. Memory is that of
-/// one window.
+/// Measured wrench and motion pass the same filter, in which a load cancels: the mean with the
+/// weight of the equations' windows, cos⁴ over 0.926 / `cutoff_hz` seconds, about each sample. It
+/// is symmetric, so that nothing is delayed; about a sample near the begin or end of a stretch, the
+/// mean is over the part of the window that there is. Memory is that of one window.
 #[derive(Clone, Debug)]
 pub struct RecordedContact {
     model: Model,
@@ -50,12 +50,15 @@ struct Instant {
 }
 
 impl RecordedContact {
-    /// Creates the computation for a robot with the payload in its link `tool` and wrenches in the links `sensors`.
+    /// Creates the computation for a robot with the payload in its link `tool` and wrenches in the
+    /// links `sensors`.
     ///
-    /// Wrenches are returned about the origin of the link `point` and along the axes of the link `axes`, or of `point` where
-    /// they are `None`, as [`Identifier::wrench_frame`](crate::Identifier::wrench_frame) says, with the sign of wrenches
-    /// that act on the body `acts_on`; samples have those on the payload. `is_of_another` says that the load was estimated
-    /// from another recording: it is then uncertain in the directions that the motion there did not determine.
+    /// Wrenches are returned about the origin of the link `point` and along the axes of the link
+    /// `axes`, or of `point` where they are `None`, as
+    /// [`Identifier::wrench_frame`](crate::Identifier::wrench_frame) says, with the sign of
+    /// wrenches that act on the body `acts_on`; samples have those on the payload. `is_of_another`
+    /// says that the load was estimated from another recording: it is then uncertain in the
+    /// directions that the motion there did not determine.
     ///
     /// # Errors
     /// Returns the errors of [`EquationStream::new`](crate::EquationStream::new) and of
@@ -87,8 +90,8 @@ impl RecordedContact {
         })
     }
 
-    /// Adds a sample, and calls `take` with each of the earlier samples whose mean is complete, in their order. A sample that
-    /// is [rejected](crate::PushOutcome::Rejected) is left out.
+    /// Adds a sample, and calls `take` with each of the earlier samples whose mean is complete, in
+    /// their order. A sample that is [rejected](crate::PushOutcome::Rejected) is left out.
     ///
     /// # Errors
     /// Returns the errors of [`EquationStream::push`](crate::EquationStream::push).
@@ -192,7 +195,8 @@ impl RecordedContact {
         Some((measured, estimates.map(|each| each.with_sign(self.sign))))
     }
 
-    /// Returns the time that a sample stands for, s: from the middle to its neighbour before to that to the one after it.
+    /// Returns the time that a sample stands for, s: from the middle to its neighbour before to
+    /// that to the one after it.
     fn step_s(&self, place: usize) -> f64 {
         let last = self.samples.len() - 1;
         let (before, after) = (place.saturating_sub(1), (place + 1).min(last));

@@ -10,18 +10,20 @@ use crate::solve::subspace::PIVOT_ROUNDING;
 /// Whether a wrench is what it says, or may be a payload that has changed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ContactState {
-    /// The estimate of the load is that of the payload that is held, as far as the measurements show.
+    /// The estimate of the load is that of the payload that is held, as far as the measurements
+    /// show.
     Settled,
-    /// The measurements contradict the load: something touches the payload, or the payload has changed. The load is held
-    /// at its last estimate that nothing contradicted, and the standard deviations of the contact contain all of it.
+    /// The measurements contradict the load: something touches the payload, or the payload has
+    /// changed. The load is held at its last estimate that nothing contradicted, and the standard
+    /// deviations of the contact contain all of it.
     Changing,
 }
 
 /// A wrench with its uncertainty.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct WrenchEstimate {
-    /// Time to which the wrench belongs, on the clock of the samples, s: that of the last sample less the
-    /// [latency](crate::Identifier::contact_latency_s).
+    /// Time to which the wrench belongs, on the clock of the samples, s: that of the last sample
+    /// less the [latency](crate::Identifier::contact_latency_s).
     pub time_s: f64,
     /// Force, N, and moment, N m, with the sign of the measured wrenches.
     pub wrench: Wrench,
@@ -32,9 +34,9 @@ pub struct WrenchEstimate {
 }
 
 impl WrenchEstimate {
-    /// Marks as unknown each channel to which an unmeasured one contributes: its variance is infinite, and it is correlated
-    /// with no other. `unmeasured` maps a wrench in the tool frame to what is not measured of it, in the frame of this
-    /// estimate.
+    /// Marks as unknown each channel to which an unmeasured one contributes: its variance is
+    /// infinite, and it is correlated with no other. `unmeasured` maps a wrench in the tool frame
+    /// to what is not measured of it, in the frame of this estimate.
     fn hide(&mut self, unmeasured: &Matrix6<f64>) {
         let Wrench { force, moment } = self.wrench;
         let mut values = Vector6::from_iterator(force.iter().chain(&moment).copied());
@@ -68,8 +70,8 @@ impl WrenchEstimate {
     }
 }
 
-/// Entries of an instant, or means of them: the wrench in the tool frame, the terms of the motion, and the quaternion of
-/// the tool. A load explains a mean wrench by the mean terms.
+/// Entries of an instant, or means of them: the wrench in the tool frame, the terms of the motion,
+/// and the quaternion of the tool. A load explains a mean wrench by the mean terms.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Entries(pub(crate) SVector<f64, { WRENCH + MOTION_TERMS + 4 }>);
 
@@ -78,8 +80,8 @@ impl Entries {
         Self(SVector::zeros())
     }
 
-    /// Returns the entries of the last instant of a model, with the quaternion on the side of that of other entries.
-    /// `None` where the method uses no wrenches, or where an entry is no number.
+    /// Returns the entries of the last instant of a model, with the quaternion on the side of that
+    /// of other entries. `None` where the method uses no wrenches, or where an entry is no number.
     pub(crate) fn of_instant(model: &Model, before: &Self) -> Option<Self> {
         let (wrench, terms, pose) = model.wrench_terms()?;
         let rotation = pose.rotation.coords;
@@ -128,8 +130,9 @@ pub(crate) struct Parts {
 }
 
 impl Parts {
-    /// Returns the wrench of the load and that of the contact in the frame to which a matrix maps. Of the contact, what is not
-    /// measured is unknown: what a `projection` in the tool frame leaves out.
+    /// Returns the wrench of the load and that of the contact in the frame to which a matrix maps.
+    /// Of the contact, what is not measured is unknown: what a `projection` in the tool frame
+    /// leaves out.
     pub(crate) fn mapped(
         &self,
         map: &Matrix6<f64>,
@@ -163,7 +166,8 @@ pub(crate) fn wrench_of(entries: &Vector6<f64>) -> Wrench {
 mod tests {
     use super::*;
 
-    /// A channel that is not measured hides those of the frame to which it contributes, and these alone.
+    /// A channel that is not measured hides those of the frame to which it contributes, and these
+    /// alone.
     #[test]
     fn unmeasured_channels_are_unknown_in_the_frame() {
         let parts = Parts {

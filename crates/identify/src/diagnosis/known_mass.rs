@@ -4,9 +4,10 @@ use super::CONTRADICTION;
 use crate::finding::Finding;
 use crate::prior::KnownMass;
 
-/// Reports where the payload's mass from the data alone, `found_kg` with its standard deviation, contradicts the known one
-/// and no other finding, in `of_data`, explains why, or where the result, `estimated_kg`, is not the known one.
-/// `within_box` is whether the result also had to fit into a bounding box.
+/// Reports where the payload's mass from the data alone, `found_kg` with its standard deviation,
+/// contradicts the known one and no other finding, in `of_data`, explains why, or where the result,
+/// `estimated_kg`, is not the known one. `within_box` is whether the result also had to fit into a
+/// bounding box.
 pub fn mass_finding(
     known: KnownMass,
     (found_kg, std_dev_kg): (f64, f64),
@@ -37,8 +38,9 @@ pub fn mass_finding(
     })
 }
 
-/// Returns the findings about a payload in the order of a result: that about its known mass, that it is far from consistent
-/// bodies, and those of the data, without those that one about the mass contains.
+/// Returns the findings about a payload in the order of a result: that about its known mass, that
+/// it is far from consistent bodies, and those of the data, without those that one about the mass
+/// contains.
 pub fn without_repetition(
     of_mass: Option<Finding>,
     inconsistent: Option<Finding>,

@@ -8,13 +8,14 @@ use crate::fit::Fit;
 /// Residuals smaller than this fraction of the load are errors of filters and interpolation.
 const SMALL: f64 = 1e-4;
 
-/// Returns the ratio of the determinants of the residuals' covariance over the first `channels` channels: that of
-/// `other` to that of `fit`, with the robust weights of `other`. Infinite where the variances of `other` are larger than
-/// those of `fit` in the mean over the channels: in a posture that is held, a load that no parameter explains is constant, and the
-/// determinant of constant residuals is small however large they are.
+/// Returns the ratio of the determinants of the residuals' covariance over the first `channels`
+/// channels: that of `other` to that of `fit`, with the robust weights of `other`. Infinite where
+/// the variances of `other` are larger than those of `fit` in the mean over the channels: in a
+/// posture that is held, a load that no parameter explains is constant, and the determinant of
+/// constant residuals is small however large they are.
 ///
-/// The determinant shows an improvement in one direction of the channels as well as in all of them, and a rigid
-/// transform of the channels does not change the ratio.
+/// The determinant shows an improvement in one direction of the channels as well as in all of them,
+/// and a rigid transform of the channels does not change the ratio.
 pub(crate) fn determinant_ratio(
     equations: &[Equation],
     fit: &Fit,
@@ -41,7 +42,8 @@ fn loads(equations: &[Equation], weights: &[f64], channels: usize) -> DVector<f6
     squares.map(f64::sqrt)
 }
 
-/// Returns the covariance of the residuals, each in units of its channel's load, with a lower limit of [`SMALL`].
+/// Returns the covariance of the residuals, each in units of its channel's load, with a lower limit
+/// of [`SMALL`].
 fn covariance(
     equations: &[Equation],
     fit: &Fit,

@@ -9,8 +9,9 @@ use crate::equations::{Channels, Equation};
 use crate::finding::Finding;
 use crate::fit::{Fit, FitOptions, least_squares};
 
-/// Returns findings about the signs of gravity and load, and about the mass of the known bodies with its standard deviation,
-/// `known_bodies_kg`, then the load that is `unexplained`. `gravity` is the configured one, m/s².
+/// Returns findings about the signs of gravity and load, and about the mass of the known bodies
+/// with its standard deviation, `known_bodies_kg`, then the load that is `unexplained`. `gravity`
+/// is the configured one, m/s².
 pub(super) fn sign_findings(
     equations: &[Equation],
     given: &Fit,
@@ -42,8 +43,9 @@ pub(super) fn sign_findings(
     std::iter::once(contradicted).chain(negative).collect()
 }
 
-/// Returns what the masses of the whole load and of the known bodies, with their standard deviations, say: nothing is held beyond the known bodies, the
-/// load has the wrong sign, or the known bodies are too heavy. `or_gravity` is whether gravity may have the wrong sign as well.
+/// Returns what the masses of the whole load and of the known bodies, with their standard
+/// deviations, say: nothing is held beyond the known bodies, the load has the wrong sign, or the
+/// known bodies are too heavy. `or_gravity` is whether gravity may have the wrong sign as well.
 pub(crate) fn mass_findings(
     (mass_kg, std_dev_kg): (f64, f64),
     (known_bodies_kg, known_std_dev_kg): (f64, f64),
@@ -67,7 +69,8 @@ pub fn nothing_held(mass_kg: f64, std_dev_kg: f64) -> Option<Finding> {
     })
 }
 
-/// Reports known bodies that weigh more than the load by more than the uncertainty of the difference, `std_dev_kg`.
+/// Reports known bodies that weigh more than the load by more than the uncertainty of the
+/// difference, `std_dev_kg`.
 fn too_heavy(load_kg: f64, std_dev_kg: f64, known_bodies_kg: f64) -> Option<Finding> {
     let is_significant = known_bodies_kg - load_kg > CONTRADICTION * std_dev_kg;
     (load_kg < known_bodies_kg && is_significant).then_some(Finding::KnownBodiesTooHeavy {
@@ -76,14 +79,15 @@ fn too_heavy(load_kg: f64, std_dev_kg: f64, known_bodies_kg: f64) -> Option<Find
     })
 }
 
-/// Returns the scale of gravity that explains the data far better than the configured one, with the ratio of the
-/// residuals (their geometric mean over the directions of the channels) and the fit.
+/// Returns the scale of gravity that explains the data far better than the configured one, with the
+/// ratio of the residuals (their geometric mean over the directions of the channels) and the fit.
 fn better_gravity(
     equations: &[Equation],
     given: &Fit,
     channels: &Channels,
 ) -> Option<(f64, f64, Fit)> {
-    // Residuals of a wrong model can be correlated so closely that whitening by them leaves only rounding errors.
+    // Residuals of a wrong model can be correlated so closely that whitening by them leaves only
+    // rounding errors.
     let uncorrelated = Fit {
         noise: given.noise.without_correlation(),
         ..given.clone()

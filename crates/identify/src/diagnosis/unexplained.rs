@@ -16,11 +16,12 @@ struct Squares {
     weight: f64,
 }
 
-/// Reports consecutive channels of one unit whose residuals are neither small nor explained by noise, those with the
-/// largest fraction.
+/// Reports consecutive channels of one unit whose residuals are neither small nor explained by
+/// noise, those with the largest fraction.
 ///
-/// The measure of the noise is the half-difference between the means over even and over odd instants, in which neither
-/// the motion nor an error of the model shows. The equations are those of the recording, and those of the fit.
+/// The measure of the noise is the half-difference between the means over even and over odd
+/// instants, in which neither the motion nor an error of the model shows. The equations are those
+/// of the recording, and those of the fit.
 pub(crate) fn unexplained_load(
     equations: [&[Equation]; 2],
     fit: &Fit,

@@ -18,17 +18,18 @@ pub struct Channel {
 pub struct Channels {
     /// Name and unit of each channel, in the order of the rows.
     pub channels: Vec<Channel>,
-    /// Numbers of consecutive channels whose noise is of similar size, such as the axes of a force. Their
-    /// sum is the number of channels.
+    /// Numbers of consecutive channels whose noise is of similar size, such as the axes of a force.
+    /// Their sum is the number of channels.
     pub kinds: Vec<usize>,
-    /// Numbers of consecutive channels that come from one measurement source. Their sum is the number of
-    /// channels.
+    /// Numbers of consecutive channels that come from one measurement source. Their sum is the
+    /// number of channels.
     pub sources: Vec<usize>,
     /// Number of leading channels that may have an unknown constant offset: six or none.
     pub offsets: usize,
     /// Known noise of the sensors of some sources.
     pub known_noise: Vec<KnownNoise>,
-    /// Projection of a wrench in the tool frame, force then moment, onto its channels that are measured; `None` where all are.
+    /// Projection of a wrench in the tool frame, force then moment, onto its channels that are
+    /// measured; `None` where all are.
     pub projection: Option<Matrix6<f64>>,
 }
 
@@ -46,14 +47,16 @@ impl Channels {
         }
     }
 
-    /// Returns these channels with an unknown offset in each of the six of the wrench, or with none.
+    /// Returns these channels with an unknown offset in each of the six of the wrench, or with
+    /// none.
     #[must_use]
     pub fn with_offsets(self, unknown: bool) -> Self {
         let offsets = if unknown { WRENCH } else { 0 };
         Self { offsets, ..self }
     }
 
-    /// Returns whether the first six channels are the force and the moment of a wrench on the end-effector.
+    /// Returns whether the first six channels are the force and the moment of a wrench on the
+    /// end-effector.
     #[must_use]
     pub fn begin_with_wrench(&self) -> bool {
         self.channels.starts_with(&wrench_channels(""))
@@ -76,7 +79,8 @@ impl Channels {
 /// Number of channels of a wrench.
 pub(crate) const WRENCH: usize = 6;
 
-/// Names and units of the six channels of a wrench, force then moment. Each name follows the `prefix`.
+/// Names and units of the six channels of a wrench, force then moment. Each name follows the
+/// `prefix`.
 pub(crate) fn wrench_channels(prefix: &str) -> Vec<Channel> {
     let axes_of = |quantity: &'static str, unit| {
         ["x", "y", "z"].map(|axis| Channel {

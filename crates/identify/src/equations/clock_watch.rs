@@ -11,8 +11,8 @@ pub(crate) struct ClockWatch {
 }
 
 impl ClockWatch {
-    /// Adds a sample that is later than the last accepted one by a time, s, and returns whether it is
-    /// the first accepted one after the clock has gone back.
+    /// Adds a sample that is later than the last accepted one by a time, s, and returns whether it
+    /// is the first accepted one after the clock has gone back.
     pub(crate) fn has_gone_back(&mut self, passed_s: f64) -> bool {
         if passed_s > 0.0 {
             let before = std::mem::take(self);

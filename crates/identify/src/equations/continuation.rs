@@ -4,7 +4,8 @@ use std::f64::consts::{PI, TAU};
 
 use tactid_dynamics::{JointKind, Manipulator};
 
-/// Speed that no joint of a robot reaches, rad/s or m/s: three times that of fast arms, because stamps are not exact.
+/// Speed that no joint of a robot reaches, rad/s or m/s: three times that of fast arms, because
+/// stamps are not exact.
 const FASTEST: f64 = 30.0;
 
 /// Steps below this size are no jumps, rad or m, however short their time: stamps may be late.
@@ -42,7 +43,8 @@ impl Step {
     }
 }
 
-/// Continues the positions of joints whose angles start again after a turn. Nothing is allocated after construction.
+/// Continues the positions of joints whose angles start again after a turn. Nothing is allocated
+/// after construction.
 #[derive(Clone, Debug)]
 pub struct Continuation {
     are_angles: Vec<bool>,
@@ -75,7 +77,8 @@ impl Continuation {
         }
     }
 
-    /// Returns positions at a time, s, continued from those before; the given ones where no angle has started again.
+    /// Returns positions at a time, s, continued from those before; the given ones where no angle
+    /// has started again.
     pub fn push<'a>(&'a mut self, time_s: f64, position: &'a [f64]) -> &'a [f64] {
         if position.len() != self.last.len() {
             return position;

@@ -2,15 +2,16 @@
 
 use nalgebra::{UnitQuaternion, Vector4};
 
-/// Number of coefficients of a polynomial of degree four, and fewest nodes to which one is fitted: it passes through so many.
+/// Number of coefficients of a polynomial of degree four, and fewest nodes to which one is fitted:
+/// it passes through so many.
 pub(crate) const MIN_NODES: usize = 5;
 
-/// Most nodes to which a polynomial is fitted. A smoothed value from so many keeps a third of the variance of
-/// the noise.
+/// Most nodes to which a polynomial is fitted. A smoothed value from so many keeps a third of the
+/// variance of the noise.
 pub(crate) const MAX_NODES: usize = 11;
 
-/// Weights of the values at some nodes for quantities of the polynomial that is fitted to them. Weights beyond
-/// the number of nodes are zero.
+/// Weights of the values at some nodes for quantities of the polynomial that is fitted to them.
+/// Weights beyond the number of nodes are zero.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Weights {
     /// Weights for the value at the time of evaluation.
@@ -19,22 +20,24 @@ pub(crate) struct Weights {
     pub(crate) first: [f64; MAX_NODES],
     /// Weights for the second derivative there.
     pub(crate) second: [f64; MAX_NODES],
-    /// Weights for the mean over the nodes of the integral from the time of evaluation to the node. Of a
-    /// velocity it is the mean position at the nodes less the position at the time of evaluation.
+    /// Weights for the mean over the nodes of the integral from the time of evaluation to the node.
+    /// Of a velocity it is the mean position at the nodes less the position at the time of
+    /// evaluation.
     pub(crate) displacement: [f64; MAX_NODES],
 }
 
-/// Returns weights of values at `nodes` for quantities, at time `at`, of the polynomial that is fitted to them in
-/// least squares.
+/// Returns weights of values at `nodes` for quantities, at time `at`, of the polynomial that is
+/// fitted to them in least squares.
 ///
-/// The polynomial has degree four, or passes through all nodes where these are fewer than five. There are at
-/// most [`MAX_NODES`] nodes, all different; they need not be equidistant. The polynomials of the recurrence are orthogonal on the nodes (Forsythe 1957,
-/// doi 10.1137/0105007).
+/// The polynomial has degree four, or passes through all nodes where these are fewer than five.
+/// There are at most [`MAX_NODES`] nodes, all different; they need not be equidistant. The
+/// polynomials of the recurrence are orthogonal on the nodes (Forsythe 1957, doi 10.1137/0105007).
 pub(crate) fn weights(nodes: &[f64], at: f64) -> Weights {
     let count = nodes.len();
     // Of the derivatives at `at`, from the value to the fourth.
     let mut weights = [[0.0; MAX_NODES]; MIN_NODES];
-    // The orthogonal polynomial of this degree and that of one less: at the nodes, and with derivatives at `at`.
+    // The orthogonal polynomial of this degree and that of one less: at the nodes, and with
+    // derivatives at `at`.
     let (mut current, mut previous) = ([1.0; MAX_NODES], [0.0; MAX_NODES]);
     let (mut current_at, mut previous_at) = ([0.0; MIN_NODES], [0.0; MIN_NODES]);
     current_at[0] = 1.0;
@@ -78,8 +81,8 @@ pub(crate) fn weights(nodes: &[f64], at: f64) -> Weights {
     }
 }
 
-/// Returns the weights for the mean integral from `at` to the nodes, given those for the derivatives at `at`: the
-/// integral of the Taylor polynomial, term by term.
+/// Returns the weights for the mean integral from `at` to the nodes, given those for the
+/// derivatives at `at`: the integral of the Taylor polynomial, term by term.
 fn displacement(
     nodes: &[f64],
     at: f64,
@@ -104,8 +107,8 @@ fn displacement(
 /// Nodes whose times, relative to their span, differ by less than this have the same weights.
 const SAME_TIMES: f64 = 1e-7;
 
-/// Cached weights of an odd number of nodes at their middle. Equidistant samples use the same ones again and
-/// again.
+/// Cached weights of an odd number of nodes at their middle. Equidistant samples use the same ones
+/// again and again.
 #[derive(Clone, Debug)]
 pub(crate) struct CachedWeights {
     count: usize,
@@ -141,7 +144,8 @@ impl CachedWeights {
         let pairs = times[..count].iter().zip(&self.from_middle);
         let is_same =
             |(time, cached): (&f64, &f64)| (time - middle - cached).abs() < SAME_TIMES * span;
-        // All nodes are compared without a branch, which is faster than to stop at the first difference.
+        // All nodes are compared without a branch, which is faster than to stop at the first
+        // difference.
         if self.count != count || !pairs.map(is_same).fold(true, |all, one| all & one) {
             self.count = count;
             self.from_middle = times.map(|time| time - middle);
@@ -151,8 +155,8 @@ impl CachedWeights {
     }
 }
 
-/// Returns a weighted sum of the rotations' quaternions, not normalised. Of the two quaternions of each
-/// rotation it uses the one on the side of `reference`.
+/// Returns a weighted sum of the rotations' quaternions, not normalised. Of the two quaternions of
+/// each rotation it uses the one on the side of `reference`.
 pub(crate) fn weighted_rotation_sum<'a>(
     rotations: impl Iterator<Item = (&'a UnitQuaternion<f64>, f64)>,
     reference: &UnitQuaternion<f64>,
@@ -172,7 +176,8 @@ mod tests {
         -0.49, -0.41, -0.32, -0.21, -0.1, 0.013, 0.09, 0.2, 0.31, 0.38, 0.52,
     ];
 
-    /// The weights reproduce a polynomial of degree four and its derivatives, from any number of nodes.
+    /// The weights reproduce a polynomial of degree four and its derivatives, from any number of
+    /// nodes.
     #[test]
     fn is_exact_for_polynomials() {
         let value = |t: f64| 3.0 - 2.0 * t + 5.0 * t.powi(2) - 7.0 * t.powi(3) + 11.0 * t.powi(4);
@@ -195,8 +200,9 @@ mod tests {
         }
     }
 
-    /// The mean of the positions at the nodes less the displacement of the velocities is the position at the time of
-    /// evaluation, exactly for positions that are a polynomial of degree five.
+    /// The mean of the positions at the nodes less the displacement of the velocities is the
+    /// position at the time of evaluation, exactly for positions that are a polynomial of degree
+    /// five.
     #[test]
     fn displacement_leads_from_the_mean_to_a_position() {
         let position = |t: f64| 2.0 + t * (3.0 + t * (-1.0 + t * (5.0 + t * (-7.0 + 11.0 * t))));
@@ -213,8 +219,9 @@ mod tests {
         }
     }
 
-    /// Five equal steps have the well-known central differences, with their sign. Eleven have the smoothing
-    /// weights of Savitzky and Golay (1964), table of the quartic: 143 of 429 in the middle, 18 at the end.
+    /// Five equal steps have the well-known central differences, with their sign. Eleven have the
+    /// smoothing weights of Savitzky and Golay (1964), table of the quartic: 143 of 429 in the
+    /// middle, 18 at the end.
     #[test]
     fn gives_the_well_known_weights() {
         let five = weights(&[-2.0, -1.0, 0.0, 1.0, 2.0], 0.0);

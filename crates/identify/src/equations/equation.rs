@@ -5,22 +5,22 @@ use nalgebra::{SVector, Vector4};
 /// One row equation `regressor · π = target`.
 ///
 /// The parameters `π` are in the order and the units of
-/// [`InertialParameters`](tactid_dynamics::InertialParameters): mass, first moments, and inertia about the
-/// origin of the tool frame.
+/// [`InertialParameters`](tactid_dynamics::InertialParameters): mass, first moments, and inertia
+/// about the origin of the tool frame.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Row {
-    /// Derivative of the measured quantity with respect to each parameter: the channel's unit over the
-    /// parameter's.
+    /// Derivative of the measured quantity with respect to each parameter: the channel's unit over
+    /// the parameter's.
     pub regressor: SVector<f64, 10>,
     /// The measurement, in the channel's unit: the right-hand side of the row.
     pub target: f64,
-    /// What an acceleration equal to the configured gravity would add to the entries of the mass and the
-    /// first moments. The entries of the inertia do not depend on gravity. Scaled, it shows what another
-    /// gravity would have explained.
+    /// What an acceleration equal to the configured gravity would add to the entries of the mass
+    /// and the first moments. The entries of the inertia do not depend on gravity. Scaled, it shows
+    /// what another gravity would have explained.
     pub gravity: Vector4<f64>,
-    /// What an error of the channel's gain of one standard deviation adds to the target, in the channel's unit. It is
-    /// zero where the gain is exact. Gains of different channels have independent errors, and that of one channel is the
-    /// same at all times.
+    /// What an error of the channel's gain of one standard deviation adds to the target, in the
+    /// channel's unit. It is zero where the gain is exact. Gains of different channels have
+    /// independent errors, and that of one channel is the same at all times.
     pub gain_error: f64,
 }
 
@@ -62,19 +62,20 @@ impl Row {
 
 /// Row equations averaged over one window, a row for each channel.
 ///
-/// The rows are averaged as a whole, after their products are formed, so that both sides pass the same
-/// filter and the equation holds for the means as it does at every instant.
+/// The rows are averaged as a whole, after their products are formed, so that both sides pass the
+/// same filter and the equation holds for the means as it does at every instant.
 #[derive(Clone, Debug)]
 pub struct Equation {
     /// Middle of the window, on the clock of the samples, s.
     pub time_s: f64,
     /// The mean rows, in the order of the [`Channels`](super::Channels).
     pub rows: Vec<Row>,
-    /// Half the difference between the means over every second instant and over the others. It is noise
-    /// alone, with the variance of the noise in `rows`: the motion is the same in both halves.
+    /// Half the difference between the means over every second instant and over the others. It is
+    /// noise alone, with the variance of the noise in `rows`: the motion is the same in both
+    /// halves.
     pub differences: Vec<Row>,
-    /// Time derivative of each target through the same filter, in the channel's unit per second: by so much
-    /// a delay of the load changes the target.
+    /// Time derivative of each target through the same filter, in the channel's unit per second: by
+    /// so much a delay of the load changes the target.
     pub rates: Vec<f64>,
     /// Number of instants in the window.
     pub instants: u32,

@@ -15,8 +15,8 @@ pub(crate) struct StoredSample {
     /// Time, s; minus infinity before a sample is stored.
     pub(crate) time_s: f64,
     base: BaseState,
-    /// Quaternion of the base's rotation, its angular velocity and its velocity, padded to four entries. The quaternion has
-    /// the sign that is nearest to the previous sample's.
+    /// Quaternion of the base's rotation, its angular velocity and its velocity, padded to four
+    /// entries. The quaternion has the sign that is nearest to the previous sample's.
     base_vectors: [Vector4<f64>; 3],
     /// Joint values, padded with zeros to whole vectors.
     joint_position: Vec<Vector4<f64>>,
@@ -42,13 +42,15 @@ impl StoredSample {
         }
     }
 
-    /// Returns the quaternion of the base's rotation, with the sign nearest to the previous sample's.
+    /// Returns the quaternion of the base's rotation, with the sign nearest to the previous
+    /// sample's.
     pub(crate) fn base_rotation(&self) -> Vector4<f64> {
         self.base_vectors[0]
     }
 
-    /// Copies a sample whose slices have the right lengths; those that may be empty are empty or have the
-    /// right length. `rotation_before` is the [`base_rotation`](Self::base_rotation) of the sample before.
+    /// Copies a sample whose slices have the right lengths; those that may be empty are empty or
+    /// have the right length. `rotation_before` is the [`base_rotation`](Self::base_rotation) of
+    /// the sample before.
     pub(crate) fn set(&mut self, sample: &Sample<'_>, rotation_before: &Vector4<f64>) {
         self.time_s = sample.time_s;
         self.base = sample.base;
@@ -97,15 +99,16 @@ impl<'a> Nodes<'a> {
     }
 }
 
-/// State of the robot at the time of one sample. The motion is that of a polynomial fitted to the sample and
-/// some neighbours on each side, and so are the derivatives that were not measured.
+/// State of the robot at the time of one sample. The motion is that of a polynomial fitted to the
+/// sample and some neighbours on each side, and so are the derivatives that were not measured.
 ///
-/// Angles and rates enter products, in which noise does not average out, so they are smoothed first. Where joint
-/// velocities are measured, they lead from the mean of the positions at all samples to the position at the middle one:
-/// a mean has less noise than the value of a polynomial, and an integral over so short a time has hardly any. A mean of
-/// neighbours would give all instants the same noise, which their differences must show, so it takes every second. All of
-/// it is linear in the measurements and local, so that a filter over many instants afterwards has the same
-/// effect on what is differentiated, smoothed or neither.
+/// Angles and rates enter products, in which noise does not average out, so they are smoothed
+/// first. Where joint velocities are measured, they lead from the mean of the positions at all
+/// samples to the position at the middle one: a mean has less noise than the value of a polynomial,
+/// and an integral over so short a time has hardly any. A mean of neighbours would give all
+/// instants the same noise, which their differences must show, so it takes every second. All of it
+/// is linear in the measurements and local, so that a filter over many instants afterwards has the
+/// same effect on what is differentiated, smoothed or neither.
 #[derive(Clone, Debug)]
 pub struct Instant {
     /// Time, s.
@@ -192,11 +195,12 @@ impl Instant {
     }
 }
 
-/// Returns position, velocity and acceleration of some joints, by their index among the vectors, at the middle sample,
-/// from measured positions and velocities.
+/// Returns position, velocity and acceleration of some joints, by their index among the vectors, at
+/// the middle sample, from measured positions and velocities.
 ///
-/// It is not inlined, because the compiler then keeps the sums of four joints in vector registers; among the code that
-/// copies them joint by joint it takes them apart in each pass, which doubles the instructions.
+/// It is not inlined, because the compiler then keeps the sums of four joints in vector registers;
+/// among the code that copies them joint by joint it takes them apart in each pass, which doubles
+/// the instructions.
 #[inline(never)]
 fn motion_of_rates(
     samples: &[&StoredSample],
@@ -219,8 +223,9 @@ fn motion_of_rates(
     [position, velocity, acceleration]
 }
 
-/// Returns position, velocity and acceleration of some joints, by their index among the vectors, at the middle sample,
-/// from measured positions alone. It is not inlined for the reason of [`motion_of_rates`].
+/// Returns position, velocity and acceleration of some joints, by their index among the vectors, at
+/// the middle sample, from measured positions alone. It is not inlined for the reason of
+/// [`motion_of_rates`].
 #[inline(never)]
 fn motion_of_positions(
     samples: &[&StoredSample],
@@ -237,8 +242,8 @@ fn motion_of_positions(
     [position, velocity, acceleration]
 }
 
-/// Returns the base's motion at the middle sample. Position and velocity enter no product and are those of the middle
-/// sample.
+/// Returns the base's motion at the middle sample. Position and velocity enter no product and are
+/// those of the middle sample.
 fn base_motion(samples: &[&StoredSample], weights: &Weights) -> FrameMotion {
     let center = &samples[samples.len() / 2].base;
     let [mut rotation, mut acceleration] = [Vector4::zeros(); 2];

@@ -20,9 +20,10 @@ pub enum InterpolationAt {
     Never,
 }
 
-/// Returns how the value at `time_s` follows from `count` samples at increasing times: that of a sample; of the cubic
-/// through two samples before and two after; or of the line between the two neighbours where an end is beside them, or
-/// two of the four are further apart than `longest_s`. A longer time than `max_gap_s` between two samples is a gap.
+/// Returns how the value at `time_s` follows from `count` samples at increasing times: that of a
+/// sample; of the cubic through two samples before and two after; or of the line between the two
+/// neighbours where an end is beside them, or two of the four are further apart than `longest_s`. A
+/// longer time than `max_gap_s` between two samples is a gap.
 #[must_use]
 pub fn interpolation(
     count: usize,
@@ -76,7 +77,8 @@ pub fn interpolation(
     }
 }
 
-/// Weights of the values at four different times for the value of the cubic through them (Lagrange).
+/// Weights of the values at four different times for the value of the cubic through them
+/// (Lagrange).
 fn cubic_weights(times_s: &[f64; 4], time_s: f64) -> [f64; 4] {
     std::array::from_fn(|k| {
         let others = times_s.iter().enumerate().filter(|(other, _)| *other != k);

@@ -1,10 +1,11 @@
 //! The equation stream: samples in, averaged equations of motion out.
 //!
-//! A polynomial fit differentiates and smooths each [`Sample`] with its neighbours (`differentiation`,
-//! `instant`). A kinematic model computes the motion of the robot once per instant (`model`), and each
-//! measurement source fills its rows from it (`sources`, one file a source). Averaging windows turn the rows
-//! into equations ([`window`]). What leaves this module is a linear regression that knows no robot:
-//! [`Equation`]s, and the [`Channels`] that say what each of their rows measures.
+//! A polynomial fit differentiates and smooths each [`Sample`] with its neighbours
+//! (`differentiation`, `instant`). A kinematic model computes the motion of the robot once per
+//! instant (`model`), and each measurement source fills its rows from it (`sources`, one file a
+//! source). Averaging windows turn the rows into equations ([`window`]). What leaves this module is
+//! a linear regression that knows no robot: [`Equation`]s, and the [`Channels`] that say what each
+//! of their rows measures.
 
 mod attitudes;
 mod channels;

@@ -1,4 +1,5 @@
-//! The kinematics of the robot once per instant, from which each measurement source computes its entries.
+//! The kinematics of the robot once per instant, from which each measurement source computes its
+//! entries.
 
 use std::iter;
 
@@ -35,10 +36,11 @@ pub(crate) struct Model {
     includes_gripper: bool,
     robot: Manipulator,
     tool: FrameId,
-    /// State of the bodies whose parameters are known. Where no mass matters, joints that move neither the tool nor a sensor
-    /// are locked.
+    /// State of the bodies whose parameters are known. Where no mass matters, joints that move
+    /// neither the tool nor a sensor are locked.
     workspace: Workspace,
-    /// Entries of an instant: the targets of all rows, then the other entries of each source, then those of the geometry.
+    /// Entries of an instant: the targets of all rows, then the other entries of each source, then
+    /// those of the geometry.
     entries: Vec<f64>,
     /// Number of the entries of the geometry; zero where it is not kept.
     geometry_entries: usize,
@@ -105,7 +107,8 @@ impl Model {
         if settings.unknowns.gravity {
             model.keep_geometry();
         }
-        // The poses of the sensors must be valid before the first sample: the known noise needs them.
+        // The poses of the sensors must be valid before the first sample: the known noise needs
+        // them.
         model.entries(&Instant::new(robot.dof(), sensors.len()))?;
         Ok(model)
     }
@@ -206,8 +209,9 @@ impl Model {
         )))
     }
 
-    /// Computes the entries of an instant, which enter means over windows: the targets of all rows, then what their
-    /// regressors are linear in. Cost: one pass over the known bodies; no allocation.
+    /// Computes the entries of an instant, which enter means over windows: the targets of all rows,
+    /// then what their regressors are linear in. Cost: one pass over the known bodies; no
+    /// allocation.
     pub(crate) fn entries(&mut self, instant: &Instant) -> Result<&[f64], StateError> {
         let joints = JointMotion {
             position: &instant.joint_position,
@@ -238,7 +242,8 @@ impl Model {
         Ok(&self.entries)
     }
 
-    /// Sets an equation to the rows whose mean [entries](Self::entries) a window has. Allocates nothing.
+    /// Sets an equation to the rows whose mean [entries](Self::entries) a window has. Allocates
+    /// nothing.
     pub(crate) fn set_equation(&self, equation: &mut Equation, window: &WindowMean) {
         self.set_rows(&mut equation.rows, &window.means);
         self.set_rows(&mut equation.differences, &window.differences);
@@ -268,8 +273,8 @@ impl Model {
         &self.entries
     }
 
-    /// The sum of the wrenches at the last instant in the tool frame, the terms of its motion, and the pose of the tool in
-    /// the inertial frame; `None` where the method uses no wrenches.
+    /// The sum of the wrenches at the last instant in the tool frame, the terms of its motion, and
+    /// the pose of the tool in the inertial frame; `None` where the method uses no wrenches.
     pub(crate) fn wrench_terms(&self) -> Option<(&[f64], &[f64], Isometry3<f64>)> {
         if !matches!(self.sources.first(), Some(Source::Wrench(_))) {
             return None;
@@ -287,8 +292,8 @@ impl Model {
         self.tool
     }
 
-    /// Inertial parameters of the known links below the tool, at the posture of the last instant and in the
-    /// tool frame, where the rows hold for them and the payload as one body.
+    /// Inertial parameters of the known links below the tool, at the posture of the last instant
+    /// and in the tool frame, where the rows hold for them and the payload as one body.
     pub(crate) fn gripper_to_subtract(&self) -> Option<InertialParameters> {
         let gripper = || self.workspace.subtree_parameters(self.tool);
         self.includes_gripper.then(gripper)
@@ -299,8 +304,8 @@ impl Model {
     }
 }
 
-/// Checks that the robot has the masses without which its sources mean nothing: some mass between the base and the tool,
-/// and that of a floating base whose motion is measured.
+/// Checks that the robot has the masses without which its sources mean nothing: some mass between
+/// the base and the tool, and that of a floating base whose motion is measured.
 fn check_masses(robot: &Manipulator, tool: FrameId, sources: &[Source]) -> Result<(), ModelError> {
     if sources.iter().any(|source| source.needs_masses()) {
         robot.check_masses(Some(tool))?;

@@ -9,8 +9,9 @@ use super::model::Model;
 use super::settings::EquationSettings;
 use crate::IdentifyError;
 
-/// Computes the regressor rows that an [`EquationStream`](super::EquationStream) averages, for single states of a motion
-/// that is planned and not measured. The information of a planned motion is computed from them.
+/// Computes the regressor rows that an [`EquationStream`](super::EquationStream) averages, for
+/// single states of a motion that is planned and not measured. The information of a planned motion
+/// is computed from them.
 ///
 /// The targets of the rows are those of a robot that measures zero efforts and wrenches.
 #[derive(Clone, Debug)]
@@ -21,8 +22,8 @@ pub struct MotionRows {
 }
 
 impl MotionRows {
-    /// Creates the rows of a robot whose end-effector frame is the link `tool` and whose wrenches are measured in the
-    /// links `sensors`.
+    /// Creates the rows of a robot whose end-effector frame is the link `tool` and whose wrenches
+    /// are measured in the links `sensors`.
     ///
     /// # Errors
     /// Returns the errors of [`EquationStream::new`](super::EquationStream::new).
@@ -45,12 +46,14 @@ impl MotionRows {
         }
     }
 
-    /// Returns the rows at one state, in the order of the [`channels`](Self::channels). `base` is the motion of the base frame
-    /// in the inertial frame, gravity is that of the settings, and the regressors are those of the payload's parameters in
-    /// the tool frame. Cost: one pass over the robot's bodies; no allocation.
+    /// Returns the rows at one state, in the order of the [`channels`](Self::channels). `base` is
+    /// the motion of the base frame in the inertial frame, gravity is that of the settings, and the
+    /// regressors are those of the payload's parameters in the tool frame. Cost: one pass over the
+    /// robot's bodies; no allocation.
     ///
     /// # Errors
-    /// Returns [`IdentifyError::State`] if a slice of `joints` does not have one entry for each joint.
+    /// Returns [`IdentifyError::State`] if a slice of `joints` does not have one entry for each
+    /// joint.
     pub fn at(
         &mut self,
         base: &FrameMotion,

@@ -8,7 +8,8 @@ use super::instant::Instant;
 use super::sample::Sample;
 use super::sample_ring::SampleRing;
 
-/// Keeps the last samples, and computes the motion at the time of each from its neighbours, without allocation.
+/// Keeps the last samples, and computes the motion at the time of each from its neighbours, without
+/// allocation.
 #[derive(Clone, Debug)]
 pub struct MotionStream {
     max_gap_s: f64,
@@ -26,11 +27,11 @@ pub struct MotionStream {
 /// What a sample adds to a [`MotionStream`].
 #[derive(Clone, Copy, Debug)]
 pub enum MotionStep<'a> {
-    /// The sample has a number that is not finite, or has a magnitude of 1e30 or more, or it is not later than the one before, and was
-    /// ignored.
+    /// The sample has a number that is not finite, or has a magnitude of 1e30 or more, or it is not
+    /// later than the one before, and was ignored.
     Rejected,
-    /// The sample starts a new stretch without gaps: it is the first, comes after a gap, or follows samples that
-    /// were earlier, because the clock had gone back.
+    /// The sample starts a new stretch without gaps: it is the first, comes after a gap, or follows
+    /// samples that were earlier, because the clock had gone back.
     Started,
     /// The stretch has too few samples yet for an instant.
     Waiting,
@@ -39,7 +40,8 @@ pub enum MotionStep<'a> {
 }
 
 impl MotionStream {
-    /// Creates a stream of samples of a robot with so many wrenches, whose polynomials are accurate up to `cutoff_hz`.
+    /// Creates a stream of samples of a robot with so many wrenches, whose polynomials are accurate
+    /// up to `cutoff_hz`.
     pub fn new(robot: &Manipulator, wrenches: usize, cutoff_hz: f64, max_gap_s: f64) -> Self {
         let joints = robot.dof();
         Self {
@@ -55,7 +57,8 @@ impl MotionStream {
         }
     }
 
-    /// Adds a sample whose slices have the right lengths. Angles that start again after a turn are continued.
+    /// Adds a sample whose slices have the right lengths. Angles that start again after a turn are
+    /// continued.
     pub fn push(&mut self, sample: &Sample<'_>) -> MotionStep<'_> {
         let passed_s = sample.time_s - self.time_s();
         let clock_went_back = sample.is_measurable() && self.clock.has_gone_back(passed_s);
@@ -85,7 +88,8 @@ impl MotionStream {
         MotionStep::Instant(&self.instant)
     }
 
-    /// Lets the next sample start a stretch, because it does not follow the last one by the time that they say.
+    /// Lets the next sample start a stretch, because it does not follow the last one by the time
+    /// that they say.
     pub(crate) fn interrupt(&mut self) {
         self.clock.interrupt();
     }
@@ -114,12 +118,14 @@ impl MotionStream {
         self.accepted
     }
 
-    /// Number of samples that were rejected: with a number that is not finite or beyond 1e30, or not later than the one before.
+    /// Number of samples that were rejected: with a number that is not finite or beyond 1e30, or
+    /// not later than the one before.
     pub fn rejected(&self) -> u64 {
         self.rejected
     }
 
-    /// Number of gaps that were too long to be bridged, the times at which the clock went back among them.
+    /// Number of gaps that were too long to be bridged, the times at which the clock went back
+    /// among them.
     pub fn gaps(&self) -> u64 {
         self.gaps
     }

@@ -12,11 +12,12 @@ use super::settings::EquationSettings;
 use super::window::{WindowMean, Windows};
 use crate::IdentifyError;
 
-/// Turns samples into the equations of several cutoffs in one pass, to choose one of them: those that an
-/// [`EquationStream`](super::EquationStream) of each cutoff returns, bit by bit.
+/// Turns samples into the equations of several cutoffs in one pass, to choose one of them: those
+/// that an [`EquationStream`](super::EquationStream) of each cutoff returns, bit by bit.
 ///
-/// The cutoff sets the length of the windows, and how far the polynomials of the motion reach. Cutoffs whose polynomials
-/// have the same samples share what the rows are made of, which costs most.
+/// The cutoff sets the length of the windows, and how far the polynomials of the motion reach.
+/// Cutoffs whose polynomials have the same samples share what the rows are made of, which costs
+/// most.
 #[derive(Clone, Debug)]
 pub struct MultiCutoffStream {
     model: Model,
@@ -74,8 +75,8 @@ impl MultiCutoffStream {
 
     /// Adds a sample.
     ///
-    /// Cost: one pass over the robot's bodies for each reach of the polynomials, and the allocation of each equation that the sample
-    /// completes.
+    /// Cost: one pass over the robot's bodies for each reach of the polynomials, and the allocation
+    /// of each equation that the sample completes.
     ///
     /// # Errors
     /// Returns the errors of [`EquationStream::push`](super::EquationStream::push).

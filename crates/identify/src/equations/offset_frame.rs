@@ -1,4 +1,5 @@
-//! The frame in which a constant offset of the wrenches is stated, and in which channels may be missing.
+//! The frame in which a constant offset of the wrenches is stated, and in which channels may be
+//! missing.
 
 use std::sync::Arc;
 
@@ -11,8 +12,9 @@ use super::sources::columns_expressed_in;
 use crate::IdentifyError;
 use crate::result::WrenchOffset;
 
-/// The frame in which a constant offset of the wrenches is stated: that of the sensor, where there is one sensor that
-/// does not move relative to the tool; otherwise the tool frame, in which the wrenches are summed.
+/// The frame in which a constant offset of the wrenches is stated: that of the sensor, where there
+/// is one sensor that does not move relative to the tool; otherwise the tool frame, in which the
+/// wrenches are summed.
 #[derive(Clone, Debug)]
 pub(crate) struct OffsetFrame {
     name: Arc<str>,
@@ -76,7 +78,8 @@ impl OffsetFrame {
         &self.measured
     }
 
-    /// Returns the projection of a wrench in the tool frame onto the measured channels; `None` where all is measured.
+    /// Returns the projection of a wrench in the tool frame onto the measured channels; `None`
+    /// where all is measured.
     pub(crate) fn projection(&self) -> Option<Matrix6<f64>> {
         let is_whole = self.measured.iter().all(|channel| *channel == 1.0);
         let measured = Matrix6::from_diagonal(&self.measured);

@@ -16,11 +16,11 @@ pub struct BaseState {
     pub velocity: Vector3<f64>,
     /// Angular velocity, rad/s.
     pub angular_velocity: Vector3<f64>,
-    /// Classical acceleration of the base frame's origin without gravity, m/s². `None` where it is not
-    /// measured: it is then differentiated from the velocities of neighbouring samples.
+    /// Classical acceleration of the base frame's origin without gravity, m/s². `None` where it is
+    /// not measured: it is then differentiated from the velocities of neighbouring samples.
     pub acceleration: Option<Vector3<f64>>,
-    /// Angular acceleration, rad/s². `None` where it is not measured: it is then differentiated from the
-    /// angular velocities of neighbouring samples.
+    /// Angular acceleration, rad/s². `None` where it is not measured: it is then differentiated
+    /// from the angular velocities of neighbouring samples.
     pub angular_acceleration: Option<Vector3<f64>>,
 }
 
@@ -51,10 +51,12 @@ impl BaseState {
     }
 }
 
-/// Returns the states of a body of which only poses were measured, `world_from_body`, at increasing times, s.
+/// Returns the states of a body of which only poses were measured, `world_from_body`, at increasing
+/// times, s.
 ///
-/// Velocities are those of the polynomial through five neighbouring poses. Fewer than five poses have
-/// velocities of zero. Where the slices differ in length, the surplus of the longer one is ignored.
+/// Velocities are those of the polynomial through five neighbouring poses. Fewer than five poses
+/// have velocities of zero. Where the slices differ in length, the surplus of the longer one is
+/// ignored.
 #[must_use]
 pub fn states_of_poses(times_s: &[f64], poses: &[Isometry3<f64>]) -> Vec<BaseState> {
     let count = times_s.len().min(poses.len());
@@ -98,7 +100,8 @@ pub enum ActsOn {
 }
 
 impl ActsOn {
-    /// Returns the sign of a wrench on this body relative to that of the wrench on the payload: 1 or -1.
+    /// Returns the sign of a wrench on this body relative to that of the wrench on the payload: 1
+    /// or -1.
     #[must_use]
     pub fn sign(self) -> f64 {
         match self {
@@ -108,8 +111,8 @@ impl ActsOn {
     }
 }
 
-/// What a robot measures at one time. Slices are in the order of the robot's joints and of the wrench
-/// sensors.
+/// What a robot measures at one time. Slices are in the order of the robot's joints and of the
+/// wrench sensors.
 #[derive(Clone, Copy, Debug)]
 pub struct Sample<'a> {
     /// Time on one clock for all samples, s.
@@ -118,14 +121,14 @@ pub struct Sample<'a> {
     pub base: BaseState,
     /// Joint positions, rad, or m for a prismatic joint.
     pub joint_position: &'a [f64],
-    /// Joint velocities, rad/s or m/s. May be empty: they are then differentiated from the positions of
-    /// neighbouring samples.
+    /// Joint velocities, rad/s or m/s. May be empty: they are then differentiated from the
+    /// positions of neighbouring samples.
     pub joint_velocity: &'a [f64],
-    /// Efforts of the joint motors, N m or N, gravity and payload included. May be empty unless the method
-    /// uses efforts.
+    /// Efforts of the joint motors, N m or N, gravity and payload included. May be empty unless the
+    /// method uses efforts.
     pub joint_effort: &'a [f64],
-    /// Wrench of each sensor **on the payload**, in the sensor's frame and about that frame's origin, N and
-    /// N m.
+    /// Wrench of each sensor **on the payload**, in the sensor's frame and about that frame's
+    /// origin, N and N m.
     pub wrenches: &'a [Wrench],
 }
 
@@ -143,8 +146,8 @@ impl Sample<'_> {
     }
 }
 
-/// Magnitude in SI units from which on a number is no measurement. Accelerations by differences over a nanosecond, their
-/// squares and products of these stay finite.
+/// Magnitude in SI units from which on a number is no measurement. Accelerations by differences
+/// over a nanosecond, their squares and products of these stay finite.
 const TOO_LARGE: f64 = 1e30;
 
 /// Returns whether a number is finite and below `TOO_LARGE`.

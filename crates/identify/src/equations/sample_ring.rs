@@ -11,8 +11,8 @@ const STORED_SAMPLES: usize = 2 * MAX_NODES - 1;
 /// Fewest stored samples from which an instant is computed.
 const MIN_STORED: usize = 2 * MIN_NODES - 1;
 
-/// Half width of the polynomials' support, in radians at the cutoff. The relative error of a derivative is
-/// then below 4e-4 at the cutoff, and falls with the fourth power of frequency.
+/// Half width of the polynomials' support, in radians at the cutoff. The relative error of a
+/// derivative is then below 4e-4 at the cutoff, and falls with the fourth power of frequency.
 const HALF_WIDTH: f64 = 0.65;
 
 /// The last samples of a stretch without gaps, in a ring.
@@ -30,8 +30,8 @@ pub(crate) struct SampleRing {
 }
 
 impl SampleRing {
-    /// Creates an empty ring for samples of so many joints and wrenches, and polynomials that are accurate
-    /// up to `cutoff_hz`.
+    /// Creates an empty ring for samples of so many joints and wrenches, and polynomials that are
+    /// accurate up to `cutoff_hz`.
     pub(crate) fn new(joints: usize, wrenches: usize, cutoff_hz: f64) -> Self {
         Self {
             samples: std::array::from_fn(|_| StoredSample::new(joints, wrenches)),
@@ -67,12 +67,14 @@ impl SampleRing {
         self.stored = STORED_SAMPLES.min(self.stored + 1);
     }
 
-    /// Returns the samples around the instant that the newest one completes. `None` where the stretch is still too short.
+    /// Returns the samples around the instant that the newest one completes. `None` where the
+    /// stretch is still too short.
     pub(crate) fn nodes(&mut self) -> Option<Nodes<'_>> {
         let lag = self.lag.or_else(|| self.initial_lag())?;
         self.lag = Some(lag);
         let is_wide = |side| self.span_s(lag + 2 * side, lag - 2 * side) > 2.0 * self.half_width_s;
-        // Every second sample to both sides as far as the half width, or neighbours where samples are sparse.
+        // Every second sample to both sides as far as the half width, or neighbours where samples
+        // are sparse.
         let mut side = lag / 2;
         let mut wide = is_wide(side);
         while wide && side > MIN_NODES / 2 {
@@ -99,8 +101,9 @@ impl SampleRing {
         })
     }
 
-    /// Returns the lag of a stretch once it has enough samples: they fill the ring, or reach over the width
-    /// of the polynomials. The lag is even, so that both sides have the same number of whole steps.
+    /// Returns the lag of a stretch once it has enough samples: they fill the ring, or reach over
+    /// the width of the polynomials. The lag is even, so that both sides have the same number of
+    /// whole steps.
     fn initial_lag(&self) -> Option<usize> {
         let is_wide = || self.span_s(self.stored - 1, 0) > 2.0 * self.half_width_s;
         let is_enough = self.stored == STORED_SAMPLES || self.stored >= MIN_STORED && is_wide();

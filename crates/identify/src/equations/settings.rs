@@ -30,72 +30,76 @@ pub enum EffortContent {
     External,
 }
 
-/// How samples become equations: the measurements that are used, gravity, the filter, and what is known of
-/// the sensors. Every solver takes these settings; those of one solver are in a type of its own.
+/// How samples become equations: the measurements that are used, gravity, the filter, and what is
+/// known of the sensors. Every solver takes these settings; those of one solver are in a type of
+/// its own.
 #[derive(Clone, Debug, PartialEq)]
 pub struct EquationSettings {
     /// The measurements that the payload is identified from. Default: [`Method::Tactile`].
     pub method: Method,
-    /// Gravitational acceleration in the inertial frame, m/s², pointing down. Default (`None`): zero for
-    /// a floating base, 9.81 along -z for a fixed one.
+    /// Gravitational acceleration in the inertial frame, m/s², pointing down. Default (`None`):
+    /// zero for a floating base, 9.81 along -z for a fixed one.
     pub gravity: Option<Vector3<f64>>,
-    /// Frequency at which the low-pass on both sides of the equations has lost 3 dB, Hz. The filter is a
-    /// weighted mean over a window of 0.926 / `cutoff_hz` seconds. It filters equations and not
-    /// measurements, so it adds no bias. Default: 10.
+    /// Frequency at which the low-pass on both sides of the equations has lost 3 dB, Hz. The filter
+    /// is a weighted mean over a window of 0.926 / `cutoff_hz` seconds. It filters equations and
+    /// not measurements, so it adds no bias. Default: 10.
     pub cutoff_hz: f64,
-    /// Longest time between two samples across which the motion is differentiated, s. A longer time is a
-    /// gap. Default: 0.1.
+    /// Longest time between two samples across which the motion is differentiated, s. A longer time
+    /// is a gap. Default: 0.1.
     pub max_gap_s: f64,
-    /// What the efforts of the samples contain. Used by [`Method::Effort`] and [`Method::Combined`].
-    /// Default: [`EffortContent::Measured`].
+    /// What the efforts of the samples contain. Used by [`Method::Effort`] and
+    /// [`Method::Combined`]. Default: [`EffortContent::Measured`].
     pub effort_content: EffortContent,
-    /// The link along whose axes the wrenches of all sensors are expressed, or [`WORLD`] for the axes of
-    /// the inertial frame. Their moments are about the origin of the sensor's frame in any case. Default
-    /// (`None`): the axes of each sensor's own frame.
+    /// The link along whose axes the wrenches of all sensors are expressed, or [`WORLD`] for the
+    /// axes of the inertial frame. Their moments are about the origin of the sensor's frame in any
+    /// case. Default (`None`): the axes of each sensor's own frame.
     pub wrench_axes: Option<String>,
-    /// Whether the sum of the sensors' wrenches has an unknown constant offset in the tool frame, such as a
-    /// sensor zero that was not set. Least squares then has six more unknowns, so the motion must
-    /// distinguish the payload from them: by its accelerations, or by turning the payload under gravity.
-    /// Default: false.
+    /// Whether the sum of the sensors' wrenches has an unknown constant offset in the tool frame,
+    /// such as a sensor zero that was not set. Least squares then has six more unknowns, so the
+    /// motion must distinguish the payload from them: by its accelerations, or by turning the
+    /// payload under gravity. Default: false.
     pub wrench_offset: bool,
-    /// A known load that was subtracted from the sum of the wrenches before they were recorded, as controllers do for their
-    /// configured payload; it is added again. Default: none.
+    /// A known load that was subtracted from the sum of the wrenches before they were recorded, as
+    /// controllers do for their configured payload; it is added again. Default: none.
     pub subtracted: Option<SubtractedLoad>,
-    /// What else of the wrenches is unknown, for [`BatchIdentifier`](crate::BatchIdentifier) and [`Method::Tactile`] alone.
-    /// Default: nothing.
+    /// What else of the wrenches is unknown, for [`BatchIdentifier`](crate::BatchIdentifier) and
+    /// [`Method::Tactile`] alone. Default: nothing.
     pub unknowns: Unknowns,
-    /// Standard deviations of the white noise of one sample of each wrench sensor, in the sensor's frame:
-    /// three forces in N, three moments in N m. One entry for all sensors, or one each. Empty (the
-    /// default): the noise is estimated from the residuals. Known noise sets the relative weights of the
-    /// channels in least squares, which improves the first second of an estimate. The reported standard
-    /// deviations still follow the residuals.
+    /// Standard deviations of the white noise of one sample of each wrench sensor, in the sensor's
+    /// frame: three forces in N, three moments in N m. One entry for all sensors, or one each.
+    /// Empty (the default): the noise is estimated from the residuals. Known noise sets the
+    /// relative weights of the channels in least squares, which improves the first second of an
+    /// estimate. The reported standard deviations still follow the residuals.
     pub wrench_noise: Vec<[f64; 6]>,
-    /// Time during which the wrenches of samples have noise in common, s, because they are interpolated between those of a
-    /// slower sensor. The noise of the equations is that of differences between the samples of such times. Default: 0.
+    /// Time during which the wrenches of samples have noise in common, s, because they are
+    /// interpolated between those of a slower sensor. The noise of the equations is that of
+    /// differences between the samples of such times. Default: 0.
     pub shared_noise_s: f64,
     /// Channels of the sum of the wrenches that are not measured: three forces, then three moments.
     /// Their rows are left out. They are channels in the frame of the sensor where there is one,
     /// which does not move relative to the tool, and in the tool frame otherwise. Default: none.
     pub unmeasured: [bool; 6],
-    /// Standard deviation of the white noise of one sample of each joint effort, N m or N: one entry for
-    /// all joints, or one each in the robot's order. Empty (the default): the noise is estimated from the
-    /// residuals.
+    /// Standard deviation of the white noise of one sample of each joint effort, N m or N: one
+    /// entry for all joints, or one each in the robot's order. Empty (the default): the noise is
+    /// estimated from the residuals.
     pub effort_noise: Vec<f64>,
-    /// Standard deviation of the relative error of the gain of each joint effort, 0.05 for 5 %: one entry for all
-    /// joints, or one each in the robot's order. The errors of different joints are independent. Empty (the default):
-    /// the gains are exact. A gain is wrong at all times alike, so its error never averages out;
-    /// [`BatchIdentifier`](crate::BatchIdentifier) adds it to the intervals, and
-    /// [`Identifier`](crate::Identifier) does not use it.
+    /// Standard deviation of the relative error of the gain of each joint effort, 0.05 for 5 %: one
+    /// entry for all joints, or one each in the robot's order. The errors of different joints are
+    /// independent. Empty (the default): the gains are exact. A gain is wrong at all times alike,
+    /// so its error never averages out; [`BatchIdentifier`](crate::BatchIdentifier) adds it to the
+    /// intervals, and [`Identifier`](crate::Identifier) does not use it.
     pub effort_gain_std_dev: Vec<f64>,
 }
 
 /// Unknowns that an identification from wrenches may have beside the parameters and an offset.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Unknowns {
-    /// Whether the weight of an unknown body was subtracted from the wrenches, but not the forces that accelerate it: four
-    /// unknowns, its mass and its first moments. The mass of the payload then follows from accelerations alone.
+    /// Whether the weight of an unknown body was subtracted from the wrenches, but not the forces
+    /// that accelerate it: four unknowns, its mass and its first moments. The mass of the payload
+    /// then follows from accelerations alone.
     pub weight: bool,
-    /// Whether the direction of gravity is unknown: two unknowns. Its size is that of the given one.
+    /// Whether the direction of gravity is unknown: two unknowns. Its size is that of the given
+    /// one.
     pub gravity: bool,
 }
 
@@ -152,15 +156,16 @@ impl EquationSettings {
     /// Checks the settings against a robot and its sensors.
     ///
     /// # Errors
-    /// Returns [`IdentifyError::Option`] if a value is out of range, and [`IdentifyError::Method`] if this robot does not
-    /// allow the method.
+    /// Returns [`IdentifyError::Option`] if a value is out of range, and [`IdentifyError::Method`]
+    /// if this robot does not allow the method.
     pub(crate) fn check(&self, robot: &Manipulator, sensors: &[&str]) -> Result<(), IdentifyError> {
         self.check_method(robot, sensors)?;
         self.check_values(robot)?;
         self.check_noise(robot, sensors)
     }
 
-    /// Checks that nothing is unknown that only a whole recording can show, as an [`Identifier`](crate::Identifier) does.
+    /// Checks that nothing is unknown that only a whole recording can show, as an
+    /// [`Identifier`](crate::Identifier) does.
     ///
     /// # Errors
     /// Returns [`IdentifyError::Option`] with what is unknown.
@@ -218,8 +223,8 @@ impl EquationSettings {
         }
     }
 
-    /// Returns the link along whose axes the wrenches are expressed; `None` for those of the sensors or of
-    /// the inertial frame.
+    /// Returns the link along whose axes the wrenches are expressed; `None` for those of the
+    /// sensors or of the inertial frame.
     ///
     /// # Errors
     /// Returns [`IdentifyError::Model`] if the robot does not have it.
@@ -260,8 +265,8 @@ fn no_wrench() -> IdentifyError {
     )
 }
 
-/// Returns a setting that is given once for all, once for each, or not at all, for each of `count`: `count`
-/// entries, or none.
+/// Returns a setting that is given once for all, once for each, or not at all, for each of `count`:
+/// `count` entries, or none.
 pub(crate) fn expand<T: Clone>(given: &[T], count: usize) -> Vec<T> {
     let count = if given.is_empty() { 0 } else { count };
     given.iter().cloned().cycle().take(count).collect()

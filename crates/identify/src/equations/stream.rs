@@ -20,26 +20,29 @@ use crate::{IdentifyError, Method};
 pub enum PushOutcome {
     /// The sample was added to the open averaging windows.
     Used,
-    /// The sample was used, and the window that it ended shows a payload change, or noise far larger than
-    /// before: the estimate starts again. Only [`Identifier::push`](crate::Identifier::push) returns it.
-    PayloadChanged,
-    /// The sample was used, and the windows up to the one that it ended show that the payload before the last change is
-    /// held again, or that the change was a contact which has ended: the estimate before the change continues. Only
+    /// The sample was used, and the window that it ended shows a payload change, or noise far
+    /// larger than before: the estimate starts again. Only
     /// [`Identifier::push`](crate::Identifier::push) returns it.
+    PayloadChanged,
+    /// The sample was used, and the windows up to the one that it ended show that the payload
+    /// before the last change is held again, or that the change was a contact which has ended: the
+    /// estimate before the change continues. Only [`Identifier::push`](crate::Identifier::push)
+    /// returns it.
     PayloadReturned,
-    /// The sample starts a new stretch without gaps: it is the first, comes after a gap, or follows samples that were
-    /// earlier, because the clock had gone back.
+    /// The sample starts a new stretch without gaps: it is the first, comes after a gap, or follows
+    /// samples that were earlier, because the clock had gone back.
     Started,
-    /// The sample has a number that is not finite, or has a magnitude of 1e30 or more, or it is not later than the one before, and was
-    /// ignored.
+    /// The sample has a number that is not finite, or has a magnitude of 1e30 or more, or it is not
+    /// later than the one before, and was ignored.
     Rejected,
 }
 
 /// Turns samples, one at a time, into averaged equations of motion, without allocation.
 ///
-/// An equation lags its last sample by four to ten samples, which the polynomials need on their right. They
-/// are fitted to every second sample where these are dense: neighbouring instants then have independent
-/// noise, which lets the noise be separated from the motion (see [`Equation::differences`]).
+/// An equation lags its last sample by four to ten samples, which the polynomials need on their
+/// right. They are fitted to every second sample where these are dense: neighbouring instants then
+/// have independent noise, which lets the noise be separated from the motion (see
+/// [`Equation::differences`]).
 #[derive(Clone, Debug)]
 pub struct EquationStream {
     model: Model,
@@ -51,13 +54,14 @@ pub struct EquationStream {
 }
 
 impl EquationStream {
-    /// Creates the stream for a robot whose end-effector frame is the link `tool` and whose wrenches are
-    /// measured in the links `sensors`.
+    /// Creates the stream for a robot whose end-effector frame is the link `tool` and whose
+    /// wrenches are measured in the links `sensors`.
     ///
     /// # Errors
-    /// Returns [`IdentifyError::Model`] if the robot does not have one of the links, [`IdentifyError::Option`] if a setting
-    /// is out of range, and [`IdentifyError::Method`] if the method has nothing to measure, or needs a free-floating base
-    /// or masses that the robot's description does not have.
+    /// Returns [`IdentifyError::Model`] if the robot does not have one of the links,
+    /// [`IdentifyError::Option`] if a setting is out of range, and [`IdentifyError::Method`] if the
+    /// method has nothing to measure, or needs a free-floating base or masses that the robot's
+    /// description does not have.
     pub fn new(
         robot: &Manipulator,
         tool: &str,
@@ -68,8 +72,8 @@ impl EquationStream {
         Ok(Self::with_model(robot, sensors, settings, model))
     }
 
-    /// Creates a stream as [`new`](Self::new) does, which keeps the [`Geometry`](super::Geometry) of the windows where wrenches
-    /// are measured.
+    /// Creates a stream as [`new`](Self::new) does, which keeps the [`Geometry`](super::Geometry)
+    /// of the windows where wrenches are measured.
     pub(crate) fn with_geometry(
         robot: &Manipulator,
         tool: &str,
@@ -106,8 +110,9 @@ impl EquationStream {
     /// Cost: one pass over the robot's bodies; no allocation.
     ///
     /// # Errors
-    /// Returns [`IdentifyError::State`] if a slice does not fit the robot, and [`IdentifyError::Wrenches`] if the
-    /// wrenches do not fit the sensors. Bad data are no error: see [`PushOutcome`].
+    /// Returns [`IdentifyError::State`] if a slice does not fit the robot, and
+    /// [`IdentifyError::Wrenches`] if the wrenches do not fit the sensors. Bad data are no error:
+    /// see [`PushOutcome`].
     pub fn push(
         &mut self,
         sample: &Sample<'_>,
@@ -132,7 +137,8 @@ impl EquationStream {
         Ok((PushOutcome::Used, Some(&self.equation)))
     }
 
-    /// Discards the instants of the windows that have not ended: later windows begin with later samples.
+    /// Discards the instants of the windows that have not ended: later windows begin with later
+    /// samples.
     pub(crate) fn start_windows(&mut self) {
         self.windows.clear();
     }
@@ -155,13 +161,15 @@ impl EquationStream {
         self.motion.time_s()
     }
 
-    /// Lets the next sample start a stretch, because it does not follow the last one by the time that they say.
+    /// Lets the next sample start a stretch, because it does not follow the last one by the time
+    /// that they say.
     pub(crate) fn interrupt(&mut self) {
         self.motion.interrupt();
     }
 
-    /// Number of samples that were rejected: with a number that is not finite or beyond 1e30, or not later than the one
-    /// before. It includes samples whose derivatives, or the products of these in the equations, are such numbers.
+    /// Number of samples that were rejected: with a number that is not finite or beyond 1e30, or
+    /// not later than the one before. It includes samples whose derivatives, or the products of
+    /// these in the equations, are such numbers.
     #[must_use]
     pub fn rejected(&self) -> u64 {
         self.motion.rejected() + self.windows.left_out()
@@ -173,14 +181,15 @@ impl EquationStream {
         self.motion.gaps()
     }
 
-    /// Gravitational acceleration in the inertial frame, m/s², as configured or by the kind of base.
+    /// Gravitational acceleration in the inertial frame, m/s², as configured or by the kind of
+    /// base.
     #[must_use]
     pub fn gravity(&self) -> Vector3<f64> {
         self.model.gravity()
     }
 
-    /// The channels of the equations: names, units, grouping and known noise. The noise is that at the
-    /// posture of the last instant.
+    /// The channels of the equations: names, units, grouping and known noise. The noise is that at
+    /// the posture of the last instant.
     #[must_use]
     pub fn channels(&self) -> Channels {
         self.model.channels()
@@ -241,16 +250,16 @@ impl EquationStream {
         }
     }
 
-    /// Returns why the stream has given so few equations, `windows`: most windows have too few samples, or the
-    /// recording is too short.
+    /// Returns why the stream has given so few equations, `windows`: most windows have too few
+    /// samples, or the recording is too short.
     #[must_use]
     pub fn too_few_windows(&self, windows: usize) -> IdentifyError {
         self.windows.too_few(windows)
     }
 
-    /// Inertial parameters of the known links below the tool that are part of the identified body, at the
-    /// posture of the last instant, in the tool frame; `None` where the equations hold for the payload
-    /// alone.
+    /// Inertial parameters of the known links below the tool that are part of the identified body,
+    /// at the posture of the last instant, in the tool frame; `None` where the equations hold for
+    /// the payload alone.
     #[must_use]
     pub fn gripper_to_subtract(&self) -> Option<InertialParameters> {
         self.model.gripper_to_subtract()

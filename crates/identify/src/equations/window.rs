@@ -1,18 +1,20 @@
 //! The low-pass that both sides of the equations pass: a weighted mean over overlapping windows.
 //!
-//! The weight of an instant is cos⁴ over the window, so the filter has finite support, no overshoot and
-//! strong attenuation beyond its cutoff. The -3 dB frequency times the window's length is 0.926.
+//! The weight of an instant is cos⁴ over the window, so the filter has finite support, no overshoot
+//! and strong attenuation beyond its cutoff. The -3 dB frequency times the window's length is
+//! 0.926.
 
 use std::f64::consts::PI;
 
 use super::sample::is_measurable;
 use crate::{IdentifyError, three_digits};
 
-/// Number of windows that overlap: one begins at each third of the length. The weights of overlapping windows
-/// then sum to a constant, so that every instant counts the same.
+/// Number of windows that overlap: one begins at each third of the length. The weights of
+/// overlapping windows then sum to a constant, so that every instant counts the same.
 const OVERLAP: usize = 3;
 
-/// Cosine and sine of the phase of the weight, π over the length, from the middle of a window to that of the next: π/3.
+/// Cosine and sine of the phase of the weight, π over the length, from the middle of a window to
+/// that of the next: π/3.
 const STRIDE_COS: f64 = 0.5;
 const STRIDE_SIN: f64 = 0.866_025_403_784_438_6;
 
@@ -43,16 +45,18 @@ pub fn stride_s(cutoff_hz: f64) -> f64 {
 /// Variance of the mean of white noise over a window, times the number of instants in it.
 pub const NOISE_BANDWIDTH: f64 = 35.0 / 18.0;
 
-/// Sum over all lags of the correlation between the means of white noise in overlapping windows. The variance
-/// of an estimate from all windows is larger by this factor than if they were independent.
+/// Sum over all lags of the correlation between the means of white noise in overlapping windows.
+/// The variance of an estimate from all windows is larger by this factor than if they were
+/// independent.
 pub(crate) const NOISE_CORRELATION: f64 = 54.0 / 35.0;
 
-/// Correlation between the means of white noise in windows that begin one and two strides apart: the normalized
-/// autocorrelation of the window cos⁴ at one and two strides.
+/// Correlation between the means of white noise in windows that begin one and two strides apart:
+/// the normalized autocorrelation of the window cos⁴ at one and two strides.
 pub const NOISE_CORRELATIONS: [f64; 2] = [0.269_558_810_573_74, 0.001_869_760_854_83];
 
-/// Sum over all lags of the squares of the correlations of [`NOISE_CORRELATION`]. The variance of a mean
-/// product of two channels' noise, and so of an estimated correlation, is larger by this factor.
+/// Sum over all lags of the squares of the correlations of [`NOISE_CORRELATION`]. The variance of a
+/// mean product of two channels' noise, and so of an estimated correlation, is larger by this
+/// factor.
 pub(crate) const PRODUCT_CORRELATION: f64 = 1.1453;
 
 /// Place of an instant in a window.
@@ -108,8 +112,8 @@ pub struct WindowMean {
     pub instants: u32,
     /// Mean of each entry.
     pub means: Box<[f64]>,
-    /// Half the difference between the means of each entry over every second instant, or every second
-    /// run of instants, and over the others.
+    /// Half the difference between the means of each entry over every second instant, or every
+    /// second run of instants, and over the others.
     pub differences: Box<[f64]>,
     /// Time derivative of the first entries through the same filter, per second.
     pub rates: Box<[f64]>,
@@ -120,7 +124,8 @@ pub struct WindowMean {
 }
 
 impl WindowMean {
-    /// Creates a window of so many entries, the first of which have a derivative, without any instant.
+    /// Creates a window of so many entries, the first of which have a derivative, without any
+    /// instant.
     pub fn new(entries: usize, rates: usize) -> Self {
         Self {
             time_s: 0.0,
@@ -145,7 +150,8 @@ impl WindowSums for WindowMean {
         (self.weight, self.slope_weight, self.difference_weight) = (0.0, 0.0, 0.0);
     }
 
-    /// Until the end, `means` has the sums of one half of the instants and `differences` those of the other.
+    /// Until the end, `means` has the sums of one half of the instants and `differences` those of
+    /// the other.
     fn add(&mut self, entries: &[f64], place: &Place) {
         let (weight, slope_weight) = (place.weight(), place.slope_weight());
         let sums = if place.half > 0.0 {
@@ -184,15 +190,17 @@ impl WindowSums for WindowMean {
     }
 }
 
-/// Causal means with weight cos⁴ over overlapping windows: a window is complete with the sample that ends it.
+/// Causal means with weight cos⁴ over overlapping windows: a window is complete with the sample
+/// that ends it.
 ///
-/// Integrals use the trapezoidal rule. The weight vanishes with three derivatives at both ends, for which the
-/// rule is far more accurate than its order at equidistant times, and nearly so at others. Nothing is
-/// allocated after construction.
+/// Integrals use the trapezoidal rule. The weight vanishes with three derivatives at both ends, for
+/// which the rule is far more accurate than its order at equidistant times, and nearly so at
+/// others. Nothing is allocated after construction.
 #[derive(Clone, Debug)]
 pub struct Windows<W> {
     length_s: f64,
-    /// Begin of the stretch without a gap, on the clock of the instants; `None` before its first instant.
+    /// Begin of the stretch without a gap, on the clock of the instants; `None` before its first
+    /// instant.
     begin_s: Option<f64>,
     /// Number of the oldest open window, counted from the begin of the stretch.
     oldest: u64,
@@ -204,7 +212,8 @@ pub struct Windows<W> {
     pending_s: f64,
     /// Time of the instant before the pending one since the begin of the stretch.
     previous_s: f64,
-    /// Number of windows that were dropped because of too few instants, without those that a gap ends.
+    /// Number of windows that were dropped because of too few instants, without those that a gap
+    /// ends.
     sparse: u64,
     /// Number of instants that were left out, since an entry was no measurement.
     left_out: u64,
@@ -218,8 +227,8 @@ pub struct Windows<W> {
 
 impl Windows<WindowMean> {
     /// Creates windows over instants of so many entries, the first of which have a derivative. The
-    /// instants of `run_s` seconds belong to the same half, but a window has [`MIN_INSTANTS`] such runs
-    /// at least.
+    /// instants of `run_s` seconds belong to the same half, but a window has [`MIN_INSTANTS`] such
+    /// runs at least.
     pub(crate) fn of_means(cutoff_hz: f64, entries: usize, rates: usize, run_s: f64) -> Self {
         let windows = Self::new(cutoff_hz, entries, &WindowMean::new(entries, rates));
         Self {
@@ -270,7 +279,8 @@ impl<W: WindowSums> Windows<W> {
         self.length_s
     }
 
-    /// Returns why there are so few windows: most have too few instants, or there are too few samples.
+    /// Returns why there are so few windows: most have too few instants, or there are too few
+    /// samples.
     pub fn too_few(&self, windows: usize) -> IdentifyError {
         let window_s = self.length_s;
         if self.sparse > windows as u64 {
@@ -286,8 +296,9 @@ impl<W: WindowSums> Windows<W> {
 
     /// Adds an instant, later than the one before, and returns the window that ended with it.
     ///
-    /// An instant of which an entry is not measurable is left out: samples with finite numbers can have
-    /// derivatives and products that are not finite, and one of these would stay in the estimate for ever.
+    /// An instant of which an entry is not measurable is left out: samples with finite numbers can
+    /// have derivatives and products that are not finite, and one of these would stay in the
+    /// estimate for ever.
     pub fn push(&mut self, time_s: f64, entries: &[f64]) -> Option<&W> {
         // All entries are compared without a branch, which is faster than to stop at the first one.
         if !entries
@@ -298,7 +309,8 @@ impl<W: WindowSums> Windows<W> {
             return None;
         }
         let stride_s = self.length_s / OVERLAP as f64;
-        // A clock that began decades ago has few digits left for a window: times count from the begin of the stretch.
+        // A clock that began decades ago has few digits left for a window: times count from the
+        // begin of the stretch.
         let passed_s = self.begin_s.map(|begin_s| (begin_s, time_s - begin_s));
         let passed_s = passed_s.filter(|(_, since_s)| since_s - self.pending_s <= stride_s);
         let Some((begin_s, time_s)) = passed_s else {

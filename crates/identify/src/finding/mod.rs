@@ -168,8 +168,8 @@ pub enum Finding {
         /// otherwise the estimate takes them for measured.
         #[serde(default)]
         is_left_out: bool,
-        /// Whether other moments, of this sensor or of others, were left out with these, because the
-        /// moments about the tip are not known without them.
+        /// Whether other moments, of this sensor or of others, were left out with these, because
+        /// the moments about the tip are not known without them.
         #[serde(default)]
         without_moments: bool,
     },
@@ -195,7 +195,8 @@ pub enum Finding {
         /// The measurements that were used.
         method: Method,
     },
-    /// The residuals exceed the noise, but too few windows were averaged to show why. The intervals may be far too narrow.
+    /// The residuals exceed the noise, but too few windows were averaged to show why. The intervals
+    /// may be far too narrow.
     TooFewWindows {
         /// Number of windows.
         windows: usize,
@@ -330,8 +331,8 @@ impl Notice for Finding {
                     || found.value_change > 1.0
                     || found.mass_change > LARGEST_MASS_CHANGE
                     || found.shift_m > LARGEST_SHIFT_M
-                    // A change of six degrees is larger than the error of a mount, and lets a tenth of the
-                    // weight act sideways.
+                    // A change of six degrees is larger than the error of a mount, and lets a tenth
+                    // of the weight act sideways.
                     || found.gravity_change() > 2.0 * LARGEST_MASS_CHANGE
             }
             Self::PositionsJump(jumps) => jumps.are_of_two_sources(),

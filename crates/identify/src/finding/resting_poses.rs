@@ -10,7 +10,8 @@ use serde::{Deserialize, Serialize};
 pub struct RestingPoses {
     /// Number of attitudes that differ.
     pub attitudes: usize,
-    /// Number of poses, each the mean of its samples: an attitude that is visited again is one more.
+    /// Number of poses, each the mean of its samples: an attitude that is visited again is one
+    /// more.
     pub poses: usize,
     /// Number of samples in all of them.
     pub samples: usize,
@@ -28,8 +29,8 @@ pub struct RestingPoses {
 /// A further attitude for poses at rest, and what it would give.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct NextAttitude {
-    /// Direction of gravity in the frame of the sensor, without a unit: along an axis, or in the middle
-    /// between two or three, so that each entry is -1, 0 or 1.
+    /// Direction of gravity in the frame of the sensor, without a unit: along an axis, or in the
+    /// middle between two or three, so that each entry is -1, 0 or 1.
     pub gravity: [f64; 3],
     /// Name of the value that it would improve most, of [`VALUE_NAMES`](crate::VALUE_NAMES).
     pub value: Cow<'static, str>,
@@ -49,7 +50,8 @@ pub struct OutlyingPose {
     pub last_row: usize,
     /// The channel that is farthest away, such as `force x`.
     pub channel: Cow<'static, str>,
-    /// Size of the difference between the measured load of this channel and that of the others, N or N m.
+    /// Size of the difference between the measured load of this channel and that of the others, N
+    /// or N m.
     pub residual: f64,
     /// Size of the residual in its standard deviations, without a unit.
     pub distance: f64,

@@ -66,8 +66,8 @@ pub struct WrongAssumption {
     pub mass_change: f64,
     /// By how much the centre of mass certainly moves with the causes, m.
     pub shift_m: f64,
-    /// Largest change of a value of the result by the causes, relative to half of its 95 % interval,
-    /// the larger one of those with and without them, without a unit.
+    /// Largest change of a value of the result by the causes, relative to half of its 95 %
+    /// interval, the larger one of those with and without them, without a unit.
     pub value_change: f64,
     /// Whether the values of the result already take the cause into account.
     #[serde(default)]
@@ -80,8 +80,8 @@ pub(crate) const CHANNELS: [&str; 6] = [
 ];
 
 impl WrongAssumption {
-    /// Returns the least difference of gravity from the assumed one that its interval allows, relative to
-    /// the size of that, without a unit; zero for another cause.
+    /// Returns the least difference of gravity from the assumed one that its interval allows,
+    /// relative to the size of that, without a unit; zero for another cause.
     pub(super) fn gravity_change(&self) -> f64 {
         if self.cause != Hypothesis::Gravity {
             return 0.0;

@@ -1,5 +1,5 @@
-//! Iteratively reweighted least squares over all windows of a recording, without the bias of noise in the
-//! motion.
+//! Iteratively reweighted least squares over all windows of a recording, without the bias of noise
+//! in the motion.
 
 mod covariance;
 mod whitened;
@@ -22,13 +22,15 @@ use whitened::ProductsOfRows;
 /// Most passes of reweighting. The noise estimated from the residuals settles in a few.
 pub(crate) const MAX_PASSES: usize = 20;
 
-/// First passes, in which the noise is estimated from medians because outliers are not identified yet.
+/// First passes, in which the noise is estimated from medians because outliers are not identified
+/// yet.
 const MEDIAN_PASSES: usize = 5;
 
 /// Fewest rows of a fit.
 const MIN_ROWS: usize = 20;
 
-/// Columns shorter than this, relative to what is usual for their kind, are rounding and stay short.
+/// Columns shorter than this, relative to what is usual for their kind, are rounding and stay
+/// short.
 const MIN_LENGTH: f64 = 1e-8;
 
 /// Fits the parameters to equations; `None` where there are fewer than 20 rows.
@@ -70,7 +72,8 @@ pub(crate) fn fit(equations: &[Equation], options: FitOptions<'_>) -> Option<Fit
     Some(fit)
 }
 
-/// Returns noise as large as the measurements. Sensors that measure nothing at all determine nothing.
+/// Returns noise as large as the measurements. Sensors that measure nothing at all determine
+/// nothing.
 fn size_of_targets(equations: &[Equation], channels: &Channels) -> Noise {
     let mut noise = Noise::from_targets(equations, channels, RESIDUAL_ROUNDING);
     if noise.has_measurements() {
@@ -205,12 +208,13 @@ impl<'a> ReweightedLeastSquares<'a> {
         self.scales[DELAY] = 1.0 / of_delay;
     }
 
-    /// Moves the solution by one step of weighted least squares with errors-in-variables bias correction, and
-    /// returns the length of the step in standard deviations.
+    /// Moves the solution by one step of weighted least squares with errors-in-variables bias
+    /// correction, and returns the length of the step in standard deviations.
     ///
-    /// The correction subtracts what the noise of the motion adds to the products of all rows, as the
-    /// half-differences show it (Fuller 1987, Measurement Error Models, (3.1.9) with replicates). The step
-    /// starts at the present solution, which removes the rounding errors of previous normal equations.
+    /// The correction subtracts what the noise of the motion adds to the products of all rows, as
+    /// the half-differences show it (Fuller 1987, Measurement Error Models, (3.1.9) with
+    /// replicates). The step starts at the present solution, which removes the rounding errors of
+    /// previous normal equations.
     fn solve(&mut self) -> f64 {
         let columns = self.columns;
         let [rows, noise] = self.products();
@@ -238,8 +242,8 @@ impl<'a> ReweightedLeastSquares<'a> {
         step.dot(&target).max(0.0).sqrt()
     }
 
-    /// Returns the products of all columns of the whitened rows, and those of the noise of the motion in them, which the
-    /// half-differences show.
+    /// Returns the products of all columns of the whitened rows, and those of the noise of the
+    /// motion in them, which the half-differences show.
     fn products(&self) -> [Products; 2] {
         ProductsOfRows(self).on_widest_unit()
     }
@@ -250,8 +254,8 @@ impl<'a> ReweightedLeastSquares<'a> {
         mass.map_or(0.0, |mass| mass_information(mass) * self.scales[0].powi(2))
     }
 
-    /// Estimates the noise from the residuals, by medians or by mean products, and from both the robust weight of every
-    /// window.
+    /// Estimates the noise from the residuals, by medians or by mean products, and from both the
+    /// robust weight of every window.
     fn update_weights(&mut self, by_medians: bool) {
         let channels = self.noise.channels();
         let windows: Vec<usize> = self.windows().collect();

@@ -28,8 +28,8 @@ use crate::solve::weights::OUTLIER;
 /// Step of a pass, in standard deviations, below which parameters that are reported have converged.
 const CONVERGED: f64 = 1e-5;
 
-/// Step of a pass, in standard deviations, below which parameters have converged of which only the size of the residuals is
-/// needed: these change with the square of such a step.
+/// Step of a pass, in standard deviations, below which parameters have converged of which only the
+/// size of the residuals is needed: these change with the square of such a step.
 pub(crate) const CONVERGED_ENOUGH: f64 = 1e-3;
 
 /// What a fit may use, and what it estimates besides the parameters.
@@ -45,8 +45,8 @@ pub(crate) struct FitOptions<'a> {
     pub(crate) weights_of: Option<&'a Fit>,
     /// A fit to almost the same equations, from which this one starts: it then needs fewer passes.
     pub(crate) start: Option<&'a Fit>,
-    /// Step of a pass, in standard deviations, below which the parameters have converged: [`CONVERGED`] or
-    /// [`CONVERGED_ENOUGH`].
+    /// Step of a pass, in standard deviations, below which the parameters have converged:
+    /// [`CONVERGED`] or [`CONVERGED_ENOUGH`].
     pub(crate) converged: f64,
     /// Whether the covariance is computed, which takes about as long as a pass.
     pub(crate) covariance: bool,
@@ -96,16 +96,19 @@ pub(crate) struct Fit {
     pub(crate) parameters: SVector<f64, 10>,
     /// Covariance of the parameters, zero in unobservable directions.
     pub(crate) covariance: SMatrix<f64, 10, 10>,
-    /// Covariance in whose metric the parameters are projected onto consistent ones. It takes the noise to be the same
-    /// in all windows: variances that are too small by chance would distort a projection.
+    /// Covariance in whose metric the parameters are projected onto consistent ones. It takes the
+    /// noise to be the same in all windows: variances that are too small by chance would distort a
+    /// projection.
     pub(crate) metric: SMatrix<f64, 10, 10>,
-    /// Covariance that the parameters would have if the whitened noise of all windows were independent, zero in
-    /// unobservable directions. It depends on the noise only through the channels' sizes and correlations.
+    /// Covariance that the parameters would have if the whitened noise of all windows were
+    /// independent, zero in unobservable directions. It depends on the noise only through the
+    /// channels' sizes and correlations.
     pub(crate) bread: SMatrix<f64, 10, 10>,
-    /// What an error of each channel's gain of one standard deviation changes in the parameters; empty where gains are exact.
-    /// It is part of the covariance.
+    /// What an error of each channel's gain of one standard deviation changes in the parameters;
+    /// empty where gains are exact. It is part of the covariance.
     pub(crate) gain_errors: GainErrors,
-    /// Delay of the load that is left in the windows, where it was estimated and the motion determines it.
+    /// Delay of the load that is left in the windows, where it was estimated and the motion
+    /// determines it.
     pub(crate) delay: Option<Delay>,
     /// Noise of the channels.
     pub(crate) noise: Noise,
@@ -129,7 +132,8 @@ impl Fit {
         self.null_space.scales()
     }
 
-    /// Adds what the errors of the gains cause to the covariance, given the equations of the fit and which of them it uses.
+    /// Adds what the errors of the gains cause to the covariance, given the equations of the fit
+    /// and which of them it uses.
     fn add_gain_errors(&mut self, equations: &[Equation], used: Option<&[bool]>) {
         let of_rows = |equation: &Equation| equation.rows.iter().any(|row| row.gain_error != 0.0);
         if !equations.iter().any(of_rows) {
@@ -154,9 +158,10 @@ impl Fit {
         &self.gain_errors * self.gain_errors.transpose()
     }
 
-    /// Returns the fraction of the variance of each of the ten values that is noise, at the `parameters` of the payload: 1
-    /// where the gains and the known bodies are exact. The rest is caused by errors of the gains, and by those of the known
-    /// bodies, whose covariance is `of_known`.
+    /// Returns the fraction of the variance of each of the ten values that is noise, at the
+    /// `parameters` of the payload: 1 where the gains and the known bodies are exact. The rest is
+    /// caused by errors of the gains, and by those of the known bodies, whose covariance is
+    /// `of_known`.
     pub(crate) fn noise_fraction(
         &self,
         parameters: &SVector<f64, 10>,
@@ -179,15 +184,17 @@ impl Fit {
         })
     }
 
-    /// Returns the standard deviation of the mass of the whole load, kg; infinite where the motion does not
-    /// determine the mass. Unlike [`std_devs`](Self::std_devs), it is known for a mass of zero, too.
+    /// Returns the standard deviation of the mass of the whole load, kg; infinite where the motion
+    /// does not determine the mass. Unlike [`std_devs`](Self::std_devs), it is known for a mass of
+    /// zero, too.
     pub(crate) fn mass_std_dev_kg(&self) -> f64 {
         let mut gradient = RowSVector::zeros();
         gradient[0] = 1.0;
         std_dev(&gradient, &self.covariance, &self.null_space)
     }
 
-    /// Returns what the parameters and the offset leave of a channel's mean over a window, in the channel's unit.
+    /// Returns what the parameters and the offset leave of a channel's mean over a window, in the
+    /// channel's unit.
     pub(crate) fn residual(&self, equation: &Equation, channel: usize) -> f64 {
         let entry = |offsets: Offsets| offsets.values.get(channel).copied();
         let offset = self.offsets.and_then(entry).unwrap_or(0.0);
@@ -200,7 +207,8 @@ impl Fit {
         row.target - row.regressor.dot(&self.parameters) - (1.0 - self.gravity_scale) * gravity
     }
 
-    /// Returns the offset of the wrenches with its standard deviations in a frame, where it was unknown.
+    /// Returns the offset of the wrenches with its standard deviations in a frame, where it was
+    /// unknown.
     pub(crate) fn wrench_offset(&self, frame: &OffsetFrame) -> Option<WrenchOffset> {
         let offsets = self.offsets?.mapped(frame.map());
         let std_devs = offsets.std_devs(&self.covariance, &self.null_space);

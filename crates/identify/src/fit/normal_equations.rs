@@ -12,8 +12,9 @@ use crate::solve::noise::Whitening;
 use crate::solve::offsets::Centering;
 use crate::solve::spectrum::Spectrum;
 
-/// Returns the weight of a row whose target is a known mass among the whitened rows of windows, 1/kg². It is enlarged,
-/// because the rows of neighbouring windows share samples and are overweighted by the same factor.
+/// Returns the weight of a row whose target is a known mass among the whitened rows of windows,
+/// 1/kg². It is enlarged, because the rows of neighbouring windows share samples and are
+/// overweighted by the same factor.
 pub(crate) fn mass_information(mass: KnownMass) -> f64 {
     NOISE_CORRELATION / mass.std_dev_kg.powi(2)
 }
@@ -22,15 +23,16 @@ pub(crate) fn mass_information(mass: KnownMass) -> f64 {
 pub(crate) struct NormalEquations<'a> {
     fit: &'a Fit,
     whitening: Whitening,
-    /// Products of the columns of all rows so far, and of what the noise of the motion adds to them.
+    /// Products of the columns of all rows so far, and of what the noise of the motion adds to
+    /// them.
     of_rows: Products,
     of_noise: Products,
     /// Number of windows so far.
     windows: usize,
     /// Information of the known mass, and its product with the scaled mass.
     of_mass: [f64; 2],
-    /// What an error of each channel's gain of one standard deviation adds to the right-hand side, a column for each
-    /// channel.
+    /// What an error of each channel's gain of one standard deviation adds to the right-hand side,
+    /// a column for each channel.
     gain_errors: GainErrors,
     centering: Centering,
     rows: Vec<Row>,
@@ -79,7 +81,8 @@ impl<'a> NormalEquations<'a> {
         Spectrum::with_noise(&self.of_rows(), &self.of_noise.square(), self.windows)
     }
 
-    /// Returns the information of the windows so far and of the known mass, with what the noise of the motion adds.
+    /// Returns the information of the windows so far and of the known mass, with what the noise of
+    /// the motion adds.
     fn of_rows(&self) -> SMatrix<f64, 10, 10> {
         let mut of_rows = self.of_rows.square();
         of_rows[(0, 0)] += self.of_mass[0];
@@ -130,8 +133,8 @@ impl<'a> NormalEquations<'a> {
         self.whitening.apply(&self.wide, &mut self.white);
     }
 
-    /// Adds what the errors of the gains of a window's rows, of which the whitened ones are at hand, add to the right-hand
-    /// side.
+    /// Adds what the errors of the gains of a window's rows, of which the whitened ones are at
+    /// hand, add to the right-hand side.
     fn add_gain_errors(&mut self, rows: &[Row], weight: f64) {
         for (channel, row) in rows.iter().enumerate() {
             if row.gain_error == 0.0 {
@@ -147,11 +150,11 @@ impl<'a> NormalEquations<'a> {
         }
     }
 
-    /// Returns what an error of each channel's gain of one standard deviation changes in the scaled parameters, zero in
-    /// unobservable directions, given the spectrum of the information.
+    /// Returns what an error of each channel's gain of one standard deviation changes in the scaled
+    /// parameters, zero in unobservable directions, given the spectrum of the information.
     ///
-    /// An error of a gain moves the parameters as the same change of its channel's targets moves them, with the weights and
-    /// the noise of the fit.
+    /// An error of a gain moves the parameters as the same change of its channel's targets moves
+    /// them, with the weights and the noise of the fit.
     pub(crate) fn gain_errors(&self, spectrum: &Spectrum<U10>) -> GainErrors {
         let mut steps = GainErrors::zeros(self.gain_errors.ncols());
         for (error, mut step) in self.gain_errors.column_iter().zip(steps.column_iter_mut()) {
@@ -174,7 +177,8 @@ mod tests {
     use crate::equations::{Channel, Channels};
     use crate::fit::{FitOptions, least_squares};
 
-    /// Returns equations of three joints with random rows and half-differences, whose gains have different errors.
+    /// Returns equations of three joints with random rows and half-differences, whose gains have
+    /// different errors.
     fn equations(random: &mut SmallRng) -> Vec<Equation> {
         let mut row = |size: f64, gain: f64| {
             let regressor = SVector::<f64, 10>::from_fn(|_, _| random.random_range(-size..size));
@@ -224,9 +228,10 @@ mod tests {
         changed
     }
 
-    /// The covariance of the gains is that of the changes of a fit with the same weights when the targets of one channel
-    /// after another change by an error of its gain of one standard deviation; also where the mass is known. The whole
-    /// covariance is larger than that of exact gains by as much.
+    /// The covariance of the gains is that of the changes of a fit with the same weights when the
+    /// targets of one channel after another change by an error of its gain of one standard
+    /// deviation; also where the mass is known. The whole covariance is larger than that of exact
+    /// gains by as much.
     #[test]
     fn covariance_of_gains_is_that_of_refits() {
         let equations = equations(&mut SmallRng::seed_from_u64(5));

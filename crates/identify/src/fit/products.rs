@@ -35,8 +35,8 @@ impl Products {
         }
     }
 
-    /// Adds the products of a window's rows with themselves to the blocks on and below the diagonal. The blocks above are
-    /// left as they are.
+    /// Adds the products of a window's rows with themselves to the blocks on and below the
+    /// diagonal. The blocks above are left as they are.
     #[inline(always)]
     pub(crate) fn add_lower(&mut self, rows: &[WideRow], weight: f64) {
         for first in (0..WIDTH).step_by(BLOCK) {
@@ -46,7 +46,8 @@ impl Products {
         }
     }
 
-    /// Adds the products of [`BLOCK`] columns on the left, from `first` on, with as many on the right, from `other` on.
+    /// Adds the products of [`BLOCK`] columns on the left, from `first` on, with as many on the
+    /// right, from `other` on.
     #[inline(always)]
     fn add_block(
         &mut self,
@@ -76,7 +77,8 @@ impl Products {
         self.sums[i][j]
     }
 
-    /// Returns the sum of the products of two columns that are on or below the diagonal, or the one mirrored there.
+    /// Returns the sum of the products of two columns that are on or below the diagonal, or the one
+    /// mirrored there.
     pub(crate) fn symmetric(&self, i: usize, j: usize) -> f64 {
         self.sums[i.max(j)][i.min(j)]
     }

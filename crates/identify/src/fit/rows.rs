@@ -13,8 +13,8 @@ pub(crate) const UNKNOWNS: usize = DELAY + 1;
 /// Place of the target in a row, after the entries of the unknowns.
 pub(crate) const TARGET: usize = UNKNOWNS;
 
-/// The rows and the half-differences of all windows, a row for each channel, with the scaled gravity. Their entries for the
-/// delay are zero where it is not estimated.
+/// The rows and the half-differences of all windows, a row for each channel, with the scaled
+/// gravity. Their entries for the delay are zero where it is not estimated.
 pub(crate) struct FitRows {
     channels: usize,
     rows: Vec<WideRow>,

@@ -1,8 +1,9 @@
 //! The sandwich covariance of a least-squares fit whose neighbouring rows have correlated noise.
 //!
-//! The covariance of the parameters is `B M Bᵀ`, the sandwich estimator (White 1980, doi 10.2307/1912934): the
-//! bread `B` is the inverse of the information, and the meat `M` is the covariance of the sum of all rows'
-//! scores. The score of a row is the row times its residual. Three estimates of the meat are here:
+//! The covariance of the parameters is `B M Bᵀ`, the sandwich estimator (White 1980, doi
+//! 10.2307/1912934): the bread `B` is the inverse of the information, and the meat `M` is the
+//! covariance of the sum of all rows' scores. The score of a row is the row times its residual.
+//! Three estimates of the meat are here:
 //!
 //! | estimate | from | holds for |
 //! |---|---|---|
@@ -10,7 +11,8 @@
 //! | [`MeatEstimator::local_meat`] | residuals and half-differences of each window | white noise of sensors whose effect changes with the motion |
 //! | [`MeatEstimator::stationary_meat`] | mean products of all residuals | stationary noise of any colour |
 //!
-//! [`MeatEstimator::cluster_robust`] estimates the covariance `B M Bᵀ` itself, for errors that are correlated over seconds.
+//! [`MeatEstimator::cluster_robust`] estimates the covariance `B M Bᵀ` itself, for errors that are
+//! correlated over seconds.
 
 mod neighbours;
 mod sections;
@@ -30,10 +32,11 @@ pub(crate) struct ScoredRow {
     pub(crate) entries: WideRow,
     /// Residual, in standard deviations of the noise.
     pub(crate) residual: f64,
-    /// Half-difference of the residual between even and odd instants: noise alone, in the same unit.
+    /// Half-difference of the residual between even and odd instants: noise alone, in the same
+    /// unit.
     pub(crate) difference: f64,
-    /// Contribution to the equation that the parameters solve: entries times residual, less the part that
-    /// the noise of the motion adds.
+    /// Contribution to the equation that the parameters solve: entries times residual, less the
+    /// part that the noise of the motion adds.
     pub(crate) score: WideRow,
     /// Robust weight of the row's window.
     pub(crate) weight: f64,
@@ -42,8 +45,8 @@ pub(crate) struct ScoredRow {
 /// Windows that are further apart than this share no samples.
 const FILTER_REACH: usize = 2;
 
-/// Most passes of [`with_fitted_part`]. Each multiplies the error of the covariance by the ratio of parameters
-/// to rows, a tenth or so where rows are few.
+/// Most passes of [`with_fitted_part`]. Each multiplies the error of the covariance by the ratio of
+/// parameters to rows, a tenth or so where rows are few.
 const FITTED_PART_PASSES: usize = 3;
 
 /// Relative error of the covariance below which no further pass is needed.
@@ -57,11 +60,11 @@ const MIN_FREEDOM: f64 = 3.0;
 pub(crate) struct NoiseMeat {
     /// Covariance of the sum of all rows' scores.
     pub(crate) meat: DMatrix<f64>,
-    /// Factor on the standard deviation of each unknown, one or more, because the noise is itself an estimate:
-    /// the standard deviation of Student's t.
+    /// Factor on the standard deviation of each unknown, one or more, because the noise is itself
+    /// an estimate: the standard deviation of Student's t.
     pub(crate) t_factors: DVector<f64>,
-    /// Fraction of the estimate that comes from residuals, which the fit makes smaller; the rest comes from
-    /// half-differences.
+    /// Fraction of the estimate that comes from residuals, which the fit makes smaller; the rest
+    /// comes from half-differences.
     pub(crate) from_residuals: f64,
 }
 
@@ -79,8 +82,8 @@ pub(crate) struct MeatEstimator<'a> {
 }
 
 impl<'a> MeatEstimator<'a> {
-    /// Takes rows of so many channels, window by window, with the inverse of their information, which is as large as
-    /// there are unknowns.
+    /// Takes rows of so many channels, window by window, with the inverse of their information,
+    /// which is as large as there are unknowns.
     pub(crate) fn new(rows: &'a [ScoredRow], channels: usize, bread: &'a DMatrix<f64>) -> Self {
         let mut wide = [[0.0; WIDTH]; WIDTH];
         for (k, row) in wide.iter_mut().enumerate().take(bread.nrows()) {
@@ -126,9 +129,10 @@ impl<'a> MeatEstimator<'a> {
 
     /// Estimates the meat from the scores (Newey and West 1987, Econometrica 55, 703-708).
     ///
-    /// It holds for errors of any kind, also of the model, but is itself a rough estimate where windows are few. The
-    /// products of scores that are `lag` windows apart have the weight `1 - lag / length`, which is how often both are in one
-    /// of the sums over `length` neighbouring windows: the estimate is the mean product of these sums, a pass for all lags.
+    /// It holds for errors of any kind, also of the model, but is itself a rough estimate where
+    /// windows are few. The products of scores that are `lag` windows apart have the weight `1 -
+    /// lag / length`, which is how often both are in one of the sums over `length` neighbouring
+    /// windows: the estimate is the mean product of these sums, a pass for all lags.
     pub(crate) fn newey_west_meat(&self) -> DMatrix<f64> {
         let scores: Vec<WideRow> = self.windows_from(0).map(score).collect();
         let length = newey_west_reach(scores.len()) + 1;
@@ -155,8 +159,9 @@ impl<'a> MeatEstimator<'a> {
         self.over_unknowns(|i, j| products.symmetric(i, j) / length as f64)
     }
 
-    /// Estimates the meat of the noise as it is: window by window where the noise [is white](Self::is_white), and that of
-    /// stationary noise elsewhere. The second one is that of stationary noise in either case.
+    /// Estimates the meat of the noise as it is: window by window where the noise [is
+    /// white](Self::is_white), and that of stationary noise elsewhere. The second one is that of
+    /// stationary noise in either case.
     pub(crate) fn noise_meats(&self) -> [NoiseMeat; 2] {
         let stationary = self.stationary_meat();
         let of_noise = if self.is_white() {
@@ -169,13 +174,14 @@ impl<'a> MeatEstimator<'a> {
 
     /// Estimates the meat from the covariance of the channels' noise, taken to be stationary.
     ///
-    /// The covariance between windows that share samples comes from all residuals, so it is better known than
-    /// scores are where windows are few. Channels may still be correlated, since whitening uses shrunk
-    /// correlations.
+    /// The covariance between windows that share samples comes from all residuals, so it is better
+    /// known than scores are where windows are few. Channels may still be correlated, since
+    /// whitening uses shrunk correlations.
     ///
-    /// Residuals are smaller than the noise by what the parameters fit of it, `X Σ Xᵀ`. Where the motion is slow,
-    /// neighbouring windows lose the same part, and their noise seems less correlated than it is; and three
-    /// moments may determine nine of ten parameters. Since `Σ` is what is estimated, this is iterated.
+    /// Residuals are smaller than the noise by what the parameters fit of it, `X Σ Xᵀ`. Where the
+    /// motion is slow, neighbouring windows lose the same part, and their noise seems less
+    /// correlated than it is; and three moments may determine nine of ten parameters. Since `Σ` is
+    /// what is estimated, this is iterated.
     fn stationary_meat(&self) -> NoiseMeat {
         let freedom_fraction = (1.0 - self.fitted_fraction()).max(VARIANCE_FLOOR);
         NoiseMeat {
@@ -185,17 +191,19 @@ impl<'a> MeatEstimator<'a> {
         }
     }
 
-    /// Estimates the meat window by window, for white noise of the sensors whose effect on the rows changes with the
-    /// motion.
+    /// Estimates the meat window by window, for white noise of the sensors whose effect on the rows
+    /// changes with the motion.
     ///
-    /// Noise of a joint's position enters the arm's own torques through their derivative, which gravity changes with the
-    /// posture; so a mean over all windows ([`stationary_meat`](Self::stationary_meat)) is too small for parameters that
-    /// depend on the windows with the most noise. The half-differences have the noise of their own window. Their products
-    /// and those of the residuals, to which the part that was fitted is added, are two estimates of the same covariance,
-    /// and their mean has the scatter of twice as many windows. The estimate is White's (1980) with the lags of the filter.
+    /// Noise of a joint's position enters the arm's own torques through their derivative, which
+    /// gravity changes with the posture; so a mean over all windows
+    /// ([`stationary_meat`](Self::stationary_meat)) is too small for parameters that depend on the
+    /// windows with the most noise. The half-differences have the noise of their own window. Their
+    /// products and those of the residuals, to which the part that was fitted is added, are two
+    /// estimates of the same covariance, and their mean has the scatter of twice as many windows.
+    /// The estimate is White's (1980) with the lags of the filter.
     ///
-    /// It holds where [`is_white`](Self::is_white) does: half-differences contain neither an error of the model nor noise
-    /// that neighbouring samples share.
+    /// It holds where [`is_white`](Self::is_white) does: half-differences contain neither an error
+    /// of the model nor noise that neighbouring samples share.
     fn local_meat(&self) -> NoiseMeat {
         NoiseMeat {
             meat: self.with_fitted_part(|parameters| self.local_products(parameters)),
@@ -204,8 +212,9 @@ impl<'a> MeatEstimator<'a> {
         }
     }
 
-    /// Returns whether the residuals are as large as the half-differences, within a factor of two in their variance: the
-    /// noise is that of the sensors, and neighbouring samples do not share it.
+    /// Returns whether the residuals are as large as the half-differences, within a factor of two
+    /// in their variance: the noise is that of the sensors, and neighbouring samples do not share
+    /// it.
     fn is_white(&self) -> bool {
         let sum = |of: fn(&ScoredRow) -> f64| -> f64 {
             self.rows.iter().map(|row| of(row).powi(2)).sum()
@@ -221,8 +230,9 @@ impl<'a> MeatEstimator<'a> {
         self.unknowns() as f64 * NOISE_CORRELATION / self.rows.len() as f64
     }
 
-    /// Returns the meat that `meat_of` estimates from the residuals and the covariance of the parameters, which depends
-    /// on the meat and is iterated. Without a covariance `meat_of` ignores the part of the noise that was fitted.
+    /// Returns the meat that `meat_of` estimates from the residuals and the covariance of the
+    /// parameters, which depends on the meat and is iterated. Without a covariance `meat_of`
+    /// ignores the part of the noise that was fitted.
     fn with_fitted_part(
         &self,
         meat_of: impl Fn(Option<&DMatrix<f64>>) -> DMatrix<f64>,
@@ -240,15 +250,16 @@ impl<'a> MeatEstimator<'a> {
         meat
     }
 
-    /// Returns the entries of a window's rows as a matrix, for the products with the covariance of the parameters.
+    /// Returns the entries of a window's rows as a matrix, for the products with the covariance of
+    /// the parameters.
     fn matrix(&self, window: usize) -> DMatrix<f64> {
         let entries = self.entries(window);
         DMatrix::from_fn(self.channels, self.unknowns(), |i, k| entries[i][k])
     }
 
-    /// Estimates the meat from the products of each pair of windows that share samples: the mean of the products of
-    /// their half-differences and of their residuals. To the latter the part that was fitted is added where the
-    /// covariance of the parameters is given.
+    /// Estimates the meat from the products of each pair of windows that share samples: the mean of
+    /// the products of their half-differences and of their residuals. To the latter the part that
+    /// was fitted is added where the covariance of the parameters is given.
     fn local_products(&self, parameters: Option<&DMatrix<f64>>) -> DMatrix<f64> {
         let scores: Vec<[WideRow; 2]> = self
             .windows_from(0)
@@ -287,8 +298,8 @@ impl<'a> MeatEstimator<'a> {
         with_variance_floor(&same_window, whole)
     }
 
-    /// Estimates the meat from mean products of the residuals, to which the part that was fitted is added where
-    /// the covariance of the parameters is given.
+    /// Estimates the meat from mean products of the residuals, to which the part that was fitted is
+    /// added where the covariance of the parameters is given.
     fn stationary_products(&self, parameters: Option<&DMatrix<f64>>) -> DMatrix<f64> {
         let reach = FILTER_REACH.min(self.count() - 1);
         let covariances: Vec<DMatrix<f64>> = (0..=reach)
@@ -305,7 +316,8 @@ impl<'a> MeatEstimator<'a> {
         with_variance_floor(&same_window, whole)
     }
 
-    /// Returns the mean products of the residuals of windows that are `lag` apart, with the part that was fitted.
+    /// Returns the mean products of the residuals of windows that are `lag` apart, with the part
+    /// that was fitted.
     fn residual_covariance(&self, lag: usize, parameters: Option<&DMatrix<f64>>) -> DMatrix<f64> {
         let mut products = DMatrix::<f64>::zeros(self.channels, self.channels);
         let mut weights = f64::MIN_POSITIVE;
@@ -324,12 +336,13 @@ impl<'a> MeatEstimator<'a> {
         products / weights
     }
 
-    /// Returns the standard deviation of Student's t over that of a normal variable, for each unknown.
+    /// Returns the standard deviation of Student's t over that of a normal variable, for each
+    /// unknown.
     ///
-    /// A sum of correlations over lags, both ways, from so many windows has `windows / (reach + ½)` degrees of
-    /// freedom (Priestley 1981, Spectral Analysis and Time Series, 6.2.5), and more where an unknown depends on
-    /// several channels (Satterthwaite 1946, doi 10.2307/3002019, for covariances). The fit leaves a fraction of
-    /// them.
+    /// A sum of correlations over lags, both ways, from so many windows has `windows / (reach + ½)`
+    /// degrees of freedom (Priestley 1981, Spectral Analysis and Time Series, 6.2.5), and more
+    /// where an unknown depends on several channels (Satterthwaite 1946, doi 10.2307/3002019, for
+    /// covariances). The fit leaves a fraction of them.
     fn t_factors(&self, freedom_fraction: f64) -> DVector<f64> {
         let freedom = freedom_fraction * self.count() as f64 / (FILTER_REACH as f64 + 0.5);
         // Products of the gains of two channels, for each unknown.
@@ -352,9 +365,10 @@ impl<'a> MeatEstimator<'a> {
 
     /// Returns what [`t_factors`](Self::t_factors) does, for [`local_meat`](Self::local_meat).
     ///
-    /// The products of residuals in windows `i` and `j`, in the sum for one unknown, scatter by its variances `v` there: the
-    /// sum of all has the variance `2 Σ v² + 4 Σ v_i v_j`. Half-differences, which are independent of the residuals, halve
-    /// it. The degrees of freedom are those of a chi-squared variable with the same scatter (Satterthwaite 1946).
+    /// The products of residuals in windows `i` and `j`, in the sum for one unknown, scatter by its
+    /// variances `v` there: the sum of all has the variance `2 Σ v² + 4 Σ v_i v_j`.
+    /// Half-differences, which are independent of the residuals, halve it. The degrees of freedom
+    /// are those of a chi-squared variable with the same scatter (Satterthwaite 1946).
     fn local_t_factors(&self) -> DVector<f64> {
         let windows = self.gains.chunks_exact(self.channels);
         let variances: Vec<WideRow> = windows
@@ -412,8 +426,8 @@ fn t_factor(freedom: f64) -> f64 {
     (freedom / (freedom - 2.0)).sqrt()
 }
 
-/// Returns `whole` with at least a [fraction](VARIANCE_FLOOR) of the variance of `same_window` in each
-/// direction. Estimated correlations may leave a direction no variance, or a negative one.
+/// Returns `whole` with at least a [fraction](VARIANCE_FLOOR) of the variance of `same_window` in
+/// each direction. Estimated correlations may leave a direction no variance, or a negative one.
 fn with_variance_floor(same_window: &DMatrix<f64>, whole: DMatrix<f64>) -> DMatrix<f64> {
     let cholesky = same_window.clone().cholesky();
     let Some(root) = cholesky.map(|cholesky| cholesky.unpack()) else {

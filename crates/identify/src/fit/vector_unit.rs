@@ -2,13 +2,13 @@
 
 /// A computation that is compiled for each vector unit.
 ///
-/// Results do not depend on the processor: wider units compute more entries at once, but neither change the order of a sum
-/// nor round a product and a sum only once.
+/// Results do not depend on the processor: wider units compute more entries at once, but neither
+/// change the order of a sum nor round a product and a sum only once.
 pub(super) trait Computation: Sized {
     type Output;
 
-    /// Computes the result. It and all that it calls must be inlined (`#[inline(always)]`): a function of its own is compiled
-    /// for the baseline. A closure cannot be marked so.
+    /// Computes the result. It and all that it calls must be inlined (`#[inline(always)]`): a
+    /// function of its own is compiled for the baseline. A closure cannot be marked so.
     fn compute(self) -> Self::Output;
 
     /// Computes the result with the widest vector unit that the processor has.
@@ -51,7 +51,8 @@ mod tests {
         }
     }
 
-    /// A wider unit gives the same digits: the compiler does not fuse a product and a sum, nor change the order of sums.
+    /// A wider unit gives the same digits: the compiler does not fuse a product and a sum, nor
+    /// change the order of sums.
     #[test]
     fn results_do_not_depend_on_the_unit() {
         let numbers: Vec<f64> = (1..11_000).map(|k| (1.7 * f64::from(k)).sin()).collect();

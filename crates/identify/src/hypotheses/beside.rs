@@ -42,8 +42,8 @@ impl Search<'_> {
         fits.min_by(|a, b| a.squares.total_cmp(&b.squares))
     }
 
-    /// Returns the best axes beside the causes of a fit. An unknown gravity may have taken the place
-    /// of the opposite sign of all channels, which only accelerations tell from it.
+    /// Returns the best axes beside the causes of a fit. An unknown gravity may have taken the
+    /// place of the opposite sign of all channels, which only accelerations tell from it.
     fn axes_beside(&self, present: &Fitted) -> Vec<Model> {
         let mut models: Vec<Model> = self
             .best_axes(present, axes::candidates())

@@ -134,7 +134,8 @@ pub(crate) fn explanation(
     })
 }
 
-/// Returns the model of a fit, with the values of its further unknowns, and the hypotheses that are among its unknowns.
+/// Returns the model of a fit, with the values of its further unknowns, and the hypotheses that are
+/// among its unknowns.
 fn identified(
     fit: &Fit,
     values: Option<&FurtherValues>,
@@ -232,8 +233,8 @@ impl Search<'_> {
                 && self.changes_values(of, over, least, Change::least))
     }
 
-    /// Returns whether the certain or the possible changes of the mass or the centre of mass exceed a
-    /// fraction of what shows a result to be wrong.
+    /// Returns whether the certain or the possible changes of the mass or the centre of mass exceed
+    /// a fraction of what shows a result to be wrong.
     fn changes_values(
         &self,
         of: &Fitted,

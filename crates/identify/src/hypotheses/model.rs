@@ -130,8 +130,8 @@ impl Model {
         Self { zeros, ..self }
     }
 
-    /// Returns whether the residuals are larger than the noise of the windows, which stays hidden where
-    /// these are the whole error.
+    /// Returns whether the residuals are larger than the noise of the windows, which stays hidden
+    /// where these are the whole error.
     pub(super) fn leaves_unexplained(&self, windows: &Windows) -> bool {
         let chain = self.chain(windows);
         let squares = windows.windows.iter().map(|window| {
@@ -395,8 +395,8 @@ pub(super) fn first_column_of(
     Some(10 + before.sum::<usize>())
 }
 
-/// Keeps unknowns, whose first column is given, from moving along a direction, a unit vector: what the
-/// measurements say about it is left out, and it is known.
+/// Keeps unknowns, whose first column is given, from moving along a direction, a unit vector: what
+/// the measurements say about it is left out, and it is known.
 fn fix<const N: usize>(products: &mut DMatrix<f64>, first: usize, direction: &SVector<f64, N>) {
     let largest = (first..first + N).fold(0.0f64, |a, k| a.max(products[(k, k)]));
     let mut rows = products.fixed_rows_mut::<N>(first);

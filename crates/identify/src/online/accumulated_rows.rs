@@ -10,8 +10,8 @@ use crate::solve::information::{Information, inverse_of_upper};
 use crate::solve::offsets::OffsetRows;
 use crate::solve::subspace::{Matrix, Vector, bounded_lengths};
 
-/// Least length of a column relative to what is usual for its kind. A parameter without any row then has so large a unit that
-/// it dominates every gradient which contains it.
+/// Least length of a column relative to what is usual for its kind. A parameter without any row
+/// then has so large a unit that it dominates every gradient which contains it.
 const LEAST_LENGTH: f64 = 1e-6;
 
 /// Terms of the score covariance from the last window of one channel.
@@ -19,8 +19,8 @@ const LEAST_LENGTH: f64 = 1e-6;
 struct ChannelTerms {
     /// Weighted regressors of the last window and of the one before it.
     last: [Vector; 2],
-    /// Half the weighted regressor, plus those of the two windows before, each times the correlation of its
-    /// noise with that of the last window.
+    /// Half the weighted regressor, plus those of the two windows before, each times the
+    /// correlation of its noise with that of the last window.
     correlated: Vector,
     /// Weighted half-difference of the regressor.
     difference: Vector,
@@ -36,12 +36,14 @@ impl ChannelTerms {
     }
 }
 
-/// Whitened rows `A π = b` of all windows, accumulated: their square-root information, the information of
-/// their noise for the errors-in-variables bias correction, and the covariance of their scores.
+/// Whitened rows `A π = b` of all windows, accumulated: their square-root information, the
+/// information of their noise for the errors-in-variables bias correction, and the covariance of
+/// their scores.
 #[derive(Clone, Debug)]
 pub(crate) struct AccumulatedRows {
     rls: Rls<10>,
-    /// The same rows with those that known offsets add, as they were when the parameters were last solved for.
+    /// The same rows with those that known offsets add, as they were when the parameters were last
+    /// solved for.
     solved: Rls<10>,
     /// Covariance of the scores of the rows that known offsets add.
     offset_scores: Matrix,
@@ -49,16 +51,19 @@ pub(crate) struct AccumulatedRows {
     windows: usize,
     /// Parameters before the first row. Unobservable directions keep them.
     start: Vector,
-    /// `N = Σ D Dᵀ`: information of the half-differences `D` of the regressors, which is noise of the motion.
+    /// `N = Σ D Dᵀ`: information of the half-differences `D` of the regressors, which is noise of
+    /// the motion.
     noise: Matrix,
     /// `n = Σ D d`: products of the half-differences of regressors and targets.
     noise_targets: Vector,
     /// `P = Σ A Cᵀ` of regressors and their [correlated terms](ChannelTerms::correlated).
     correlated: Matrix,
     channels: Vec<ChannelTerms>,
-    /// `R⁻ᵀ` of the regularised triangular factor `R` of all rows, as it was when it was last solved.
+    /// `R⁻ᵀ` of the regularised triangular factor `R` of all rows, as it was when it was last
+    /// solved.
     inverse_root: Matrix,
-    /// Weighted rows of the last window until the triangular factor is updated, which overwrites them.
+    /// Weighted rows of the last window until the triangular factor is updated, which overwrites
+    /// them.
     pending: Vec<WhitenedRow>,
 }
 
@@ -80,8 +85,8 @@ impl AccumulatedRows {
         }
     }
 
-    /// Discards all rows and starts from other parameters. They are the estimate in every direction that
-    /// later rows leave unobservable.
+    /// Discards all rows and starts from other parameters. They are the estimate in every direction
+    /// that later rows leave unobservable.
     pub(crate) fn restart_at(&mut self, start: &Vector) {
         self.start = *start;
         self.restart();
@@ -99,8 +104,8 @@ impl AccumulatedRows {
         self.channels.fill(ChannelTerms::zero());
     }
 
-    /// Makes the rows that known offsets add to those of all windows, so that what follows can begin with other offsets.
-    /// `factor` is that of [`score_covariance`](Self::score_covariance).
+    /// Makes the rows that known offsets add to those of all windows, so that what follows can
+    /// begin with other offsets. `factor` is that of [`score_covariance`](Self::score_covariance).
     pub(crate) fn keep_offset_rows(&mut self, factor: f64) {
         self.rls = self.solved.clone();
         self.correlated += self.offset_scores * (0.5 / factor);
@@ -117,8 +122,8 @@ impl AccumulatedRows {
         self.pending.copy_from_slice(&other.pending);
     }
 
-    /// Adds a whitened window with its robust weight to the sums. [`update_square_root`](Self::update_square_root)
-    /// completes the addition.
+    /// Adds a whitened window with its robust weight to the sums.
+    /// [`update_square_root`](Self::update_square_root) completes the addition.
     pub(crate) fn add(&mut self, window: &WhitenedWindow, weight: f64, noise: &NoiseTracker) {
         let root = weight.sqrt();
         let rows = window.rows.iter().zip(&window.differences);
@@ -150,7 +155,8 @@ impl AccumulatedRows {
         self.windows += 1;
     }
 
-    /// Returns the parameters that fit all rows best, however uncertain they are. Their residuals are noise.
+    /// Returns the parameters that fit all rows best, however uncertain they are. Their residuals
+    /// are noise.
     pub(crate) fn best_fit(&self) -> Vector {
         let biased = self.rls.parameters();
         let root = self.rls.information_root();
@@ -158,12 +164,12 @@ impl AccumulatedRows {
         biased + information.solve(&(self.noise * biased - self.noise_targets))
     }
 
-    /// Solves `(A - N) π = b - n`, where `A π = b` are the normal equations of all rows, and returns the
-    /// parameters and the information `A - N`.
+    /// Solves `(A - N) π = b - n`, where `A π = b` are the normal equations of all rows, and
+    /// returns the parameters and the information `A - N`.
     ///
-    /// Least squares moves along a nearly singular direction by as much as noise over its singular value:
-    /// by up to 1e6 units after few windows. Such a direction counts as unobservable, and keeps its
-    /// [start](Self::restart_at). `offsets` are the rows that known offsets add.
+    /// Least squares moves along a nearly singular direction by as much as noise over its singular
+    /// value: by up to 1e6 units after few windows. Such a direction counts as unobservable, and
+    /// keeps its [start](Self::restart_at). `offsets` are the rows that known offsets add.
     pub(crate) fn solve(&mut self, offsets: Option<OffsetRows>) -> (Vector, Information) {
         self.solved = self.rls.clone();
         self.offset_scores = Matrix::zeros();
@@ -186,15 +192,16 @@ impl AccumulatedRows {
         (parameters, information)
     }
 
-    /// Returns the covariance of the sum of the scores `A r - D d`, where a score is a regressor times its
-    /// residual: the middle of the sandwich covariance. Residual `r` and half-difference `d` both have the variance
-    /// `factor`. The rows that known offsets add have scores of their own.
+    /// Returns the covariance of the sum of the scores `A r - D d`, where a score is a regressor
+    /// times its residual: the middle of the sandwich covariance. Residual `r` and half-difference
+    /// `d` both have the variance `factor`. The rows that known offsets add have scores of their
+    /// own.
     pub(crate) fn score_covariance(&self, factor: f64) -> Matrix {
         (self.noise + self.correlated + self.correlated.transpose()) * factor + self.offset_scores
     }
 
-    /// Returns units of the parameters in which each column of all rows has length one. Before any row, they are as large as
-    /// the parameters that the estimate starts from.
+    /// Returns units of the parameters in which each column of all rows has length one. Before any
+    /// row, they are as large as the parameters that the estimate starts from.
     pub(crate) fn scales(&self) -> Vector {
         let root = self.solved.information_root();
         let lengths = Vector::from_fn(|k, _| root.column(k).norm());
@@ -206,23 +213,23 @@ impl AccumulatedRows {
 
     /// Returns the plausible size of each parameter, in its [unit](Self::scales).
     ///
-    /// One parameter of a payload alone hardly causes a larger load than all that is measured; and none is
-    /// larger than it was before the first row, as far as that is known.
+    /// One parameter of a payload alone hardly causes a larger load than all that is measured; and
+    /// none is larger than it was before the first row, as far as that is known.
     fn plausible_size(&self, scales: &Vector) -> f64 {
         let load = self.solved.transformed_target().norm();
         let scaled = self.start.component_div(scales).norm();
         load.hypot(scaled)
     }
 
-    /// Returns the plausible size of each parameter in its own unit: the standard deviation of one that the rows
-    /// leave unobservable.
+    /// Returns the plausible size of each parameter in its own unit: the standard deviation of one
+    /// that the rows leave unobservable.
     pub(crate) fn plausible_std_devs(&self) -> Vector {
         let scales = self.scales();
         scales * self.plausible_size(&scales)
     }
 
-    /// Returns the innovation of whitened rows with their prediction. `covariance` is that of the parameters in
-    /// observable directions.
+    /// Returns the innovation of whitened rows with their prediction. `covariance` is that of the
+    /// parameters in observable directions.
     pub(crate) fn innovation(
         &self,
         rows: &[WhitenedRow],

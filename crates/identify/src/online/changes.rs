@@ -8,9 +8,10 @@ use crate::solve::weights::wilson_hilferty;
 
 /// Settings of the detector of sudden changes, whose input is the score of each window.
 ///
-/// A false alarm is expected once in 1e8 windows, 36 days at a cutoff of 10 Hz. An alarm needs at least four
-/// windows, more than one bump disturbs: each adds at most `(4 · 3.5 - 8) / 1.15` to a sum that must reach
-/// `ln(3e8 / 1.15)`. Scores below two standard deviations add nothing, because noise may grow with the motion.
+/// A false alarm is expected once in 1e8 windows, 36 days at a cutoff of 10 Hz. An alarm needs at
+/// least four windows, more than one bump disturbs: each adds at most `(4 · 3.5 - 8) / 1.15` to a
+/// sum that must reach `ln(3e8 / 1.15)`. Scores below two standard deviations add nothing, because
+/// noise may grow with the motion.
 const SUDDEN_CHANGE: ChangeSettings = ChangeSettings {
     rows_between_false_alarms: 1e8,
     correlation_rows: PRODUCT_CORRELATION,
@@ -19,8 +20,9 @@ const SUDDEN_CHANGE: ChangeSettings = ChangeSettings {
     clip: 3.5,
 };
 
-/// Settings of the detector of changes below the noise of a window, whose input is the score of the slow means of
-/// the residuals: exponential means with a gain of 0.1, which are correlated over `(1 + 0.9) / (1 - 0.9)` windows.
+/// Settings of the detector of changes below the noise of a window, whose input is the score of the
+/// slow means of the residuals: exponential means with a gain of 0.1, which are correlated over
+/// `(1 + 0.9) / (1 - 0.9)` windows.
 const SLOW_CHANGE: ChangeSettings = ChangeSettings {
     correlation_rows: 19.0,
     shift: 3.0,
@@ -46,8 +48,8 @@ impl Changes {
         })
     }
 
-    /// Adds the score of a window and that of the slow means of the residuals up to it, and returns whether the windows
-    /// so far show a payload change.
+    /// Adds the score of a window and that of the slow means of the residuals up to it, and returns
+    /// whether the windows so far show a payload change.
     pub(crate) fn detects(&mut self, score: f64, slow_score: f64) -> bool {
         let sudden = self.sudden.update(score);
         let slow = self.slow.update(slow_score);
@@ -66,8 +68,9 @@ impl Changes {
     }
 }
 
-/// Returns a score of a squared Mahalanobis distance: a standard normal variable by the transformation of Wilson and
-/// Hilferty. Distances that are smaller than expected are no sign of a payload change, and have the score zero.
+/// Returns a score of a squared Mahalanobis distance: a standard normal variable by the
+/// transformation of Wilson and Hilferty. Distances that are smaller than expected are no sign of a
+/// payload change, and have the score zero.
 pub(crate) fn score(distance: f64, channels: usize, noise: &NoiseTracker) -> f64 {
     let (mean, std_dev) = wilson_hilferty(channels);
     let ratio = distance / (channels as f64 * noise.inflation());

@@ -1,4 +1,5 @@
-//! What acts on the payload from outside: the measured wrench less what the sensor's zero and the load explain.
+//! What acts on the payload from outside: the measured wrench less what the sensor's zero and the
+//! load explain.
 
 use std::f64::consts::{SQRT_2, TAU};
 
@@ -14,8 +15,8 @@ use crate::solve::offsets::WrenchNoise;
 use crate::solve::uncertainty::students_widening;
 use crate::solve::weights::rare_distance;
 
-/// Low-pass of fourth order with equal time constants, causal, for samples at any times. Its order suppresses the noise of
-/// accelerations, which grows with frequency.
+/// Low-pass of fourth order with equal time constants, causal, for samples at any times. Its order
+/// suppresses the noise of accelerations, which grows with frequency.
 #[derive(Clone, Debug)]
 struct LowPass {
     time_constant_s: f64,
@@ -74,16 +75,17 @@ impl LowPass {
 
 /// Filters the measured wrench together with the motion, and compares it with the load.
 ///
-/// Both pass the same low-pass, so that a load cancels whatever the filter does, and it does so for any estimate: one
-/// that changes leaves no transient behind.
+/// Both pass the same low-pass, so that a load cancels whatever the filter does, and it does so for
+/// any estimate: one that changes leaves no transient behind.
 #[derive(Clone, Debug)]
 pub(crate) struct ContactObserver {
     filter: LowPass,
-    /// Covariance of what noise leaves of the filtered wrench, N and N m, in the tool frame, and the number of windows
-    /// that it was estimated from.
+    /// Covariance of what noise leaves of the filtered wrench, N and N m, in the tool frame, and
+    /// the number of windows that it was estimated from.
     noise: Matrix6<f64>,
     windows: f64,
-    /// Projection of a wrench in the tool frame onto the channels that are measured; `None` where all are.
+    /// Projection of a wrench in the tool frame onto the channels that are measured; `None` where
+    /// all are.
     projection: Option<Matrix6<f64>>,
 }
 
@@ -154,8 +156,9 @@ impl ContactObserver {
         })
     }
 
-    /// Returns the wrench of the load and that of the contact in a frame; `None` before the estimate of the load has
-    /// settled for the first time. `is_held` says that the payload cannot have changed.
+    /// Returns the wrench of the load and that of the contact in a frame; `None` before the
+    /// estimate of the load has settled for the first time. `is_held` says that the payload cannot
+    /// have changed.
     pub(crate) fn wrenches(
         &self,
         estimator: &OnlineLeastSquares,

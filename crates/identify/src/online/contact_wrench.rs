@@ -8,21 +8,23 @@ use crate::solve::offsets::joint_covariance;
 use crate::{IdentifyError, WrenchOffset};
 
 impl Identifier {
-    /// Says whether the payload stays what it is, as while a gripper is closed. Windows of such a time neither update the
-    /// estimate nor show a payload change, and whatever the load does not explain is a
-    /// [contact](Self::contact_wrench).
+    /// Says whether the payload stays what it is, as while a gripper is closed. Windows of such a
+    /// time neither update the estimate nor show a payload change, and whatever the load does not
+    /// explain is a [contact](Self::contact_wrench).
     pub fn hold_payload(&mut self, is_held: bool) {
         self.is_held = is_held;
     }
 
-    /// Sets the zero of the wrench sensor, as after its drift: windows that begin from now on determine the
-    /// [offset](Self::wrench_offset) anew, the first of them within 0.2 s at a cutoff of 10 Hz. The payload is held at the
-    /// last estimate that nothing contradicted, so that a zero which has moved is taken for nothing else, even where it was
-    /// reported as a payload change. Nothing may touch the payload meanwhile. The arm may move.
+    /// Sets the zero of the wrench sensor, as after its drift: windows that begin from now on
+    /// determine the [offset](Self::wrench_offset) anew, the first of them within 0.2 s at a cutoff
+    /// of 10 Hz. The payload is held at the last estimate that nothing contradicted, so that a zero
+    /// which has moved is taken for nothing else, even where it was reported as a payload change.
+    /// Nothing may touch the payload meanwhile. The arm may move.
     ///
-    /// Returns `false`, and does nothing, where [`EquationSettings::wrench_offset`](crate::EquationSettings::wrench_offset) does not make the offset an unknown,
-    /// before 32 windows determine the load for the first time, or while the payload is [held](Self::hold_payload), because
-    /// no window then updates the estimate.
+    /// Returns `false`, and does nothing, where
+    /// [`EquationSettings::wrench_offset`](crate::EquationSettings::wrench_offset) does not make
+    /// the offset an unknown, before 32 windows determine the load for the first time, or while the
+    /// payload is [held](Self::hold_payload), because no window then updates the estimate.
     pub fn tare(&mut self) -> bool {
         if self.is_held {
             return false;
@@ -38,21 +40,24 @@ impl Identifier {
         true
     }
 
-    /// Returns whether the motion has determined what the [contact](Self::contact_wrench) is measured against: mass and
-    /// first moments of the load, and the offset where it is an unknown. Until then the wrench of a contact is one relative to
-    /// the attitudes so far, and that of the load in another attitude is unknown.
+    /// Returns whether the motion has determined what the [contact](Self::contact_wrench) is
+    /// measured against: mass and first moments of the load, and the offset where it is an unknown.
+    /// Until then the wrench of a contact is one relative to the attitudes so far, and that of the
+    /// load in another attitude is unknown.
     #[must_use]
     pub fn knows_weight(&self) -> bool {
         let trusted = self.update.estimator().trusted();
         trusted.is_some_and(|estimate| estimate.is_determined)
     }
 
-    /// Returns the frame in which a wrench is to be expressed: about the origin of the link `point`, and along the axes of
-    /// the link `axes` or of [`WORLD`](crate::WORLD), or of `point` where they are `None`.
+    /// Returns the frame in which a wrench is to be expressed: about the origin of the link
+    /// `point`, and along the axes of the link `axes` or of [`WORLD`](crate::WORLD), or of `point`
+    /// where they are `None`.
     ///
     /// # Errors
-    /// Returns [`IdentifyError::Model`] if the robot does not have a link, and [`IdentifyError::Option`] if `point` moves
-    /// relative to the end-effector, or `axes` relative to both the end-effector and the ground.
+    /// Returns [`IdentifyError::Model`] if the robot does not have a link, and
+    /// [`IdentifyError::Option`] if `point` moves relative to the end-effector, or `axes` relative
+    /// to both the end-effector and the ground.
     pub fn wrench_frame(
         &self,
         point: &str,
@@ -62,30 +67,36 @@ impl Identifier {
         WrenchFrame::new(self.stream.robot(), tool, point, axes)
     }
 
-    /// Returns the wrench by which the robot carries and accelerates the load, which is payload and known tool, at the
-    /// sensor: what the sensors would measure of it without offset, noise and contact, with the sign of the measured
-    /// wrenches. `None` as for [`contact_wrench`](Self::contact_wrench).
+    /// Returns the wrench by which the robot carries and accelerates the load, which is payload and
+    /// known tool, at the sensor: what the sensors would measure of it without offset, noise and
+    /// contact, with the sign of the measured wrenches. `None` as for
+    /// [`contact_wrench`](Self::contact_wrench).
     #[must_use]
     pub fn load_wrench(&self, frame: &WrenchFrame) -> Option<WrenchEstimate> {
         self.wrenches(frame).map(|[load, _]| load)
     }
 
-    /// Returns the wrench of a contact: the measured wrench less offset and load, without allocation.
+    /// Returns the wrench of a contact: the measured wrench less offset and load, without
+    /// allocation.
     ///
-    /// It has the sign of the measured wrenches. Where these act on the payload, it is what the payload exerts on what it
-    /// touches; where they act on the [sensor](crate::ActsOn::Sensor), it is what acts on the payload from outside. Measured wrench and motion pass the same causal
-    /// low-pass of fourth order with the cutoff [`EquationSettings::cutoff_hz`](crate::EquationSettings::cutoff_hz); [`contact_latency_s`](Self::contact_latency_s)
-    /// is its delay.
+    /// It has the sign of the measured wrenches. Where these act on the payload, it is what the
+    /// payload exerts on what it touches; where they act on the [sensor](crate::ActsOn::Sensor), it
+    /// is what acts on the payload from outside. Measured wrench and motion pass the same causal
+    /// low-pass of fourth order with the cutoff
+    /// [`EquationSettings::cutoff_hz`](crate::EquationSettings::cutoff_hz);
+    /// [`contact_latency_s`](Self::contact_latency_s) is its delay.
     ///
-    /// What the load does not explain may be a contact or a payload change, and the first samples do not show which. The
-    /// load is then held at the last estimate that nothing contradicted, the state is [`Changing`](crate::ContactState::Changing), and the
-    /// covariance contains the contact itself, so that the interval contains both its value and zero. It remains so until
+    /// What the load does not explain may be a contact or a payload change, and the first samples
+    /// do not show which. The load is then held at the last estimate that nothing contradicted, the
+    /// state is [`Changing`](crate::ContactState::Changing), and the covariance contains the
+    /// contact itself, so that the interval contains both its value and zero. It remains so until
     /// the load explains the measurements again, or 32 windows determine the new payload.
-    /// [`hold_payload`](Self::hold_payload) says that the payload cannot have changed: the uncertainty is then that of
-    /// noise and load alone.
+    /// [`hold_payload`](Self::hold_payload) says that the payload cannot have changed: the
+    /// uncertainty is then that of noise and load alone.
     ///
-    /// Channels that the sensor does not [measure](crate::EquationSettings::unmeasured) are not a number, with an infinite
-    /// variance. `None` before 32 windows determine the load for the first time, after a gap, and for methods without wrenches.
+    /// Channels that the sensor does not [measure](crate::EquationSettings::unmeasured) are not a
+    /// number, with an infinite variance. `None` before 32 windows determine the load for the first
+    /// time, after a gap, and for methods without wrenches.
     #[must_use]
     pub fn contact_wrench(&self, frame: &WrenchFrame) -> Option<WrenchEstimate> {
         self.wrenches(frame).map(|[_, contact]| contact)
@@ -97,16 +108,19 @@ impl Identifier {
         Some(wrenches.map(|wrench| wrench.with_sign(self.sign)))
     }
 
-    /// Returns the time by which [`contact_wrench`](Self::contact_wrench) lags the last sample, s: some samples for the
-    /// differentiation, and the delay of the low-pass, 28 ms at a cutoff of 10 Hz. `None` before the first instant.
+    /// Returns the time by which [`contact_wrench`](Self::contact_wrench) lags the last sample, s:
+    /// some samples for the differentiation, and the delay of the low-pass, 28 ms at a cutoff of 10
+    /// Hz. `None` before the first instant.
     #[must_use]
     pub fn contact_latency_s(&self) -> Option<f64> {
         Some(self.newest_s() - self.contact.time_s()?)
     }
 
-    /// Returns the constant offset of the wrenches with its standard deviations, without allocation; `None` unless
-    /// [`EquationSettings::wrench_offset`](crate::EquationSettings::wrench_offset) makes it an unknown, and before the first window. It is the sensor's, so that
-    /// what is known of it outlives a payload change.
+    /// Returns the constant offset of the wrenches with its standard deviations, without
+    /// allocation; `None` unless
+    /// [`EquationSettings::wrench_offset`](crate::EquationSettings::wrench_offset) makes it an
+    /// unknown, and before the first window. It is the sensor's, so that what is known of it
+    /// outlives a payload change.
     #[must_use]
     pub fn wrench_offset(&self) -> Option<WrenchOffset> {
         let estimator = self.update.estimator();
@@ -117,9 +131,10 @@ impl Identifier {
         Some(frame.offset(&(offsets.values * self.sign), Some(std_devs)))
     }
 
-    /// Returns the joint covariance of the payload's linear parameters and of the wrench's offset in the end-effector
-    /// frame, 16x16: the parameters as in [`covariance`](Self::covariance), then force, N, and moment, N m; without
-    /// allocation. `None` where there is no [offset](Self::wrench_offset), or the noise is not known yet.
+    /// Returns the joint covariance of the payload's linear parameters and of the wrench's offset
+    /// in the end-effector frame, 16x16: the parameters as in [`covariance`](Self::covariance),
+    /// then force, N, and moment, N m; without allocation. `None` where there is no
+    /// [offset](Self::wrench_offset), or the noise is not known yet.
     #[must_use]
     pub fn joint_covariance(&self) -> Option<SMatrix<f64, 16, 16>> {
         let estimator = self.update.estimator();

@@ -11,8 +11,8 @@ pub(crate) type WhitenedRow = (Vector, f64);
 pub(crate) struct WhitenedWindow {
     /// Mean rows over the window.
     pub(crate) rows: Vec<WhitenedRow>,
-    /// Half-differences between every second instant and the others: noise alone, with the variance of the
-    /// noise in `rows`.
+    /// Half-differences between every second instant and the others: noise alone, with the variance
+    /// of the noise in `rows`.
     pub(crate) differences: Vec<WhitenedRow>,
 }
 
@@ -65,13 +65,15 @@ impl Prediction {
     }
 }
 
-/// Innovation of one window: its difference from what earlier windows predict, compared with its covariance.
+/// Innovation of one window: its difference from what earlier windows predict, compared with its
+/// covariance.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Innovation {
-    /// Squared Mahalanobis distance: sum over the channels of the squared innovation over its variance, which
-    /// is that of the noise and of the parameters.
+    /// Squared Mahalanobis distance: sum over the channels of the squared innovation over its
+    /// variance, which is that of the noise and of the parameters.
     pub(crate) distance: f64,
-    /// Squared Mahalanobis distance where the variance includes that of the [model error](crate::checks::MODEL_ERROR), too.
+    /// Squared Mahalanobis distance where the variance includes that of the [model
+    /// error](crate::checks::MODEL_ERROR), too.
     pub(crate) distance_beyond_model: f64,
     /// Variance of the prediction over that of the noise, the mean over the channels.
     pub(crate) leverage: f64,

@@ -53,7 +53,8 @@ pub(crate) enum Input {
     Interrupted,
 }
 
-/// Turns measured wrenches into those on the payload at the times of the motion, in a fixed amount of memory.
+/// Turns measured wrenches into those on the payload at the times of the motion, in a fixed amount
+/// of memory.
 #[derive(Clone, Debug)]
 pub(crate) struct Inputs {
     /// Sign of the measured wrenches, relative to that of those on the payload.
@@ -75,8 +76,8 @@ pub(crate) struct Inputs {
 }
 
 impl Inputs {
-    /// Creates the inputs of a robot with so many joints and sensors. `delay_s` is subtracted from the times of the
-    /// wrenches.
+    /// Creates the inputs of a robot with so many joints and sensors. `delay_s` is subtracted from
+    /// the times of the wrenches.
     pub(crate) fn new(
         [joints, sensors]: [usize; 2],
         acts_on: ActsOn,
@@ -111,7 +112,8 @@ impl Inputs {
         self.newest_s
     }
 
-    /// Adds a sample. It is rejected where a number is not finite, or where it is not later than the one before.
+    /// Adds a sample. It is rejected where a number is not finite, or where it is not later than
+    /// the one before.
     pub(crate) fn push(&mut self, sample: &Sample<'_>) -> Input {
         let passed_s = sample.time_s - self.newest_s;
         let clock_went_back = sample.is_measurable() && self.clock.has_gone_back(passed_s);
@@ -134,8 +136,8 @@ impl Inputs {
         }
     }
 
-    /// Returns the next sample whose wrenches are known at the time of its motion; `None` until later samples have come.
-    /// A sample in a gap of the wrenches is left out.
+    /// Returns the next sample whose wrenches are known at the time of its motion; `None` until
+    /// later samples have come. A sample in a gap of the wrenches is left out.
     pub(crate) fn pop(&mut self) -> Option<Sample<'_>> {
         while self.next < self.count {
             let time_s = self.at(self.next).time_s;

@@ -14,31 +14,37 @@ use crate::solve::noise::Noise;
 use crate::solve::offsets::WrenchNoise;
 use crate::solve::subspace::Vector;
 
-/// Number of windows that the estimate of the noise averages over at most, 15 s at a cutoff of 10 Hz. The relative
-/// error of an estimated standard deviation is then 3 %.
+/// Number of windows that the estimate of the noise averages over at most, 15 s at a cutoff of 10
+/// Hz. The relative error of an estimated standard deviation is then 3 %.
 pub(crate) const MEMORY_WINDOWS: f64 = 500.0;
 
-/// Factor on the variance after a false alarm of the change detectors: the standard deviation doubles.
+/// Factor on the variance after a false alarm of the change detectors: the standard deviation
+/// doubles.
 const VARIANCE_GROWTH: f64 = 4.0;
 
-/// Number of windows from which the noise is estimated all at once for the last time, after 1 s at a cutoff of
-/// 10 Hz. Only an estimate from more windows than that assigns robust weights and detects payload changes. A variance that
-/// has grown after a false alarm counts for so many, so that new windows correct it soon.
+/// Number of windows from which the noise is estimated all at once for the last time, after 1 s at
+/// a cutoff of 10 Hz. Only an estimate from more windows than that assigns robust weights and
+/// detects payload changes. A variance that has grown after a false alarm counts for so many, so
+/// that new windows correct it soon.
 pub(crate) const INITIAL_WINDOWS: usize = 32;
 
-/// Number of windows that the correlation of all channels of a kind counts for in that of each of them. After so many
-/// windows, the noise power of one channel at low frequencies is known to 40 % only.
+/// Number of windows that the correlation of all channels of a kind counts for in that of each of
+/// them. After so many windows, the noise power of one channel at low frequencies is known to 40 %
+/// only.
 const SHARED_WINDOWS: f64 = 60.0;
 
-/// Error of derivatives and of means over windows, relative to the measurements: the lower limit of the noise.
+/// Error of derivatives and of means over windows, relative to the measurements: the lower limit of
+/// the noise.
 const DISCRETIZATION_ERROR: f64 = 1e-6;
 
-/// Tracks the noise of the channels: its covariance across the channels of one window, its correlation between
-/// windows, and errors that last for many windows. Nothing is allocated after construction.
+/// Tracks the noise of the channels: its covariance across the channels of one window, its
+/// correlation between windows, and errors that last for many windows. Nothing is allocated after
+/// construction.
 #[derive(Clone, Debug)]
 pub(crate) struct NoiseTracker {
     noise: Noise,
-    /// Covariance of the residuals across the channels, in the channels' units. Only its lower triangle is used.
+    /// Covariance of the residuals across the channels, in the channels' units. Only its lower
+    /// triangle is used.
     covariance: DMatrix<f64>,
     /// Buffer for a copy of `covariance`.
     scratch: DMatrix<f64>,
@@ -82,7 +88,8 @@ impl NoiseTracker {
         self.noise.set_zero_channels_to_unit();
     }
 
-    /// Estimates the noise anew from the residuals of the windows that the parameters were estimated from.
+    /// Estimates the noise anew from the residuals of the windows that the parameters were
+    /// estimated from.
     ///
     /// `window` and `prediction` are buffers.
     pub(crate) fn estimate(
@@ -112,8 +119,8 @@ impl NoiseTracker {
         }
     }
 
-    /// Updates the noise with the window whose [residuals were set](Self::set_residuals) last, with its
-    /// prediction and its weight.
+    /// Updates the noise with the window whose [residuals were set](Self::set_residuals) last, with
+    /// its prediction and its weight.
     pub(crate) fn update(&mut self, prediction: &Prediction, weight: f64) {
         self.windows = (self.windows + 1.0).min(MEMORY_WINDOWS);
         self.update_correlations(prediction, weight, self.windows);
@@ -123,45 +130,48 @@ impl NoiseTracker {
         self.apply_covariance();
     }
 
-    /// Increases the variance of all channels by the factor [`VARIANCE_GROWTH`] and lets new windows correct it
-    /// soon: the noise turned out larger than estimated.
+    /// Increases the variance of all channels by the factor [`VARIANCE_GROWTH`] and lets new
+    /// windows correct it soon: the noise turned out larger than estimated.
     pub(crate) fn increase(&mut self) {
         self.covariance *= VARIANCE_GROWTH;
         self.windows = self.windows.min(INITIAL_WINDOWS as f64);
         self.apply_covariance();
     }
 
-    /// Returns the correlation of a channel's noise with that of the last window and of the one before it.
+    /// Returns the correlation of a channel's noise with that of the last window and of the one
+    /// before it.
     pub(crate) fn correlation(&self, channel: usize) -> [f64; 2] {
         self.shared[channel]
     }
 
-    /// Returns the factor, at least one, on the covariance of the parameters for errors that last longer than
-    /// the filter: the power of the slow means over that for white noise.
+    /// Returns the factor, at least one, on the covariance of the parameters for errors that last
+    /// longer than the filter: the power of the slow means over that for white noise.
     pub(crate) fn lasting_error_factor(&self) -> f64 {
         (self.slow_square / (WHITE_SLOW_SQUARE * self.square)).max(1.0)
     }
 
-    /// Returns the squared Mahalanobis distance of the slow means, whose variance includes that of the
-    /// [model error](MODEL_ERROR).
+    /// Returns the squared Mahalanobis distance of the slow means, whose variance includes that of
+    /// the [model error](MODEL_ERROR).
     pub(crate) fn slow_distance(&self) -> f64 {
         let squares = self.correlations.iter().map(|of| of.slow_mean.powi(2));
         squares.sum::<f64>() / (self.slow_square + MODEL_ERROR * MODEL_ERROR * self.slow_load)
     }
 
-    /// Returns the factor on variances for the uncertainty of the estimated correlations across channels.
+    /// Returns the factor on variances for the uncertainty of the estimated correlations across
+    /// channels.
     pub(crate) fn inflation(&self) -> f64 {
         self.noise
             .inflation(self.windows / PRODUCT_CORRELATION, 1.0)
     }
 
-    /// Returns the degrees of freedom of a channel's variance: the number of independent windows that it is
-    /// estimated from, less the channel's fraction of ten parameters.
+    /// Returns the degrees of freedom of a channel's variance: the number of independent windows
+    /// that it is estimated from, less the channel's fraction of ten parameters.
     pub(crate) fn degrees_of_freedom(&self) -> f64 {
         self.windows / PRODUCT_CORRELATION - 10.0 / self.residuals.len() as f64
     }
 
-    /// Returns the noise of a wrench, the first six channels, in one window; `None` where they are not a wrench.
+    /// Returns the noise of a wrench, the first six channels, in one window; `None` where they are
+    /// not a wrench.
     pub(crate) fn of_wrench(&self) -> Option<WrenchNoise> {
         Some(WrenchNoise {
             covariance: self.noise.wrench_covariance()?,
@@ -180,7 +190,8 @@ impl NoiseTracker {
         self.slow_load = other.slow_load;
     }
 
-    /// Brings rows, one for each channel, to units of their noise and removes its correlation across channels.
+    /// Brings rows, one for each channel, to units of their noise and removes its correlation
+    /// across channels.
     pub(crate) fn whiten(&self, rows: &mut [WhitenedRow]) {
         self.noise.whiten(rows);
     }
@@ -207,8 +218,8 @@ impl NoiseTracker {
         self.noise.set_covariance(&mut self.scratch, self.windows);
     }
 
-    /// Updates the correlation between windows, the slow means and their mean squares with the whitened
-    /// residuals of the next window.
+    /// Updates the correlation between windows, the slow means and their mean squares with the
+    /// whitened residuals of the next window.
     fn update_correlations(&mut self, prediction: &Prediction, weight: f64, windows_before: f64) {
         let gain = mean_gain(windows_before);
         let root = weight.sqrt();
@@ -225,8 +236,8 @@ impl NoiseTracker {
         self.share_correlations(windows_before);
     }
 
-    /// Combines the mean products of each channel with those of all channels of its kind, which count for
-    /// [`SHARED_WINDOWS`].
+    /// Combines the mean products of each channel with those of all channels of its kind, which
+    /// count for [`SHARED_WINDOWS`].
     fn share_correlations(&mut self, windows: f64) {
         let own_fraction = windows / (windows + SHARED_WINDOWS);
         let mut first = 0;

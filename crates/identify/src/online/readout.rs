@@ -25,10 +25,11 @@ pub(crate) struct Readout {
 /// Uncertainty of the reported body.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Uncertainty {
-    /// Standard deviations of the ten values that are reported, and whether the motion excites each.
+    /// Standard deviations of the ten values that are reported, and whether the motion excites
+    /// each.
     pub(crate) of_values: ValueStdDevs,
-    /// The ten values of the least-squares estimate while the reported body is far from its projection onto
-    /// consistent parameters; afterwards those of the reported body.
+    /// The ten values of the least-squares estimate while the reported body is far from its
+    /// projection onto consistent parameters; afterwards those of the reported body.
     estimate: [f64; 10],
     /// Standard deviations of `estimate` to first order.
     linear: [f64; 10],
@@ -48,8 +49,9 @@ impl Readout {
         Self::new(body_of(&Vector::zeros()), None, uncertainty)
     }
 
-    /// Returns the report of an estimate with the projection onto consistent parameters. `known` is the part of
-    /// the estimated body that is not the payload, and `has_gripper` whether links of the robot are in it.
+    /// Returns the report of an estimate with the projection onto consistent parameters. `known` is
+    /// the part of the estimated body that is not the payload, and `has_gripper` whether links of
+    /// the robot are in it.
     pub(crate) fn of_estimate(
         estimator: &OnlineLeastSquares,
         projection: &ProjectionTracker,

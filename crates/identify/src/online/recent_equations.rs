@@ -5,7 +5,8 @@ use crate::equations::Equation;
 /// Number of equations that are kept: those of 10 s at a cutoff of 10 Hz.
 const RECENT_EQUATIONS: usize = 324;
 
-/// The most recent equations, at most 324. Nothing is allocated after construction but for [`in_order`](Self::in_order).
+/// The most recent equations, at most 324. Nothing is allocated after construction but for
+/// [`in_order`](Self::in_order).
 #[derive(Clone, Debug)]
 pub(crate) struct RecentEquations {
     equations: Vec<Equation>,

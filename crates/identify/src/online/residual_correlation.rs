@@ -3,16 +3,16 @@
 use crate::equations::window::NOISE_CORRELATION;
 use crate::solve::noise::VARIANCE_FLOOR;
 
-/// Gain of the slow mean of the residuals. The mean follows errors that last for ten windows or more, 0.3 s at
-/// a cutoff of 10 Hz.
+/// Gain of the slow mean of the residuals. The mean follows errors that last for ten windows or
+/// more, 0.3 s at a cutoff of 10 Hz.
 pub(crate) const SLOW_GAIN: f64 = 0.1;
 
-/// Mean square of the slow mean for white noise of variance one: `g / (2 - g)` for an exponential mean with the
-/// gain `g` of independent values, times the factor for overlapping windows.
+/// Mean square of the slow mean for white noise of variance one: `g / (2 - g)` for an exponential
+/// mean with the gain `g` of independent values, times the factor for overlapping windows.
 pub(crate) const WHITE_SLOW_SQUARE: f64 = NOISE_CORRELATION * SLOW_GAIN / (2.0 - SLOW_GAIN);
 
-/// Number of windows that the correlation of white noise counts for. It limits the gain of the first window to
-/// a quarter.
+/// Number of windows that the correlation of white noise counts for. It limits the gain of the
+/// first window to a quarter.
 const PRIOR_WINDOWS: f64 = 4.0;
 
 /// Mean products of a residual with itself and with the residuals of the two windows before it.
@@ -23,8 +23,8 @@ pub(crate) fn mean_gain(windows_before: f64) -> f64 {
     1.0 / (windows_before + PRIOR_WINDOWS)
 }
 
-/// Correlation of the whitened residuals of one channel with those of the two windows before, and their slow
-/// mean.
+/// Correlation of the whitened residuals of one channel with those of the two windows before, and
+/// their slow mean.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct ResidualCorrelation {
     /// Residuals of the last window and of the one before it.
@@ -36,8 +36,8 @@ pub(crate) struct ResidualCorrelation {
 }
 
 impl ResidualCorrelation {
-    /// The correlation of white noise. Neighbouring windows overlap by two thirds and share noise; windows that
-    /// are further apart hardly do.
+    /// The correlation of white noise. Neighbouring windows overlap by two thirds and share noise;
+    /// windows that are further apart hardly do.
     pub(crate) const WHITE: Self = Self {
         last: [0.0; 2],
         products: [1.0, 0.5 * (NOISE_CORRELATION - 1.0), 0.0],
@@ -55,8 +55,8 @@ impl ResidualCorrelation {
     }
 }
 
-/// Returns the correlation with the last window and with the one before it that mean products show, shrunk until the
-/// spectral density is positive at every frequency.
+/// Returns the correlation with the last window and with the one before it that mean products show,
+/// shrunk until the spectral density is positive at every frequency.
 pub(crate) fn correlation_of([square, next, second]: Products) -> [f64; 2] {
     let (next, second) = (next / square, second / square);
     // Spectral density at the frequency θ: 1 + 2 next cos(θ) + 2 second cos(2 θ).
@@ -80,8 +80,8 @@ mod tests {
 
     use super::*;
 
-    /// Independent residuals have no correlation. Their differences have one so negative that the spectral
-    /// density at low frequencies is at its lower limit.
+    /// Independent residuals have no correlation. Their differences have one so negative that the
+    /// spectral density at low frequencies is at its lower limit.
     #[test]
     fn correlation_of_noise_and_of_its_differences() {
         let mut random = SmallRng::seed_from_u64(1);

@@ -12,7 +12,8 @@ use crate::equations::{EquationSettings, Sample};
 /// Time at the end of which samples are checked, s.
 const SPAN_S: f64 = 10.0;
 
-/// Checks the last 10 s of samples. Nothing is allocated after construction, but by [`findings`](Self::findings).
+/// Checks the last 10 s of samples. Nothing is allocated after construction, but by
+/// [`findings`](Self::findings).
 #[derive(Clone, Debug)]
 pub(crate) struct OnlineChecks {
     joint_names: Vec<String>,

@@ -1,10 +1,10 @@
 //! The stages of the update by one averaging window.
 
-/// Deferred stage of the update by the most recent window. One stage runs per sample, which bounds the worst-case
-/// time of a sample.
+/// Deferred stage of the update by the most recent window. One stage runs per sample, which bounds
+/// the worst-case time of a sample.
 ///
-/// The stages are in the order in which they run; those before [`StartProjection`](Self::StartProjection) are
-/// stages of the estimator.
+/// The stages are in the order in which they run; those before
+/// [`StartProjection`](Self::StartProjection) are stages of the estimator.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(crate) enum Stage {
     /// Adds the window to the sums of products.
@@ -29,8 +29,8 @@ impl Stage {
     /// Number of stages.
     pub(crate) const COUNT: usize = Self::Report as usize + 1;
 
-    /// Returns the stage that follows, `None` after the last one. A window that shows nothing of the noise skips
-    /// [`UpdateNoise`](Self::UpdateNoise).
+    /// Returns the stage that follows, `None` after the last one. A window that shows nothing of
+    /// the noise skips [`UpdateNoise`](Self::UpdateNoise).
     pub(crate) fn next(self, shows_noise: bool) -> Option<Self> {
         match self {
             Self::AddRows => Some(Self::UpdateSquareRoot),
@@ -54,7 +54,8 @@ impl Stage {
 mod tests {
     use super::*;
 
-    /// The stages from the first to the last are as many as the constant says, in the order of the enumeration.
+    /// The stages from the first to the last are as many as the constant says, in the order of the
+    /// enumeration.
     #[test]
     fn stages_follow_each_other() {
         let stages: Vec<Stage> =

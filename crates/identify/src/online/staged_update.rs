@@ -13,15 +13,16 @@ use crate::{KnownBodies, KnownTool};
 /// The online estimate with the one machine that updates it: a window is assessed at once, and the
 /// [stages](Stage) of its update follow one by one.
 ///
-/// Estimator, projection and report change in this order, so that what is reported is always of one window. After the
-/// last stage, each further one refines the projection until it has settled.
+/// Estimator, projection and report change in this order, so that what is reported is always of one
+/// window. After the last stage, each further one refines the projection until it has settled.
 #[derive(Clone, Debug)]
 pub(crate) struct StagedUpdate {
     estimator: OnlineLeastSquares,
     projection: ProjectionTracker,
     /// The stage that runs next; `None` after the last one.
     stage: Option<Stage>,
-    /// Links below the tool that are part of the estimated body, as of the end of the most recent window.
+    /// Links below the tool that are part of the estimated body, as of the end of the most recent
+    /// window.
     gripper: Option<InertialParameters>,
     tool: Option<KnownTool>,
     readout: Readout,
@@ -85,8 +86,8 @@ impl StagedUpdate {
         Some(is_taken_back)
     }
 
-    /// Sets the links below the tool that are part of the estimated body: their inertial parameters in the tool frame
-    /// at the end of the most recent window.
+    /// Sets the links below the tool that are part of the estimated body: their inertial parameters
+    /// in the tool frame at the end of the most recent window.
     pub(crate) fn set_gripper(&mut self, gripper: Option<InertialParameters>) {
         self.gripper = gripper;
     }
@@ -122,8 +123,8 @@ impl StagedUpdate {
         &self.readout
     }
 
-    /// The report of the payload before the last change; `None` before a change, and where the payload before it was not
-    /// known.
+    /// The report of the payload before the last change; `None` before a change, and where the
+    /// payload before it was not known.
     pub(crate) fn before_change(&self) -> Option<&Readout> {
         self.before_change.as_ref()
     }
@@ -151,7 +152,8 @@ impl StagedUpdate {
         self.readout = Readout::of_estimate(&self.estimator, &self.projection, &known, has_gripper);
     }
 
-    /// Takes one more step of the projection, unless it has settled, and reports the body that it leads to.
+    /// Takes one more step of the projection, unless it has settled, and reports the body that it
+    /// leads to.
     fn refine_projection(&mut self) {
         if self.projection.is_settled() {
             return;
@@ -187,8 +189,8 @@ mod tests {
         equation
     }
 
-    /// The report of a window changes with the last of as many stages as the constant says, all at once, and is then
-    /// what `finish` leads to.
+    /// The report of a window changes with the last of as many stages as the constant says, all at
+    /// once, and is then what `finish` leads to.
     #[test]
     fn the_report_changes_after_the_deferred_stages() {
         let mut random = SmallRng::seed_from_u64(4);

@@ -47,14 +47,16 @@ impl State {
 pub(crate) struct JointEstimate {
     pub(crate) parameters: Vector,
     pub(crate) covariance: Matrix,
-    /// Whether the motion determines mass, first moments and offsets: the wrench of the load at rest in any attitude.
+    /// Whether the motion determines mass, first moments and offsets: the wrench of the load at
+    /// rest in any attitude.
     pub(crate) is_determined: bool,
     /// `None` where the offsets are known to be zero.
     pub(crate) offsets: Option<Offsets>,
 }
 
 impl JointEstimate {
-    /// Returns the estimate of a state, given the covariance of the parameters and the information on them.
+    /// Returns the estimate of a state, given the covariance of the parameters and the information
+    /// on them.
     pub(crate) fn of(state: &State, covariance: Matrix, information: &Information) -> Self {
         let State {
             centering,
@@ -96,8 +98,8 @@ impl JointEstimate {
     }
 }
 
-/// The estimate as of the last window that nothing contradicted. It is that of the payload before a change until the
-/// payload after it is known well enough to detect further changes.
+/// The estimate as of the last window that nothing contradicted. It is that of the payload before a
+/// change until the payload after it is known well enough to detect further changes.
 #[derive(Clone, Debug)]
 pub(crate) struct Trusted {
     state: State,
@@ -138,8 +140,9 @@ impl Trusted {
         self.returning = 0;
     }
 
-    /// Counts a window by whether this estimate explains it, and whether the present one does. Returns the number of
-    /// windows in a row that this estimate alone explains; those that both explain do not interrupt them.
+    /// Counts a window by whether this estimate explains it, and whether the present one does.
+    /// Returns the number of windows in a row that this estimate alone explains; those that both
+    /// explain do not interrupt them.
     pub(crate) fn returning(&mut self, explains: bool, is_explained: bool) -> usize {
         self.returning = match (explains, is_explained) {
             (true, false) => self.returning + 1,

@@ -6,8 +6,8 @@ use crate::result::KINDS;
 use crate::solve::subspace::is_out_of_reach;
 use crate::solve::uncertainty::HALF_WIDTH_95;
 
-/// Returns the centre of mass, where it is certainly farther from the origin of the tool frame, which
-/// is called `frame`, than that of anything that an arm holds.
+/// Returns the centre of mass, where it is certainly farther from the origin of the tool frame,
+/// which is called `frame`, than that of anything that an arm holds.
 pub(super) fn far_center(fit: &RestFit, frame: &str) -> Option<FarCenter> {
     let std_devs = fit.value_std_devs();
     let center = fit.parameters.fixed_rows::<3>(1) / fit.parameters[0];

@@ -248,7 +248,8 @@ impl RestFit {
         self.largest.swap(0, 1);
     }
 
-    /// Returns the noise of a kind of channels, or the rounding of its residuals where that is larger, N or N m.
+    /// Returns the noise of a kind of channels, or the rounding of its residuals where that is
+    /// larger, N or N m.
     fn resolved_noise(&self, kind: usize) -> f64 {
         self.noise[kind].max(INVERSE_ROUNDING.sqrt() * self.largest[kind])
     }
@@ -337,8 +338,8 @@ impl RestFit {
         std_dev(gradient, covariance, null_space) * self.t_factor(self.shares(gradient))
     }
 
-    /// Returns the [standard deviation](Self::std_dev) of each of the ten values; infinite for a mass
-    /// of zero.
+    /// Returns the [standard deviation](Self::std_dev) of each of the ten values; infinite for a
+    /// mass of zero.
     pub(super) fn value_std_devs(&self) -> [f64; 10] {
         value_jacobian(&self.parameters).map_or([f64::INFINITY; 10], |slopes| {
             std::array::from_fn(|k| self.std_dev(&slopes.row(k).into()))

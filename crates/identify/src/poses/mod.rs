@@ -217,11 +217,11 @@ impl RestIdentifier {
         })
     }
 
-    /// Returns the size of the residuals of the same wrenches in the attitudes of another identifier,
-    /// relative to that in the own ones, where the other attitudes explain them far better; `None`
-    /// where they do not, or the poses are too few to tell. The other attitudes count for so many
-    /// `unknowns` that follow from the poses. With `is_exchanged`, the forces of the other one are
-    /// the moments of this one, and its moments the forces.
+    /// Returns the size of the residuals of the same wrenches in the attitudes of another
+    /// identifier, relative to that in the own ones, where the other attitudes explain them far
+    /// better; `None` where they do not, or the poses are too few to tell. The other attitudes
+    /// count for so many `unknowns` that follow from the poses. With `is_exchanged`, the forces of
+    /// the other one are the moments of this one, and its moments the forces.
     #[must_use]
     pub fn residual_ratio_of(
         &self,

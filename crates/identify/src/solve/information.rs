@@ -1,29 +1,32 @@
-//! The information of the rows without the noise of the motion, factorised by pivots, without allocation.
+//! The information of the rows without the noise of the motion, factorised by pivots, without
+//! allocation.
 
 use super::subspace::{Matrix, NullSpace, Vector, is_observable_pivot, least_signal};
 use crate::result::KINDS;
 
-/// The corrected information `A - N = Uᵀ D U`. `A` is the information of the rows, and `N` its part that is
-/// noise of the motion: the errors-in-variables bias correction.
+/// The corrected information `A - N = Uᵀ D U`. `A` is the information of the rows, and `N` its part
+/// that is noise of the motion: the errors-in-variables bias correction.
 ///
-/// The parameters are eliminated one after another: a pivot is the information on a parameter that the
-/// previous ones leave. Where a pivot is unobservable, its parameter keeps its value in
+/// The parameters are eliminated one after another: a pivot is the information on a parameter that
+/// the previous ones leave. Where a pivot is unobservable, its parameter keeps its value in
 /// [`solve`](Self::solve), and the others are solved for given this value.
 ///
-/// - A parameter whose column of the rows is noise alone keeps its value first of all, and its products with
-///   other columns count as zero: they are chance, and the parameter may be of any size. An arm that holds
-///   still would otherwise take inertias of 1000 kg m², which it does not show, into its mass.
-/// - The other parameters are eliminated kind by kind, each time the one with the largest pivot of its kind.
-///   One that keeps its value is then the largest of its kind in its direction, so that the others do not
-///   have to be larger to make up for it, and multiply the noise of the motion. Of the first moments of an
-///   arm that holds still it is the one that is nearest to the vertical.
+/// - A parameter whose column of the rows is noise alone keeps its value first of all, and its
+///   products with other columns count as zero: they are chance, and the parameter may be of any
+///   size. An arm that holds still would otherwise take inertias of 1000 kg m², which it does not
+///   show, into its mass.
+/// - The other parameters are eliminated kind by kind, each time the one with the largest pivot of
+///   its kind. One that keeps its value is then the largest of its kind in its direction, so that
+///   the others do not have to be larger to make up for it, and multiply the noise of the motion.
+///   Of the first moments of an arm that holds still it is the one that is nearest to the vertical.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Information {
     /// `A - N`, in which columns and rows of noise alone are zero.
     difference: Matrix,
     /// `D⁻¹`; zero for an unobservable direction.
     inverse: Vector,
-    /// The columns of `U⁻¹`. In the order of elimination `U` is triangular, with a diagonal of ones.
+    /// The columns of `U⁻¹`. In the order of elimination `U` is triangular, with a diagonal of
+    /// ones.
     directions: Matrix,
 }
 
@@ -59,7 +62,8 @@ impl Information {
                 is_open[j] = false;
                 let column = rest.column(j).into_owned();
                 let direction = directions.column(j).into_owned();
-                // An upper limit of the noise in the direction, which is far below the pivot where the motion excites it.
+                // An upper limit of the noise in the direction, which is far below the pivot where
+                // the motion excites it.
                 let limit = direction.abs().dot(&noise_sizes).powi(2);
                 let of_noise = if column[j] > least * limit {
                     0.0
@@ -105,8 +109,8 @@ impl Information {
         self.inverse.iter().all(|inverse| *inverse > 0.0)
     }
 
-    /// Returns the sandwich `(A - N)⁻¹ S (A - N)⁻¹` of a symmetric score covariance `S`, in the observable
-    /// directions.
+    /// Returns the sandwich `(A - N)⁻¹ S (A - N)⁻¹` of a symmetric score covariance `S`, in the
+    /// observable directions.
     pub(crate) fn sandwich(&self, scores: &Matrix) -> Matrix {
         let mut scaled = self.directions;
         for (mut column, inverse) in scaled.column_iter_mut().zip(&self.inverse) {
@@ -116,8 +120,8 @@ impl Information {
         inverse * scores * inverse
     }
 
-    /// Returns `A - N`, in which each unobservable direction has the information that `prior` has of the
-    /// parameter that keeps its value: positive definite.
+    /// Returns `A - N`, in which each unobservable direction has the information that `prior` has
+    /// of the parameter that keeps its value: positive definite.
     ///
     /// Its inverse is that of `A - N` among the other parameters, plus `d dᵀ / prior` for each
     /// [direction](Self::unobservable) `d`.
@@ -140,8 +144,9 @@ impl Information {
         NullSpace::new(scales, scaled)
     }
 
-    /// The unobservable directions: the index of a parameter that keeps its value in [`solve`](Self::solve),
-    /// and the change of all parameters for a unit of it, the others being solved for again.
+    /// The unobservable directions: the index of a parameter that keeps its value in
+    /// [`solve`](Self::solve), and the change of all parameters for a unit of it, the others being
+    /// solved for again.
     pub(crate) fn unobservable(&self) -> impl Iterator<Item = (usize, Vector)> + Clone + '_ {
         let indices = (0..10).filter(|&k| self.inverse[k] == 0.0);
         indices.map(|k| {
@@ -181,8 +186,8 @@ mod tests {
         rows.tr_mul(&rows)
     }
 
-    /// The triangular factor of random rows with columns of very different size, and the information of
-    /// their noise, a `fraction` of that of the motion.
+    /// The triangular factor of random rows with columns of very different size, and the
+    /// information of their noise, a `fraction` of that of the motion.
     fn rows_and_noise(seed: u64, fraction: f64) -> (Matrix, Matrix) {
         let mut generator = SmallRng::seed_from_u64(seed);
         let scales = Vector::from_fn(|k, _| 10f64.powi(k as i32 % 4 * 2));
@@ -192,7 +197,8 @@ mod tests {
         (all.cholesky().unwrap().l().transpose(), noise)
     }
 
-    /// Where every direction is observable, the result is the plain inverse for columns of any size.
+    /// Where every direction is observable, the result is the plain inverse for columns of any
+    /// size.
     #[test]
     fn solves_without_the_noise() {
         for seed in 0..50 {
@@ -210,8 +216,8 @@ mod tests {
         }
     }
 
-    /// A direction without rows is found exactly, and the parameters across it are determined. Where a
-    /// direction is all noise, the direction found is nearly so.
+    /// A direction without rows is found exactly, and the parameters across it are determined.
+    /// Where a direction is all noise, the direction found is nearly so.
     #[test]
     fn finds_the_unobservable_direction() {
         for seed in 0..50 {
@@ -244,7 +250,8 @@ mod tests {
         }
     }
 
-    /// A column of noise that has products with another one by chance leaves the latter's solution and direction as they are.
+    /// A column of noise that has products with another one by chance leaves the latter's solution
+    /// and direction as they are.
     #[test]
     fn noise_that_is_coupled_by_chance_moves_nothing() {
         let mut rows = Matrix::identity();
@@ -260,7 +267,8 @@ mod tests {
         assert_eq!(information.matrix(&prior)[(0, 9)], 0.0);
     }
 
-    /// Along an unobservable direction the parameter that keeps its value is the largest of its kind.
+    /// Along an unobservable direction the parameter that keeps its value is the largest of its
+    /// kind.
     #[test]
     fn the_largest_entry_of_a_direction_keeps_its_value() {
         for (down, held) in [

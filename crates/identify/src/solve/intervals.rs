@@ -12,20 +12,22 @@ const MOMENTS: [usize; 3] = [4, 7, 9];
 /// Indices of the products of inertia among the ten values, by the axis that is not in their names.
 const PRODUCTS: [usize; 3] = [8, 6, 5];
 
-/// Returns the 95 % intervals of the ten values, given their standard deviations. Cost: some 100 operations.
+/// Returns the 95 % intervals of the ten values, given their standard deviations. Cost: some 100
+/// operations.
 ///
-/// Each is the interval of the measurements, cut off where no body has a value; so it contains the truth whenever the
-/// interval of the measurements and those that bound it do:
+/// Each is the interval of the measurements, cut off where no body has a value; so it contains the
+/// truth whenever the interval of the measurements and those that bound it do:
 ///
 /// - The mass and the moments of inertia are not negative.
 /// - The centre of mass is in the bounding box.
-/// - About the centre of mass, no moment exceeds the sum of the two others (triangle inequality), and no product
-///   exceeds half of the moment about the third axis, because `2 |x y| ≤ x² + y²`.
-/// - In a box with sides `a` and `b` the variance of a coordinate is at most `a² / 4` (Popoviciu 1935), so a moment is
-///   at most `m (a² + b²) / 4` and a product at most `m a b / 4`.
+/// - About the centre of mass, no moment exceeds the sum of the two others (triangle inequality),
+///   and no product exceeds half of the moment about the third axis, because `2 |x y| ≤ x² + y²`.
+/// - In a box with sides `a` and `b` the variance of a coordinate is at most `a² / 4` (Popoviciu
+///   1935), so a moment is at most `m (a² + b²) / 4` and a product at most `m a b / 4`.
 ///
-/// Where a bound depends on another value, it is the one at the upper limit of that value's interval. The values of a body
-/// that cannot exist, with a mass that is not positive, have the intervals of the measurements.
+/// Where a bound depends on another value, it is the one at the upper limit of that value's
+/// interval. The values of a body that cannot exist, with a mass that is not positive, have the
+/// intervals of the measurements.
 pub(crate) fn intervals(
     values: &[f64; 10],
     std_devs: &[f64; 10],
@@ -84,8 +86,8 @@ struct Bounded<'a> {
 }
 
 impl Bounded<'_> {
-    /// Cuts an interval off at limits and returns its upper end. The estimate stays inside: one on a limit may be beyond it
-    /// by rounding.
+    /// Cuts an interval off at limits and returns its upper end. The estimate stays inside: one on
+    /// a limit may be beyond it by rounding.
     fn cut(&mut self, k: usize, low: f64, high: f64) -> f64 {
         let interval = &mut self.intervals[k];
         interval[0] = interval[0].max(low.min(self.values[k]));
@@ -141,7 +143,8 @@ mod tests {
         }
     }
 
-    /// Each bound, computed by hand: the moments of the others are at most 0.0496, 0.0596 and 0.0396.
+    /// Each bound, computed by hand: the moments of the others are at most 0.0496, 0.0596 and
+    /// 0.0396.
     #[test]
     fn a_body_bounds_what_noise_does_not() {
         let infinity = f64::INFINITY;
@@ -175,8 +178,8 @@ mod tests {
         }
     }
 
-    /// No body in the box is outside of the intervals of the box alone, whatever its mass distribution, also point
-    /// masses in the corners, which reach the limits.
+    /// No body in the box is outside of the intervals of the box alone, whatever its mass
+    /// distribution, also point masses in the corners, which reach the limits.
     #[test]
     fn no_body_is_cut_off() {
         let mut random = SmallRng::seed_from_u64(7);
@@ -215,7 +218,8 @@ mod tests {
         assert!(nearest < 1e-6, "no body reaches a limit: {nearest}");
     }
 
-    /// An estimate beyond a bound by rounding stays inside its interval, and that of an impossible body is not bounded.
+    /// An estimate beyond a bound by rounding stays inside its interval, and that of an impossible
+    /// body is not bounded.
     #[test]
     fn the_estimate_is_inside() {
         let (mut values, std_devs) = measured();

@@ -1,5 +1,6 @@
-//! What the least-squares solvers share: the noise model, offsets, observable and unobservable directions,
-//! physical consistency, prior knowledge and error propagation. Nothing here knows a robot.
+//! What the least-squares solvers share: the noise model, offsets, observable and unobservable
+//! directions, physical consistency, prior knowledge and error propagation. Nothing here knows a
+//! robot.
 
 pub(crate) mod consistency;
 pub(crate) mod information;

@@ -1,10 +1,12 @@
-//! Constant offsets of channels, such as a force sensor's zero: further unknowns, which are eliminated.
+//! Constant offsets of channels, such as a force sensor's zero: further unknowns, which are
+//! eliminated.
 //!
-//! With an unknown constant in a channel, least squares is that of the channel's rows less their weighted
-//! mean. [`MeanRow`] eliminates the constant from all rows at once, for the batch fit. [`Centering`]
-//! eliminates it from one row after another, for what grows window by window: each row less the mean of those
-//! before it, times a factor (Welford 1962, Technometrics 4, 419-420). Both give the same information and the
-//! same parameters, and both then give the offset as what the parameters leave of the mean.
+//! With an unknown constant in a channel, least squares is that of the channel's rows less their
+//! weighted mean. [`MeanRow`] eliminates the constant from all rows at once, for the batch fit.
+//! [`Centering`] eliminates it from one row after another, for what grows window by window: each
+//! row less the mean of those before it, times a factor (Welford 1962, Technometrics 4, 419-420).
+//! Both give the same information and the same parameters, and both then give the offset as what
+//! the parameters leave of the mean.
 
 use nalgebra::{Matrix6, SMatrix, Vector6};
 
@@ -25,7 +27,8 @@ pub(crate) struct Offsets {
 }
 
 impl Offsets {
-    /// Returns what a solution leaves of the mean rows of so many windows; `None` unless there are six.
+    /// Returns what a solution leaves of the mean rows of so many windows; `None` unless there are
+    /// six.
     pub(crate) fn new(
         means: &[MeanRow<11>],
         solution: &[f64],
@@ -43,7 +46,8 @@ impl Offsets {
         })
     }
 
-    /// Returns the offsets of the wrench in another frame, given the matrix that maps wrenches to it.
+    /// Returns the offsets of the wrench in another frame, given the matrix that maps wrenches to
+    /// it.
     pub(crate) fn mapped(&self, map: &Matrix6<f64>) -> Self {
         Self {
             values: map * self.values,
@@ -57,8 +61,8 @@ impl Offsets {
         self.of_means += covariance;
     }
 
-    /// Returns the standard deviation of each offset, in its unit, given the covariance of the parameters; infinite
-    /// where the motion does not distinguish the offset from the payload.
+    /// Returns the standard deviation of each offset, in its unit, given the covariance of the
+    /// parameters; infinite where the motion does not distinguish the offset from the payload.
     pub(crate) fn std_devs(&self, of_parameters: &Matrix, null_space: &NullSpace) -> [f64; 6] {
         let variances = self.covariance(of_parameters).diagonal();
         std::array::from_fn(|channel| {
@@ -89,8 +93,8 @@ impl Offsets {
         -self.gradients * of_parameters
     }
 
-    /// Returns the covariance of what a load with this regressor and the offsets measure together, given that of the
-    /// parameters.
+    /// Returns the covariance of what a load with this regressor and the offsets measure together,
+    /// given that of the parameters.
     pub(crate) fn covariance_of_load(
         &self,
         regressor: &SMatrix<f64, 6, 10>,
@@ -101,8 +105,8 @@ impl Offsets {
     }
 }
 
-/// Returns the joint covariance of parameters and of offsets times a sign, which are zero where there are none, given that
-/// of the parameters.
+/// Returns the joint covariance of parameters and of offsets times a sign, which are zero where
+/// there are none, given that of the parameters.
 pub(crate) fn joint_covariance(
     of_parameters: &Matrix,
     offsets: Option<&Offsets>,
@@ -186,7 +190,8 @@ pub(crate) struct WrenchNoise {
     pub(crate) factor: f64,
 }
 
-/// Rows that [known offsets](KnownOffsets) add to the information on the parameters: what they leave of the mean rows.
+/// Rows that [known offsets](KnownOffsets) add to the information on the parameters: what they
+/// leave of the mean rows.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct OffsetRows {
     /// Regressors and targets in units in which the noise of a window has variance one.
@@ -195,7 +200,8 @@ pub(crate) struct OffsetRows {
     pub(crate) scores: Matrix,
 }
 
-/// Running means of the rows of the leading channels, whose offsets are unknown, or known from windows before a payload change.
+/// Running means of the rows of the leading channels, whose offsets are unknown, or known from
+/// windows before a payload change.
 #[derive(Clone, Debug)]
 pub(crate) struct Centering {
     means: Vec<Row>,
@@ -241,13 +247,14 @@ impl Centering {
         self.is_empty() && self.known.is_none()
     }
 
-    /// Replaces a window's rows by those that it adds to the information on the parameters. Their noise has the
-    /// variance of the original rows.
+    /// Replaces a window's rows by those that it adds to the information on the parameters. Their
+    /// noise has the variance of the original rows.
     pub(crate) fn centre(&self, rows: &mut [Row], weight: f64) {
         let factor = (self.weight / (self.weight + weight).max(f64::MIN_POSITIVE)).sqrt();
         for (row, mean) in rows.iter_mut().zip(&self.means) {
             row.add(mean, -1.0);
-            // An arm at rest whose encoders do not change would otherwise determine a mass from the rounding of the mean.
+            // An arm at rest whose encoders do not change would otherwise determine a mass from the
+            // rounding of the mean.
             for (entry, mean) in row.regressor.iter_mut().zip(&mean.regressor) {
                 if entry.abs() <= PIVOT_ROUNDING * mean.abs() {
                     *entry = 0.0;
@@ -268,8 +275,9 @@ impl Centering {
         }
     }
 
-    /// Returns the rows that the known offsets add to those that are [centred](Self::centre): the covariance of their
-    /// noise is that of the offsets and of the mean rows. `None` where nothing is known of the offsets.
+    /// Returns the rows that the known offsets add to those that are [centred](Self::centre): the
+    /// covariance of their noise is that of the offsets and of the mean rows. `None` where nothing
+    /// is known of the offsets.
     pub(crate) fn offset_rows(&self, noise: &WrenchNoise) -> Option<OffsetRows> {
         let known = self.known.as_ref()?;
         let (regressors, targets) = self.mean()?;
@@ -286,8 +294,8 @@ impl Centering {
         })
     }
 
-    /// Returns the offsets of the six channels of a wrench, given the parameters; `None` without offsets or before any
-    /// window.
+    /// Returns the offsets of the six channels of a wrench, given the parameters; `None` without
+    /// offsets or before any window.
     pub(crate) fn offsets(&self, parameters: &Vector, noise: &WrenchNoise) -> Option<Offsets> {
         let (regressors, targets) = self.mean()?;
         let of_means = noise.covariance * (NOISE_CORRELATION / self.weight);
@@ -309,8 +317,8 @@ impl Centering {
         })
     }
 
-    /// Returns the mean regressors and targets of the six channels of a wrench; `None` without offsets or before any
-    /// window.
+    /// Returns the mean regressors and targets of the six channels of a wrench; `None` without
+    /// offsets or before any window.
     fn mean(&self) -> Option<(SMatrix<f64, 6, 10>, Vector6<f64>)> {
         let means: &[Row; 6] = self.means.as_slice().try_into().ok()?;
         let regressors = SMatrix::from_fn(|channel, k| means[channel].regressor[k]);
@@ -326,7 +334,8 @@ mod tests {
 
     use super::*;
 
-    /// The information of rows that are centred one by one is that of all rows less their weighted mean.
+    /// The information of rows that are centred one by one is that of all rows less their weighted
+    /// mean.
     #[test]
     fn one_by_one_is_all_at_once() {
         let mut random = SmallRng::seed_from_u64(3);

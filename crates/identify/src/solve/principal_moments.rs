@@ -14,18 +14,20 @@ use super::uncertainty::{HALF_WIDTH_95, std_dev, value_jacobian};
 pub struct PrincipalMoments {
     /// The moments, ascending, kg m².
     pub values: [f64; 3],
-    /// Standard deviations of the moments, kg m², in the same order. All are infinite where the motion does not
-    /// determine the whole inertia, because then not even the order of the moments is known.
+    /// Standard deviations of the moments, kg m², in the same order. All are infinite where the
+    /// motion does not determine the whole inertia, because then not even the order of the moments
+    /// is known.
     ///
-    /// A moment that is well separated from the others has the standard deviation of `vᵀ dI v`, its derivative,
-    /// where `v` is its unit axis. Moments that are nearer to each other than their noise have no derivatives,
-    /// and noise drives their estimates apart. Each of them has the root mean square of `Vᵀ dI V` (Frobenius
-    /// norm), where `V` has all axes of the group. No moment of the group errs by more than the norm of that
-    /// matrix (Weyl's inequality), so an interval of 1.96 standard deviations contains it with a probability of
-    /// 95 % or more (Székely and Bakirov 2003, doi 10.1007/s00440-003-0262-6).
+    /// A moment that is well separated from the others has the standard deviation of `vᵀ dI v`, its
+    /// derivative, where `v` is its unit axis. Moments that are nearer to each other than their
+    /// noise have no derivatives, and noise drives their estimates apart. Each of them has the root
+    /// mean square of `Vᵀ dI V` (Frobenius norm), where `V` has all axes of the group. No moment of
+    /// the group errs by more than the norm of that matrix (Weyl's inequality), so an interval of
+    /// 1.96 standard deviations contains it with a probability of 95 % or more (Székely and Bakirov
+    /// 2003, doi 10.1007/s00440-003-0262-6).
     pub std_devs: [f64; 3],
-    /// Lower and upper limit of the 95 % interval of each moment, kg m²: 1.96 standard deviations to each side, but not below
-    /// zero.
+    /// Lower and upper limit of the 95 % interval of each moment, kg m²: 1.96 standard deviations
+    /// to each side, but not below zero.
     pub intervals: [[f64; 2]; 3],
 }
 
@@ -65,8 +67,8 @@ impl PrincipalMoments {
     }
 }
 
-/// Returns the standard deviations of ascending moments, given the variances of the entries of `dI` along their
-/// axes.
+/// Returns the standard deviations of ascending moments, given the variances of the entries of `dI`
+/// along their axes.
 fn std_devs(moments: &[f64; 3], variances: &Matrix3<f64>) -> [f64; 3] {
     let size = |first: usize, end: usize| {
         let group = variances.view((first, first), (end - first, end - first));
@@ -101,8 +103,8 @@ mod tests {
         NullSpace::new(SVector::repeat(1.0), directions.iter().copied())
     }
 
-    /// Returns how often the intervals contain each moment, over random attitudes of the body and random
-    /// covariances whose standard deviations are about `size`.
+    /// Returns how often the intervals contain each moment, over random attitudes of the body and
+    /// random covariances whose standard deviations are about `size`.
     fn coverage(moments: [f64; 3], size: f64, seed: u64) -> [f64; 3] {
         let mut random = SmallRng::seed_from_u64(seed);
         let mut contained = [0u32; 3];
@@ -130,7 +132,8 @@ mod tests {
         contained.map(|count| f64::from(count) / f64::from(RUNS * DRAWS))
     }
 
-    /// Of well-separated moments 95 % of the intervals contain the truth, within the scatter of 20 000 draws.
+    /// Of well-separated moments 95 % of the intervals contain the truth, within the scatter of 20
+    /// 000 draws.
     #[test]
     fn intervals_of_separated_moments_have_their_coverage() {
         let scatter = (0.95 * 0.05 / f64::from(RUNS * DRAWS)).sqrt();
@@ -139,8 +142,9 @@ mod tests {
         }
     }
 
-    /// Intervals of two or three equal moments, and of a pair from equal to five standard deviations apart,
-    /// contain the truth with at least their probability, but for the scatter of the draws.
+    /// Intervals of two or three equal moments, and of a pair from equal to five standard
+    /// deviations apart, contain the truth with at least their probability, but for the scatter of
+    /// the draws.
     #[test]
     fn intervals_of_similar_moments_have_at_least_their_coverage() {
         let size = 1e-4;

@@ -4,8 +4,8 @@ use nalgebra::SymmetricEigen;
 
 use super::subspace::{Matrix, NullSpace, VARIANCE_RATIO, Vector};
 
-/// Ratio of an eigenvalue to the largest one, in parameters scaled to an information of one each, at and below which a
-/// direction is unobservable: above the rounding of an inverted covariance.
+/// Ratio of an eigenvalue to the largest one, in parameters scaled to an information of one each,
+/// at and below which a direction is unobservable: above the rounding of an inverted covariance.
 pub(crate) const INVERSE_ROUNDING: f64 = 1e-12;
 
 /// Returns a symmetric matrix in units in which its diagonal is one where it is positive.
@@ -15,13 +15,15 @@ pub fn normalized(matrix: &Matrix) -> Matrix {
     matrix.component_mul(&(scales * scales.transpose()))
 }
 
-/// Returns the inverse of a covariance in the observable directions; it is zero in those of the null space.
+/// Returns the inverse of a covariance in the observable directions; it is zero in those of the
+/// null space.
 #[must_use]
 pub fn information(covariance: &Matrix, null_space: &NullSpace) -> Matrix {
     let scales = null_space.scales();
     let scaled = covariance.component_div(&(scales * scales.transpose()));
     let largest = scaled.diagonal().max().max(f64::MIN_POSITIVE);
-    // With a variance of its own, an unobservable direction can be inverted, and is then removed again.
+    // With a variance of its own, an unobservable direction can be inverted, and is then removed
+    // again.
     let directions = null_space.directions().iter();
     let unobservable: Matrix = directions.map(|n| n * n.transpose()).sum();
     let mut eigen = SymmetricEigen::new(scaled + unobservable * largest);
@@ -72,8 +74,8 @@ fn scales(information: &Matrix) -> Vector {
     information.diagonal().map(unit)
 }
 
-/// Returns the information that remains where the parameters of a run also vary with the covariance `between`:
-/// `(W⁻¹ + T)⁻¹`, written so that it holds for a singular `W`, too.
+/// Returns the information that remains where the parameters of a run also vary with the covariance
+/// `between`: `(W⁻¹ + T)⁻¹`, written so that it holds for a singular `W`, too.
 #[must_use]
 pub fn with_variance(information: &Matrix, between: &Matrix) -> Matrix {
     let scales = scales(information);

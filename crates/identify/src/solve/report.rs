@@ -1,4 +1,5 @@
-//! From a posterior of the linear parameters to what a user reads: the only place where an estimate is made.
+//! From a posterior of the linear parameters to what a user reads: the only place where an estimate
+//! is made.
 
 use std::sync::Arc;
 
@@ -20,8 +21,8 @@ pub struct Posterior<'a> {
     pub covariance: Matrix,
     /// The unobservable directions.
     pub null_space: &'a NullSpace,
-    /// Factors on the standard deviations of the [ten values](crate::VALUE_NAMES), for what is uncertain beyond the
-    /// covariance; 1 where nothing is.
+    /// Factors on the standard deviations of the [ten values](crate::VALUE_NAMES), for what is
+    /// uncertain beyond the covariance; 1 where nothing is.
     pub factors: [f64; 10],
 }
 
@@ -37,8 +38,8 @@ pub struct Report {
 impl Posterior<'_> {
     /// Returns the payload in `frame`, given what is known of it beforehand.
     ///
-    /// A factor does not make a known mass less certain than the covariance or its weighing does, and an exact mass that is
-    /// kept has the standard deviation zero.
+    /// A factor does not make a known mass less certain than the covariance or its weighing does,
+    /// and an exact mass that is kept has the standard deviation zero.
     #[must_use]
     pub fn report(&self, frame: &str, prior: &PriorKnowledge) -> Report {
         let of_values = std_devs(&self.parameters, &self.covariance, self.null_space);
@@ -81,7 +82,8 @@ impl Posterior<'_> {
 }
 
 impl Posterior<'_> {
-    /// Returns the covariance of the parameters with the factors on the standard deviations of the ten values.
+    /// Returns the covariance of the parameters with the factors on the standard deviations of the
+    /// ten values.
     fn widened_covariance(&self) -> Matrix {
         let slopes = value_jacobian(&self.parameters);
         let inverse = slopes.and_then(|slopes| Some((slopes, slopes.try_inverse()?)));
@@ -93,8 +95,8 @@ impl Posterior<'_> {
     }
 }
 
-/// Returns the estimate of a body with these standard deviations of its ten values, in `frame`. It counts no windows,
-/// samples or gaps.
+/// Returns the estimate of a body with these standard deviations of its ten values, in `frame`. It
+/// counts no windows, samples or gaps.
 pub(crate) fn estimate(
     frame: Arc<str>,
     body: MassProperties,

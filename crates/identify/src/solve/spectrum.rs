@@ -17,7 +17,8 @@ where
     D: DimSub<U1>,
     DefaultAllocator: Allocator<D, D> + Allocator<D> + Allocator<DimDiff<D, U1>>,
 {
-    /// Eigenvalues of the information without the noise of the motion, of the parameters that are not held.
+    /// Eigenvalues of the information without the noise of the motion, of the parameters that are
+    /// not held.
     eigen: SymmetricEigen<f64, D>,
     /// Orthogonal unit vectors.
     unobservable: Vec<OVector<f64, D>>,
@@ -43,11 +44,13 @@ where
         Self::with_noise(&information, &noise, 1)
     }
 
-    /// Decomposes the information of the `rows` of so many windows less what the `noise` of their motion has added to it.
+    /// Decomposes the information of the `rows` of so many windows less what the `noise` of their
+    /// motion has added to it.
     ///
-    /// For each direction that noise alone excites, one parameter is held. To hold the coordinate along the direction instead would
-    /// bias the other parameters: by chance the direction contains a small share of them, and their values are thousands of their
-    /// standard deviations. A parameter that is held lacks its own value only.
+    /// For each direction that noise alone excites, one parameter is held. To hold the coordinate
+    /// along the direction instead would bias the other parameters: by chance the direction
+    /// contains a small share of them, and their values are thousands of their standard deviations.
+    /// A parameter that is held lacks its own value only.
     pub(crate) fn with_noise(
         rows: &OMatrix<f64, D, D>,
         noise: &OMatrix<f64, D, D>,
@@ -80,8 +83,8 @@ where
         observable.map(|(information, vector)| (information, vector.into_owned()))
     }
 
-    /// The unobservable directions of the ten parameters, whose units are `scales`: those that no row excites, or only the
-    /// noise of the motion.
+    /// The unobservable directions of the ten parameters, whose units are `scales`: those that no
+    /// row excites, or only the noise of the motion.
     pub fn null_space(&self, scales: Vector) -> NullSpace {
         let directions = self.unobservable.iter();
         NullSpace::new(
@@ -99,8 +102,8 @@ where
             <= QUANTITY_FRACTION
     }
 
-    /// Returns a covariance without its share in the unobservable directions. The covariance of a solution lacks a share in the
-    /// parameters that are held, which is another one.
+    /// Returns a covariance without its share in the unobservable directions. The covariance of a
+    /// solution lacks a share in the parameters that are held, which is another one.
     pub(crate) fn across_unobservable(
         &self,
         mut covariance: OMatrix<f64, D, D>,
@@ -142,11 +145,13 @@ where
     }
 }
 
-/// Returns whether the rows certainly excite every direction by more than noise. It costs one Cholesky factorisation;
-/// [`not_excited`], with two eigenvalue decompositions, finds the directions where the answer is no.
+/// Returns whether the rows certainly excite every direction by more than noise. It costs one
+/// Cholesky factorisation; [`not_excited`], with two eigenvalue decompositions, finds the
+/// directions where the answer is no.
 ///
-/// Every fraction of noise is below `1 / (1 + s)`, where `s` is the least signal, if the products of rows less `1 + s` times
-/// those of noise are positive definite. The trace is an upper limit of the largest eigenvalue.
+/// Every fraction of noise is below `1 / (1 + s)`, where `s` is the least signal, if the products
+/// of rows less `1 + s` times those of noise are positive definite. The trace is an upper limit of
+/// the largest eigenvalue.
 fn excites_all<D>(rows: &OMatrix<f64, D, D>, noise: &OMatrix<f64, D, D>, windows: usize) -> bool
 where
     D: DimSub<U1>,
@@ -160,9 +165,11 @@ where
     excess.cholesky().is_some()
 }
 
-/// Returns unit vectors of the directions that only noise excites, and of those that no row excites.
+/// Returns unit vectors of the directions that only noise excites, and of those that no row
+/// excites.
 ///
-/// The directions are those in which the products of rows and those of noise are independent of each other.
+/// The directions are those in which the products of rows and those of noise are independent of
+/// each other.
 fn not_excited<D>(
     rows: &OMatrix<f64, D, D>,
     noise: &OMatrix<f64, D, D>,
@@ -204,8 +211,9 @@ where
     [of_noise, without_rows]
 }
 
-/// Returns an entry for each of some vectors so that no combination of them is zero in all of these entries: the largest of the
-/// last vector, then of each other one after the elimination of those that follow it.
+/// Returns an entry for each of some vectors so that no combination of them is zero in all of these
+/// entries: the largest of the last vector, then of each other one after the elimination of those
+/// that follow it.
 fn largest_entries<D>(vectors: &[OVector<f64, D>]) -> Vec<usize>
 where
     D: DimSub<U1>,
@@ -259,7 +267,8 @@ mod tests {
     use super::*;
     use crate::solve::subspace::Matrix;
 
-    /// A faint direction is observable, but not where noise of the motion is the larger part of it, or may be by chance.
+    /// A faint direction is observable, but not where noise of the motion is the larger part of it,
+    /// or may be by chance.
     #[test]
     fn noise_does_not_excite_a_direction() {
         let faint = Vector::ith(3, 1e-4);
@@ -284,7 +293,8 @@ mod tests {
         assert_eq!(found.directions().len(), 1);
     }
 
-    /// The quick check never takes a direction for excited that noise alone excites, and finds that most are excited by far more.
+    /// The quick check never takes a direction for excited that noise alone excites, and finds that
+    /// most are excited by far more.
     #[test]
     fn the_quick_check_misses_no_direction() {
         let mut excited = 0;
@@ -319,8 +329,8 @@ mod tests {
         assert!(error < 1e-9, "{error}");
     }
 
-    /// A direction that noise alone excites, and that the rows couple by chance with one that is known well, leaves the
-    /// solution of the latter as it is.
+    /// A direction that noise alone excites, and that the rows couple by chance with one that is
+    /// known well, leaves the solution of the latter as it is.
     #[test]
     fn noise_that_is_coupled_by_chance_does_not_move_the_solution() {
         let mut rows = Matrix::identity();

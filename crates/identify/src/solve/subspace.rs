@@ -1,7 +1,8 @@
 //! Observable and unobservable directions of the ten parameters.
 //!
-//! A motion may leave directions of the parameters unobservable: the null space of the regressor. Every
-//! least-squares solver describes it by one type, [`NullSpace`], and by the thresholds of this file.
+//! A motion may leave directions of the parameters unobservable: the null space of the regressor.
+//! Every least-squares solver describes it by one type, [`NullSpace`], and by the thresholds of
+//! this file.
 //!
 //! # When a direction counts as unobservable
 //!
@@ -13,16 +14,18 @@
 //! | pivot, online | at most [`PIVOT_ROUNDING`] of the information of the rows on the parameter alone | below, the subtraction of the other parameters leaves rounding |
 //! | | so little that the parameter would be larger than is plausible from noise alone | its estimate would be noise of any size |
 //!
-//! Both move the parameters only along observable directions, and for each unobservable one they hold one parameter.
+//! Both move the parameters only along observable directions, and for each unobservable one they
+//! hold one parameter.
 //!
-//! A derived quantity is unobservable where more than [`QUANTITY_FRACTION`] of its squared gradient lies in the
-//! null space. The fraction is not zero, because the directions are computed from noisy rows and no quantity
-//! lies exactly across them. A covariance matrix has no variance in unobservable directions; where only the
-//! covariance is at hand, directions with variances up to [`VARIANCE_RATIO`] of the largest count as
-//! unobservable (see [`consistency`](super::consistency)).
+//! A derived quantity is unobservable where more than [`QUANTITY_FRACTION`] of its squared gradient
+//! lies in the null space. The fraction is not zero, because the directions are computed from noisy
+//! rows and no quantity lies exactly across them. A covariance matrix has no variance in
+//! unobservable directions; where only the covariance is at hand, directions with variances up to
+//! [`VARIANCE_RATIO`] of the largest count as unobservable (see
+//! [`consistency`](super::consistency)).
 //!
-//! The paper's filter has no information matrix. It compares the singular values of the rows with thresholds of
-//! its own, which are documented there.
+//! The paper's filter has no information matrix. It compares the singular values of the rows with
+//! thresholds of its own, which are documented there.
 
 use nalgebra::{RowSVector, SMatrix, SVector};
 
@@ -38,8 +41,9 @@ pub type Vector = SVector<f64, 10>;
 /// Ratio to the largest eigenvalue: the square of 1e-5, the ratio of singular values of the rows.
 pub(crate) const EIGENVALUE_RATIO: f64 = 1e-5 * 1e-5;
 
-/// Least information of a direction without the noise of the motion, relative to that of the noise. What the half-differences
-/// show of noise that is not white is wrong by up to 7 %: that of derived accelerations at 500 Hz.
+/// Least information of a direction without the noise of the motion, relative to that of the noise.
+/// What the half-differences show of noise that is not white is wrong by up to 7 %: that of derived
+/// accelerations at 500 Hz.
 pub(crate) const LEAST_SIGNAL: f64 = 0.1;
 
 /// Fraction of the information on a parameter alone, the others known.
@@ -54,43 +58,49 @@ pub(crate) const VARIANCE_RATIO: f64 = 1e-13;
 /// Standard deviations of an information that noise alone may leave in a direction by chance.
 const CHANCE: f64 = 4.0;
 
-/// Returns the information without noise, relative to what the noise of the motion has added, up to which noise alone may excite
-/// a direction over so many windows, where it already excites `others` directions with less.
+/// Returns the information without noise, relative to what the noise of the motion has added, up to
+/// which noise alone may excite a direction over so many windows, where it already excites `others`
+/// directions with less.
 ///
-/// Noise in rows and in half-differences has the same power, and its difference over `n` independent windows of one
-/// channel has the standard deviation `2 / √n` of it. The largest difference of `k` directions is chosen from all
-/// combinations of them and exceeds zero by `√(2k)` standard deviations (the edge of the spectrum of an F matrix to first
-/// order in `k / n`; Wachter 1980, Annals of Statistics 8, 937).
+/// Noise in rows and in half-differences has the same power, and its difference over `n`
+/// independent windows of one channel has the standard deviation `2 / √n` of it. The largest
+/// difference of `k` directions is chosen from all combinations of them and exceeds zero by `√(2k)`
+/// standard deviations (the edge of the spectrum of an F matrix to first order in `k / n`; Wachter
+/// 1980, Annals of Statistics 8, 937).
 pub(crate) fn least_signal(windows: usize, others: usize) -> f64 {
     let independent = windows.max(1) as f64 / PRODUCT_CORRELATION;
     let chance = (CHANCE + (2.0 * others as f64).sqrt()) * 2.0 / independent.sqrt();
     chance.max(LEAST_SIGNAL)
 }
 
-/// Returns whether a direction with this pivot of the corrected information is observable. `of_noise` is the information
-/// that noise alone may leave there, `alone` the information of the rows on the parameter alone, and `plausible` the largest
-/// size of a parameter that can be expected, in units in which `alone` is one.
+/// Returns whether a direction with this pivot of the corrected information is observable.
+/// `of_noise` is the information that noise alone may leave there, `alone` the information of the
+/// rows on the parameter alone, and `plausible` the largest size of a parameter that can be
+/// expected, in units in which `alone` is one.
 pub(crate) fn is_observable_pivot(pivot: f64, of_noise: f64, alone: f64, plausible: f64) -> bool {
     pivot > of_noise.max(PIVOT_ROUNDING.max(plausible.powi(-2)) * alone)
 }
 
-/// Lever arm that decides between mass and inertia, m. The columns of rigid motion have lengths in the ratio of a lever arm: mass to
-/// first moments, and first moments to inertia. Where both ratios differ, rounding fills the mass or the inertia, and what the
-/// mass and the inertia show together is far above this arm or far below it.
+/// Lever arm that decides between mass and inertia, m. The columns of rigid motion have lengths in
+/// the ratio of a lever arm: mass to first moments, and first moments to inertia. Where both ratios
+/// differ, rounding fills the mass or the inertia, and what the mass and the inertia show together
+/// is far above this arm or far below it.
 pub(crate) const LEVER_ARM_M: f64 = 1.0;
 
-/// Returns whether a distance from the tool frame, m, is certainly one at which an arm has no sensor and holds nothing:
-/// beyond two lever arms, 2 m.
+/// Returns whether a distance from the tool frame, m, is certainly one at which an arm has no
+/// sensor and holds nothing: beyond two lever arms, 2 m.
 pub(crate) fn is_out_of_reach(distance_m: f64, half_width_m: f64) -> bool {
     distance_m - half_width_m > 2.0 * LEVER_ARM_M
 }
 
-/// Returns the lengths of the columns of the parameters, at least `least` of what is usual for their kind (mass, first
-/// moments, inertia). The result depends on units by [`LEVER_ARM_M`] alone. Lengths may be infinite.
+/// Returns the lengths of the columns of the parameters, at least `least` of what is usual for
+/// their kind (mass, first moments, inertia). The result depends on units by [`LEVER_ARM_M`] alone.
+/// Lengths may be infinite.
 ///
-/// Usual is the largest length of the kind, or that which continues those of the other two kinds, which differ by a lever
-/// arm each: a kind that only rounding excites has no column of usual length. Where only one kind has rows, no row shows a
-/// lever arm, and any length will do for the others.
+/// Usual is the largest length of the kind, or that which continues those of the other two kinds,
+/// which differ by a lever arm each: a kind that only rounding excites has no column of usual
+/// length. Where only one kind has rows, no row shows a lever arm, and any length will do for the
+/// others.
 pub(crate) fn bounded_lengths(lengths: &Vector, least: f64) -> Vector {
     let [mass, first, second] = KINDS.map(|kind| {
         let of_kind = lengths.as_slice()[kind].iter();
@@ -115,11 +125,12 @@ pub(crate) fn bounded_lengths(lengths: &Vector, least: f64) -> Vector {
     bounded
 }
 
-/// The unobservable directions: the null space of the regressor, within the thresholds of this module.
+/// The unobservable directions: the null space of the regressor, within the thresholds of this
+/// module.
 #[derive(Clone, Copy, Debug)]
 pub struct NullSpace {
-    /// Unit of each scaled parameter, in the parameter's unit: the parameters divided by their scales have
-    /// standard deviations of similar size.
+    /// Unit of each scaled parameter, in the parameter's unit: the parameters divided by their
+    /// scales have standard deviations of similar size.
     scales: Vector,
     /// Unit vectors in scaled parameters, of which the first `dimension` are valid.
     directions: [Vector; 10],
@@ -149,8 +160,8 @@ impl NullSpace {
         &self.directions[..self.dimension]
     }
 
-    /// Returns a covariance without its share in the unobservable directions, as that of known bodies
-    /// has one: a projection onto consistent parameters moves freely in them.
+    /// Returns a covariance without its share in the unobservable directions, as that of known
+    /// bodies has one: a projection onto consistent parameters moves freely in them.
     pub fn across(&self, covariance: &Matrix) -> Matrix {
         let units = self.scales * self.scales.transpose();
         let mut scaled = covariance.component_div(&units);
@@ -161,7 +172,8 @@ impl NullSpace {
         scaled.component_mul(&units)
     }
 
-    /// Returns whether the observable directions determine a quantity with this gradient in the parameters.
+    /// Returns whether the observable directions determine a quantity with this gradient in the
+    /// parameters.
     pub fn determines(&self, gradient: &RowSVector<f64, 10>) -> bool {
         let scaled = gradient.component_mul(&self.scales.transpose());
         let directions = self.directions().iter();
@@ -176,8 +188,8 @@ impl NullSpace {
 mod tests {
     use super::*;
 
-    /// A quantity is determined where its gradient lies across the null space, in scaled parameters, and is
-    /// not where a percent of its square lies in it.
+    /// A quantity is determined where its gradient lies across the null space, in scaled
+    /// parameters, and is not where a percent of its square lies in it.
     #[test]
     fn quantities_across_the_null_space_are_determined() {
         let scales = Vector::from_fn(|k, _| 10f64.powi(k as i32 % 3));
@@ -206,7 +218,8 @@ mod tests {
         assert!(!is_observable_pivot(0.2, 0.1, 1.0, 2.0));
     }
 
-    /// A kind of parameters without rows has a length that scales with units like its own, and so do bounds within a kind.
+    /// A kind of parameters without rows has a length that scales with units like its own, and so
+    /// do bounds within a kind.
     #[test]
     fn lengths_without_rows_have_the_unit_of_their_kind() {
         for without in [0..1, 1..4, 4..10, 3..9] {
@@ -236,8 +249,8 @@ mod tests {
         );
     }
 
-    /// With many windows a tenth of the noise is more than its scatter, with few it is less; other directions that noise alone
-    /// excites raise the limit.
+    /// With many windows a tenth of the noise is more than its scatter, with few it is less; other
+    /// directions that noise alone excites raise the limit.
     #[test]
     fn signal_exceeds_the_scatter_of_noise() {
         assert_eq!(least_signal(1_000_000, 0), LEAST_SIGNAL);

@@ -6,8 +6,8 @@ use tactid_dynamics::InertialParameters;
 use super::subspace::{Matrix, NullSpace, Vector};
 use crate::result::{KINDS, Observability, values_of_body};
 
-/// Largest relative standard deviation of a mass that is known. Beyond, quantities that are divided by it are far from
-/// linear in the parameters, and are not reported.
+/// Largest relative standard deviation of a mass that is known. Beyond, quantities that are divided
+/// by it are far from linear in the parameters, and are not reported.
 const MASS_KNOWN: f64 = 0.25;
 
 /// Returns whether a mass with this standard deviation is known.
@@ -27,8 +27,8 @@ pub fn values_of(parameters: &Vector) -> Option<[f64; 10]> {
 /// The entries of a symmetric matrix, in the order of the ten values.
 const ENTRIES: [(usize, usize); 6] = [(0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2)];
 
-/// Returns the derivatives of the ten values of [`VALUE_NAMES`](crate::VALUE_NAMES) with respect to the linear parameters,
-/// a row for each value; `None` for a mass of zero.
+/// Returns the derivatives of the ten values of [`VALUE_NAMES`](crate::VALUE_NAMES) with respect to
+/// the linear parameters, a row for each value; `None` for a mass of zero.
 #[must_use]
 pub fn value_jacobian(parameters: &Vector) -> Option<Matrix> {
     let mass = parameters[0];
@@ -61,8 +61,8 @@ pub fn value_jacobian(parameters: &Vector) -> Option<Matrix> {
 /// Standard deviations of the ten values.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct ValueStdDevs {
-    /// Standard deviation of each value, in its unit; infinite where it is not observable, or divided by a mass that is
-    /// known too badly.
+    /// Standard deviation of each value, in its unit; infinite where it is not observable, or
+    /// divided by a mass that is known too badly.
     pub(crate) std_devs: [f64; 10],
     /// Whether the observable directions determine each value, however uncertain it is.
     pub(crate) observable: [bool; 10],
@@ -76,7 +76,8 @@ impl ValueStdDevs {
     };
 }
 
-/// Returns the standard deviations of the ten values by linear error propagation. For a mass of zero nothing is known.
+/// Returns the standard deviations of the ten values by linear error propagation. For a mass of
+/// zero nothing is known.
 pub(crate) fn std_devs(
     parameters: &Vector,
     covariance: &Matrix,
@@ -97,31 +98,31 @@ pub(crate) fn std_devs(
     }
 }
 
-/// Number of standard deviations that an error should exceed once in a million estimates. A normal variable
-/// does so at [`RARE_NORMAL`]; the rest is a margin for what is not normal.
+/// Number of standard deviations that an error should exceed once in a million estimates. A normal
+/// variable does so at [`RARE_NORMAL`]; the rest is a margin for what is not normal.
 const COVERED: f64 = 6.0;
 
 /// Two-sided quantile of the standard normal distribution that is exceeded once in a million.
 const RARE_NORMAL: f64 = 4.892;
 
-/// Largest factor by which the standard deviation of a quotient is widened. It is reached where the mass is
-/// known to a fifth; from there to the limit at which quotients are reported at all, six standard deviations
-/// are exceeded with a probability of 5e-5.
+/// Largest factor by which the standard deviation of a quotient is widened. It is reached where the
+/// mass is known to a fifth; from there to the limit at which quotients are reported at all, six
+/// standard deviations are exceeded with a probability of 5e-5.
 const MAX_WIDENING: f64 = 20.0;
 
-/// Returns standard deviations of the ten values of an estimate that is not known well yet, such that an error
-/// of six of them remains as rare as once in a million. They are the `linear` ones where the mass is known to
-/// 3.7 %, the inertia is far from the least that a body with this uncertainty of its centre of mass can have,
-/// and `reported` is the estimate itself.
+/// Returns standard deviations of the ten values of an estimate that is not known well yet, such
+/// that an error of six of them remains as rare as once in a million. They are the `linear` ones
+/// where the mass is known to 3.7 %, the inertia is far from the least that a body with this
+/// uncertainty of its centre of mass can have, and `reported` is the estimate itself.
 ///
-/// - Centre of mass and inertia are divided by the mass `m`. With the error `z s` of the mass, the error of a
-///   quotient in units of its linear standard deviation is `z m / (m - z s)`, which for the rare `z` stays
-///   below six only where `m / s` is above 26.5.
-/// - The inertia about the centre of mass contains its square. Second order adds `m |δ|²` for the error `δ`
-///   of the centre of mass, whose square in a plane is rarely above `28 s²`.
-/// - `reported` may differ from the estimate, as the tracked projection does while it approaches. A difference
-///   `d` adds the variance `d² / 12`: `d + z s` is then below `6 √(s² + d² / 12)` for each `z` up to
-///   `√24 = 4.899`.
+/// - Centre of mass and inertia are divided by the mass `m`. With the error `z s` of the mass, the
+///   error of a quotient in units of its linear standard deviation is `z m / (m - z s)`, which for
+///   the rare `z` stays below six only where `m / s` is above 26.5.
+/// - The inertia about the centre of mass contains its square. Second order adds `m |δ|²` for the
+///   error `δ` of the centre of mass, whose square in a plane is rarely above `28 s²`.
+/// - `reported` may differ from the estimate, as the tracked projection does while it approaches. A
+///   difference `d` adds the variance `d² / 12`: `d + z s` is then below `6 √(s² + d² / 12)` for
+///   each `z` up to `√24 = 4.899`.
 pub(crate) fn widened(estimate: &[f64; 10], reported: &[f64; 10], linear: &[f64; 10]) -> [f64; 10] {
     let mass = estimate[0].abs();
     let signal = mass / linear[0].max(f64::MIN_POSITIVE);
@@ -145,9 +146,10 @@ pub(crate) fn widened(estimate: &[f64; 10], reported: &[f64; 10], linear: &[f64;
     })
 }
 
-/// Returns the factor by which a standard deviation that was itself estimated with so many degrees of freedom
-/// must be widened, so that six of it are exceeded once in a million: Student's quantile, as Wallace (1959,
-/// Annals of Mathematical Statistics 30, 1124) approximates it, over six; one from 34 degrees of freedom on.
+/// Returns the factor by which a standard deviation that was itself estimated with so many degrees
+/// of freedom must be widened, so that six of it are exceeded once in a million: Student's
+/// quantile, as Wallace (1959, Annals of Mathematical Statistics 30, 1124) approximates it, over
+/// six; one from 34 degrees of freedom on.
 pub(crate) fn students_widening(freedom: f64) -> f64 {
     let freedom = freedom.max(1.0);
     let normal = RARE_NORMAL * (8.0 * freedom + 3.0) / (8.0 * freedom + 1.0);
@@ -155,8 +157,8 @@ pub(crate) fn students_widening(freedom: f64) -> f64 {
     (student / COVERED).max(1.0)
 }
 
-/// Returns the standard deviation of a quantity with this gradient in the parameters, infinite where the
-/// motion does not determine it.
+/// Returns the standard deviation of a quantity with this gradient in the parameters, infinite
+/// where the motion does not determine it.
 pub(crate) fn std_dev(
     gradient: &RowSVector<f64, 10>,
     covariance: &Matrix,
@@ -169,8 +171,8 @@ pub(crate) fn std_dev(
     }
 }
 
-/// Returns the standard deviation of a quantity with this gradient in the parameters; infinite where a variance of a
-/// parameter that it depends on is.
+/// Returns the standard deviation of a quantity with this gradient in the parameters; infinite
+/// where a variance of a parameter that it depends on is.
 pub(crate) fn propagated(gradient: &RowSVector<f64, 10>, covariance: &Matrix) -> f64 {
     // Most derivatives are zero, and so do not count.
     let pairs = gradient.iter().zip(covariance.column_iter());
@@ -181,17 +183,17 @@ pub(crate) fn propagated(gradient: &RowSVector<f64, 10>, covariance: &Matrix) ->
     (gradient * product)[0].max(0.0).sqrt()
 }
 
-/// Returns the largest change of a value between two fits, relative to half of its interval, the larger one of both,
-/// given the ten values of each fit with their standard deviations. Values that one of them does not determine do not
-/// count.
+/// Returns the largest change of a value between two fits, relative to half of its interval, the
+/// larger one of both, given the ten values of each fit with their standard deviations. Values that
+/// one of them does not determine do not count.
 pub(crate) fn value_change([old, new]: [([f64; 10], [f64; 10]); 2]) -> f64 {
     let change = |k: usize| (new.0[k] - old.0[k]).abs() / (HALF_WIDTH_95 * old.1[k].max(new.1[k]));
     (0..10).map(change).fold(0.0, f64::max)
 }
 
-/// Returns the observability of each value, given its standard deviation and whether the motion excites it: it is
-/// identifiable where 1.96 standard deviations are less than the largest value of its kind, and the mass only where it is
-/// known to a quarter.
+/// Returns the observability of each value, given its standard deviation and whether the motion
+/// excites it: it is identifiable where 1.96 standard deviations are less than the largest value of
+/// its kind, and the mass only where it is known to a quarter.
 pub(crate) fn observability(
     values: &[f64; 10],
     std_devs: &[f64; 10],
@@ -211,8 +213,9 @@ pub(crate) fn observability(
     })
 }
 
-/// Returns for each value the largest magnitude of its kind (mass, centre of mass, inertia), to which its
-/// interval is compared. Many values are zero by symmetry, so that a relative error would be meaningless.
+/// Returns for each value the largest magnitude of its kind (mass, centre of mass, inertia), to
+/// which its interval is compared. Many values are zero by symmetry, so that a relative error would
+/// be meaningless.
 #[must_use]
 pub fn largest_of_kind(values: &[f64; 10]) -> [f64; 10] {
     let mut largest = [0.0; 10];
@@ -230,7 +233,8 @@ mod tests {
 
     use super::*;
 
-    /// A mass is identifiable where what is divided by it is reported, and not as long as its interval just excludes zero.
+    /// A mass is identifiable where what is divided by it is reported, and not as long as its
+    /// interval just excludes zero.
     #[test]
     fn a_mass_is_identifiable_where_it_is_known_to_a_quarter() {
         let mut parameters = Vector::zeros();

@@ -3,8 +3,8 @@
 use super::subspace::Matrix;
 use crate::prior::KnownMass;
 
-/// Returns the covariance of linear parameters with standard deviations that are larger by a factor. That of a known mass does
-/// not grow beyond that of its weighing.
+/// Returns the covariance of linear parameters with standard deviations that are larger by a
+/// factor. That of a known mass does not grow beyond that of its weighing.
 pub fn widened(covariance: &Matrix, factor: f64, known_mass: Option<KnownMass>) -> Matrix {
     let mut wide = covariance * (factor * factor);
     if let Some(mass) = known_mass {

@@ -14,7 +14,8 @@ use tactid_identify::{BaseState, Sample};
 pub(crate) const TOOL: &str = "flange";
 pub(crate) const JOINTS: usize = 6;
 
-/// Returns a serial arm with the Denavit-Hartenberg table and the link masses of a Universal Robots UR10.
+/// Returns a serial arm with the Denavit-Hartenberg table and the link masses of a Universal Robots
+/// UR10.
 pub(crate) fn arm(base_kind: BaseKind) -> Manipulator {
     let table = [
         (0.1273, 0.0, FRAC_PI_2, 7.778),
@@ -60,7 +61,8 @@ pub(crate) fn arm(base_kind: BaseKind) -> Manipulator {
     .unwrap()
 }
 
-/// Returns a body in the tool frame. Its inertia about the centre of mass is that of a rotated cuboid.
+/// Returns a body in the tool frame. Its inertia about the centre of mass is that of a rotated
+/// cuboid.
 pub(crate) fn body(mass_kg: f64, center_of_mass: [f64; 3], size_m: [f64; 3]) -> MassProperties {
     let [x, y, z] = size_m.map(|size| size * size / 12.0);
     let moments = Matrix3::from_diagonal(&Vector3::new(y + z, x + z, x + y));
@@ -97,7 +99,8 @@ pub(crate) struct Instant {
     pub(crate) wrench: Wrench,
 }
 
-/// The sines of one joint: amplitude of the acceleration, rad/s², angular frequency, rad/s, and phase, rad.
+/// The sines of one joint: amplitude of the acceleration, rad/s², angular frequency, rad/s, and
+/// phase, rad.
 pub(crate) type Sines = [[f64; 3]; 2];
 
 impl Instant {
@@ -211,7 +214,8 @@ pub(crate) fn joints_at(sines: &[Sines; JOINTS], time_s: f64) -> [[f64; JOINTS];
     joints
 }
 
-/// Computes the motion of all bodies in the workspace, and the accelerations of a floating base in `base`.
+/// Computes the motion of all bodies in the workspace, and the accelerations of a floating base in
+/// `base`.
 pub(crate) fn move_base(
     workspace: &mut Workspace,
     base: &mut FrameMotion,

@@ -18,7 +18,8 @@ pub(crate) const OFFSET: [f64; 6] = [-3.4, -4.7, -16.7, 0.005, -0.06, 0.005];
 /// Noise of a force, N, and of a moment, N m.
 pub(crate) const NOISE: [f64; 2] = [0.05, 0.002];
 
-/// The sensor carries the payload on its own, or stands 0.1 m below the tip and is turned about its z axis.
+/// The sensor carries the payload on its own, or stands 0.1 m below the tip and is turned about its
+/// z axis.
 pub(crate) fn sensor_below_the_tip() -> Manipulator {
     let urdf = r#"<robot name="probe"><link name="base"/><link name="sensor"/><link name="tip"/>
       <joint name="mount" type="fixed"><parent link="base"/><child link="sensor"/></joint>

@@ -211,7 +211,8 @@ fn change(given: &mut Recording, of: impl Fn(usize, Wrench) -> (Vector3<f64>, Ve
     }
 }
 
-/// Cross-talk of half a percent between all channels, with noise that stays for a tenth of a second in every second recording.
+/// Cross-talk of half a percent between all channels, with noise that stays for a tenth of a second
+/// in every second recording.
 pub(crate) fn of_a_real_sensor(given: &mut Recording, draws: &mut Draws) {
     let mut talk = |scale: f64| Matrix3::from_fn(|_, _| scale * draws.between(-0.005, 0.005));
     let (ff, fm, mf, mm) = (talk(1.0), talk(1.0), talk(0.05), talk(1.0));

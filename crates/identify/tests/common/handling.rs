@@ -1,4 +1,5 @@
-//! An arm that moves, comes to rest, and exchanges its payload or touches something, with exact samples.
+//! An arm that moves, comes to rest, and exchanges its payload or touches something, with exact
+//! samples.
 
 use nalgebra::{Isometry3, Vector3};
 use tactid_dynamics::{
@@ -12,7 +13,8 @@ use crate::arm::{Instant, JOINTS, Run, TOOL, arm, joints_at};
 /// Time that the arm takes to stop, s.
 const STOPPING_S: f64 = 1.0;
 
-/// Returns the time along the motion, and its first two derivatives, of an arm that begins to stop at `stop_s`.
+/// Returns the time along the motion, and its first two derivatives, of an arm that begins to stop
+/// at `stop_s`.
 fn warped(time_s: f64, stop_s: f64) -> [f64; 3] {
     let u = ((time_s - stop_s) / STOPPING_S).clamp(0.0, 1.0);
     let angle = std::f64::consts::PI * u;
@@ -26,8 +28,9 @@ fn warped(time_s: f64, stop_s: f64) -> [f64; 3] {
     ]
 }
 
-/// Returns the samples of a run on a fixed base whose arm begins to stop at a time, s. `pushed` is the further wrench that
-/// the sensor measures at a time, in the tool frame, given the rotation of the world into it.
+/// Returns the samples of a run on a fixed base whose arm begins to stop at a time, s. `pushed` is
+/// the further wrench that the sensor measures at a time, in the tool frame, given the rotation of
+/// the world into it.
 pub(crate) fn stopping(
     run: &Run,
     stop_s: f64,

@@ -3,8 +3,8 @@
 use nalgebra::{Isometry3, UnitQuaternion, Vector3};
 use tactid_dynamics::FrameMotion;
 
-/// Returns the base one step later, by the classical Runge-Kutta method. `accelerate` sets the accelerations of a base
-/// at a fraction of the step.
+/// Returns the base one step later, by the classical Runge-Kutta method. `accelerate` sets the
+/// accelerations of a base at a fraction of the step.
 pub(crate) fn runge_kutta(
     start: &FrameMotion,
     step_s: f64,

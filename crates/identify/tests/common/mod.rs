@@ -1,5 +1,5 @@
-//! An experiment on the project's own robot without a physics engine: the equations of motion are integrated
-//! with steps so small that the samples are exact.
+//! An experiment on the project's own robot without a physics engine: the equations of motion are
+//! integrated with steps so small that the samples are exact.
 
 #![allow(dead_code, reason = "no test file uses all of it")]
 
@@ -58,7 +58,8 @@ impl Instant {
         }
     }
 
-    /// The state of the base as C has it: position, orientation x, y, z, w, velocity, angular velocity.
+    /// The state of the base as C has it: position, orientation x, y, z, w, velocity, angular
+    /// velocity.
     pub(crate) fn base_numbers(&self) -> Vec<f64> {
         let (pose, base) = (&self.base.pose, &self.base);
         let pose = pose
@@ -118,7 +119,8 @@ impl Noise {
             wrench.force += Vector3::from_fn(|_, _| draw(self.wrench[0]));
             wrench.moment += Vector3::from_fn(|_, _| draw(self.wrench[1]));
         }
-        // Exact efforts draw nothing, so that the noise of the others is the same with and without them.
+        // Exact efforts draw nothing, so that the noise of the others is the same with and without
+        // them.
         if self.effort > 0.0 {
             noisy
                 .effort
@@ -175,8 +177,8 @@ impl Experiment {
         let mut joints = [vec![0.0; 8], vec![0.0; 8], vec![0.0; 8]];
         joints[0][..6].copy_from_slice(&self.posture);
         for (k, &joint) in self.moving.iter().enumerate() {
-            // Different frequencies make the joints' accelerations independent. In sequence, each joint makes
-            // whole swings of 5 s, which end where they begin.
+            // Different frequencies make the joints' accelerations independent. In sequence, each
+            // joint makes whole swings of 5 s, which end where they begin.
             let swing_s = self.duration_s / self.moving.len() as f64;
             let turn = (t / swing_s).floor() as usize;
             if self.in_sequence && turn != k {
@@ -250,8 +252,8 @@ impl Experiment {
         instants
     }
 
-    /// Returns the wrench of each finger on the payload, in the finger's frame: a given one of the left finger,
-    /// and the rest of the right one.
+    /// Returns the wrench of each finger on the payload, in the finger's frame: a given one of the
+    /// left finger, and the rest of the right one.
     fn finger_wrenches(&self, workspace: &Workspace, t: f64) -> Vec<Wrench> {
         let robot = workspace.robot();
         let tool = robot.frame(TOOL).unwrap();
@@ -292,8 +294,8 @@ pub(crate) fn identifier(experiment: &Experiment, settings: &EquationSettings) -
     Identifier::new(&experiment.robot(), TOOL, &SENSORS, settings).unwrap()
 }
 
-/// Returns the error of each value in percent of its nominal value, or of the largest of its kind where that is
-/// zero.
+/// Returns the error of each value in percent of its nominal value, or of the largest of its kind
+/// where that is zero.
 pub(crate) fn errors_percent(body: &MassProperties) -> [f64; 10] {
     let truth = payload();
     let (a, i) = (

@@ -1,4 +1,5 @@
-//! Recorded samples of an arm on the ground with noise on the wrist sensor, which a test can change.
+//! Recorded samples of an arm on the ground with noise on the wrist sensor, which a test can
+//! change.
 
 use nalgebra::Vector3;
 use rand::{RngExt, SeedableRng, rngs::SmallRng};

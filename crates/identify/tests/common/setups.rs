@@ -1,4 +1,5 @@
-//! Arms of several makers with what they hold, and recordings of their motions with noise on the wrist sensor.
+//! Arms of several makers with what they hold, and recordings of their motions with noise on the
+//! wrist sensor.
 
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 

@@ -35,8 +35,8 @@ pub(crate) fn about_y(phase: f64) -> UnitQuaternion<f64> {
     UnitQuaternion::from_scaled_axis(Vector3::y() * 1.2 * phase.sin())
 }
 
-/// Returns samples of 4 s at 500 Hz without noise, whose phase grows by `speed`, rad/s, in the gravitational acceleration
-/// `gravity` in the world, m/s².
+/// Returns samples of 4 s at 500 Hz without noise, whose phase grows by `speed`, rad/s, in the
+/// gravitational acceleration `gravity` in the world, m/s².
 pub(crate) fn samples(
     turn: fn(f64) -> UnitQuaternion<f64>,
     speed: f64,

@@ -140,8 +140,8 @@ impl LogReader {
         Self::open_files(path.as_ref(), MEMORY.load(Ordering::Relaxed), watch)
     }
 
-    /// Returns messages in memory as a log, which errors name by `path`. The number and the times of
-    /// their topics are counted here, whatever the topics of the messages have.
+    /// Returns messages in memory as a log, which errors name by `path`. The number and the times
+    /// of their topics are counted here, whatever the topics of the messages have.
     #[must_use]
     pub fn of_messages(path: impl AsRef<Path>, messages: &[RawMessage]) -> Self {
         let path = path.as_ref();
@@ -202,8 +202,8 @@ impl LogReader {
             .map(AsRef::as_ref)
     }
 
-    /// Returns what the log states of the messages of one of its topics: the definition of a channel
-    /// that has one. SQLite bags have none.
+    /// Returns what the log states of the messages of one of its topics: the definition of a
+    /// channel that has one. SQLite bags have none.
     #[must_use]
     pub fn definition(&self, topic: &Topic) -> Definition {
         let channels = self.files.iter().flat_map(|file| file.channels.values());

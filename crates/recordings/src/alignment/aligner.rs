@@ -36,8 +36,8 @@ impl Aligned {
     }
 }
 
-/// Averages or interpolates all streams at the times of the joints. Memory is bounded: a sample waits for at most
-/// [`LONGEST_WAIT_S`] beyond what is averaged.
+/// Averages or interpolates all streams at the times of the joints. Memory is bounded: a sample
+/// waits for at most [`LONGEST_WAIT_S`] beyond what is averaged.
 #[derive(Clone, Debug)]
 pub(crate) struct Aligner {
     streams: Streams,
@@ -56,8 +56,8 @@ pub(crate) struct Aligner {
 }
 
 impl Aligner {
-    /// Creates an aligner for some streams of a robot. `delay_s` is subtracted from the times of the wrenches, and gaps
-    /// longer than `max_gap_s` are not bridged.
+    /// Creates an aligner for some streams of a robot. `delay_s` is subtracted from the times of
+    /// the wrenches, and gaps longer than `max_gap_s` are not bridged.
     pub(crate) fn new(streams: Streams, robot: &Manipulator, delay_s: f64, max_gap_s: f64) -> Self {
         let averaging = &streams.averaging;
         let period_s = |periods_s: &[Option<f64>], k: usize| periods_s.get(k).copied().flatten();
@@ -131,7 +131,8 @@ impl Aligner {
         }
     }
 
-    /// Returns the next sample for which all streams have a value; `None` until more events have come.
+    /// Returns the next sample for which all streams have a value; `None` until more events have
+    /// come.
     pub(crate) fn next(&mut self) -> Option<Aligned> {
         while let Some(time_s) = self.joints.front().map(|(time_s, _)| *time_s) {
             match self.others_at(time_s) {
@@ -213,8 +214,9 @@ impl Aligner {
     }
 }
 
-/// The joints of one stream, whose angles go on where they start again after a turn: between the ends of a turn there is nothing to
-/// interpolate. Those to whose times all are aligned are not interpolated.
+/// The joints of one stream, whose angles go on where they start again after a turn: between the
+/// ends of a turn there is nothing to interpolate. Those to whose times all are aligned are not
+/// interpolated.
 #[derive(Clone, Debug)]
 struct ContinuedJoints {
     continuation: Continuation,
@@ -315,7 +317,8 @@ mod tests {
         }
     }
 
-    /// A sample waits for a late stream, but not for one that has stopped, and missing values are counted.
+    /// A sample waits for a late stream, but not for one that has stopped, and missing values are
+    /// counted.
     #[test]
     fn waits_for_a_late_stream_but_not_for_a_dead_one() {
         let mut aligner = Aligner::new(one_wrench(), &Manipulator::lone_body("tool0"), 0.0, 0.1);
@@ -362,7 +365,8 @@ mod tests {
         assert_eq!(aligner.next().unwrap().wrenches, [wrench_of(7.0)]);
     }
 
-    /// Joints of two publishers become one sample; what only one of them measures is not known of all.
+    /// Joints of two publishers become one sample; what only one of them measures is not known of
+    /// all.
     #[test]
     fn puts_publishers_together() {
         let streams = Streams {

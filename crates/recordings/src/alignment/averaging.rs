@@ -1,13 +1,14 @@
-//! Averaging of streams that are faster than the joints: which ones, over which period, and with which weights.
+//! Averaging of streams that are faster than the joints: which ones, over which period, and with
+//! which weights.
 
 use super::event::{Averaging, Event, Measured, Streams};
 
-/// A stream with at least this number of samples in a period of the joints is averaged over it. Below, the four samples
-/// that interpolation takes are as many as an average would have.
+/// A stream with at least this number of samples in a period of the joints is averaged over it.
+/// Below, the four samples that interpolation takes are as many as an average would have.
 const FASTER: f64 = 2.0;
 
-/// A wrench with at least this period relative to that of the joints is interpolated so that neighbouring samples share
-/// noise.
+/// A wrench with at least this period relative to that of the joints is interpolated so that
+/// neighbouring samples share noise.
 const SLOWER: f64 = 1.1;
 
 /// Periods of a wrench after which an interpolation has next to no noise in common with one before.
@@ -72,8 +73,8 @@ impl Averaging {
         SHARED_PERIODS * self.slower_wrench_s
     }
 
-    /// Returns the standard deviations of the noise of aligned wrenches, given those of samples: once for all sensors, once
-    /// for each, or none.
+    /// Returns the standard deviations of the noise of aligned wrenches, given those of samples:
+    /// once for all sensors, once for each, or none.
     pub(crate) fn of_averages(&self, noise: &[[f64; 6]]) -> Vec<[f64; 6]> {
         if noise.is_empty() || self.noise_ratios.iter().all(|ratio| *ratio == 1.0) {
             return noise.to_vec();
@@ -101,7 +102,8 @@ fn median_period_s(events: &[Event], is_of: impl Fn(&Measured) -> bool) -> Optio
     (*median_s > 0.0).then_some(*median_s)
 }
 
-/// Returns the standard deviation of white noise in an average over so many samples a period, relative to that of a sample.
+/// Returns the standard deviation of white noise in an average over so many samples a period,
+/// relative to that of a sample.
 fn noise_ratio(samples: f64) -> f64 {
     let count = (REACH * samples).ceil() + 1.0;
     let times: Vec<f64> = (0..=2 * count as usize)
@@ -115,13 +117,14 @@ fn noise_ratio(samples: f64) -> f64 {
         .sqrt()
 }
 
-/// Returns the weights of samples at `times_s` in their average about a time, s. The times reach beyond [`REACH`] periods to
-/// either side.
+/// Returns the weights of samples at `times_s` in their average about a time, s. The times reach
+/// beyond [`REACH`] periods to either side.
 ///
-/// It is a mean over the period about the time, which has nothing of what repeats with the joints' period and would
-/// otherwise appear as a slow motion. A mean also flattens a curved course; the means over the periods before and after show
-/// by how much, and a small multiple of them is subtracted, so that the average is exact for a quadratic course and, where
-/// the times are symmetric, for a cubic one. Means are those of the lines between samples.
+/// It is a mean over the period about the time, which has nothing of what repeats with the joints'
+/// period and would otherwise appear as a slow motion. A mean also flattens a curved course; the
+/// means over the periods before and after show by how much, and a small multiple of them is
+/// subtracted, so that the average is exact for a quadratic course and, where the times are
+/// symmetric, for a cubic one. Means are those of the lines between samples.
 pub(super) fn weights(times_s: &[f64], time_s: f64, period_s: f64) -> Vec<f64> {
     let means = [-1.0, 0.0, 1.0].map(|k| weights_of_mean(times_s, time_s + k * period_s, period_s));
     let squares = |weights: &Vec<f64>| -> f64 {
@@ -139,7 +142,8 @@ pub(super) fn weights(times_s: &[f64], time_s: f64, period_s: f64) -> Vec<f64> {
         .collect()
 }
 
-/// Returns the weights of samples in the mean, over a period about a time, of the lines between the samples.
+/// Returns the weights of samples in the mean, over a period about a time, of the lines between the
+/// samples.
 fn weights_of_mean(times_s: &[f64], time_s: f64, period_s: f64) -> Vec<f64> {
     let (begin_s, end_s) = (time_s - 0.5 * period_s, time_s + 0.5 * period_s);
     let mut weights = vec![0.0; times_s.len()];
@@ -185,7 +189,8 @@ mod tests {
         }
     }
 
-    /// What repeats with the period of the joints is not in an average, whose noise is that of a mean.
+    /// What repeats with the period of the joints is not in an average, whose noise is that of a
+    /// mean.
     #[test]
     fn averages_have_nothing_of_what_repeats() {
         let times_s: Vec<f64> = (-120..=120).map(|k| (f64::from(k) + 0.3) / 56.0).collect();

@@ -20,13 +20,15 @@ pub(crate) struct JointValues {
 }
 
 impl JointValues {
-    /// Checks that the values can be used, and applies `gains` to the efforts. `places` are the indices of the
-    /// joints among those of the robot, for which `names` and `gains` have an entry each.
+    /// Checks that the values can be used, and applies `gains` to the efforts. `places` are the
+    /// indices of the joints among those of the robot, for which `names` and `gains` have an entry
+    /// each.
     ///
     /// Velocities that are not finite are removed, with a fault: they follow from the positions.
     ///
     /// # Errors
-    /// Returns the name of the quantity with the fault of another value that is not finite or out of range.
+    /// Returns the name of the quantity with the fault of another value that is not finite or out
+    /// of range.
     pub(crate) fn check(
         mut self,
         places: &[usize],
@@ -71,8 +73,8 @@ pub(crate) struct Event {
 /// A measurement of one stream.
 #[derive(Clone, Debug)]
 pub(crate) enum Measured {
-    /// Joints of the publisher to whose times all streams are aligned, in the robot's order. Entries of
-    /// the joints of other publishers are filled in by the alignment.
+    /// Joints of the publisher to whose times all streams are aligned, in the robot's order.
+    /// Entries of the joints of other publishers are filled in by the alignment.
     Joints(JointValues),
     /// Joints of another publisher, by its index in [`Streams::more_joints`].
     MoreJoints(usize, JointValues),
@@ -104,7 +106,8 @@ pub(crate) struct Streams {
     pub(crate) averaging: Averaging,
 }
 
-/// For each stream that is faster than the joints the period of the joints, s, over which it is averaged.
+/// For each stream that is faster than the joints the period of the joints, s, over which it is
+/// averaged.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Averaging {
     pub(super) more_joints: Vec<Option<f64>>,
@@ -112,7 +115,8 @@ pub(crate) struct Averaging {
     pub(super) acceleration: Option<f64>,
     pub(super) base_imu: Option<f64>,
     pub(super) wrenches: Vec<Option<f64>>,
-    /// Standard deviation of white noise in an average of each wrench, relative to that of a sample.
+    /// Standard deviation of white noise in an average of each wrench, relative to that of a
+    /// sample.
     pub(super) noise_ratios: Vec<f64>,
     /// Period of the slowest wrench where the joints are faster, s; else zero.
     pub(super) slower_wrench_s: f64,

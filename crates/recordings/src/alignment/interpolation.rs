@@ -49,7 +49,8 @@ impl Interpolate for BaseState {
         let first = values[0].1.pose.rotation.coords;
         let terms = values.iter().map(|(weight, base)| {
             let coords = base.pose.rotation.coords;
-            // Both signs of a quaternion are the same rotation: all are taken on the side of the first.
+            // Both signs of a quaternion are the same rotation: all are taken on the side of the
+            // first.
             coords * weight.copysign(*weight * coords.dot(&first))
         });
         let rotation: Vector4<f64> = terms.sum();

@@ -27,8 +27,8 @@ pub(crate) struct Stream<T> {
 }
 
 impl<T: Interpolate> Stream<T> {
-    /// Creates a stream in which `max_gap_s` is the longest time between two samples that is bridged. Values are averaged
-    /// over `averaged_s` seconds, if given.
+    /// Creates a stream in which `max_gap_s` is the longest time between two samples that is
+    /// bridged. Values are averaged over `averaged_s` seconds, if given.
     pub(crate) fn new(max_gap_s: f64, averaged_s: Option<f64>) -> Self {
         Self {
             samples: VecDeque::new(),
@@ -48,8 +48,8 @@ impl<T: Interpolate> Stream<T> {
         }
     }
 
-    /// Returns the value at a time: an [average](weights) where the stream is averaged and has neither a gap nor its start
-    /// within it, else an interpolated one.
+    /// Returns the value at a time: an [average](weights) where the stream is averaged and has
+    /// neither a gap nor its start within it, else an interpolated one.
     ///
     /// Times must not decrease from call to call, because the samples before them are discarded.
     pub(crate) fn at(&mut self, time_s: f64) -> ValueAt<T> {
@@ -62,7 +62,8 @@ impl<T: Interpolate> Stream<T> {
         average.unwrap_or_else(|| self.interpolated(time_s))
     }
 
-    /// Returns the average about a time; `None` where the stream begins within it, or has a gap there.
+    /// Returns the average about a time; `None` where the stream begins within it, or has a gap
+    /// there.
     fn average(&self, time_s: f64, period_s: f64) -> Option<ValueAt<T>> {
         let (begin_s, end_s) = (time_s - REACH * period_s, time_s + REACH * period_s);
         let first = self.samples.partition_point(|(time, _)| *time <= begin_s);
@@ -91,8 +92,9 @@ impl<T: Interpolate> Stream<T> {
         after_s - before_s > longest_s
     }
 
-    /// Returns the value at a time: that of a sample; of the cubic through two samples before and two after;
-    /// or of the line between the two neighbours where an end is beside them, or two of the four are far apart.
+    /// Returns the value at a time: that of a sample; of the cubic through two samples before and
+    /// two after; or of the line between the two neighbours where an end is beside them, or two of
+    /// the four are far apart.
     fn interpolated(&self, time_s: f64) -> ValueAt<T> {
         let samples = &self.samples;
         let longest_s = self.averaged_s.unwrap_or(f64::INFINITY).min(self.max_gap_s);
@@ -165,8 +167,8 @@ mod tests {
         );
     }
 
-    /// A rotation through half of the quaternions' sphere is interpolated along the shorter arc, whatever
-    /// the signs of the quaternions.
+    /// A rotation through half of the quaternions' sphere is interpolated along the shorter arc,
+    /// whatever the signs of the quaternions.
     #[test]
     fn interpolates_rotations_of_either_sign() {
         let turned = |angle: f64, sign: f64| {
@@ -187,7 +189,8 @@ mod tests {
         assert!(middle.pose.rotation.angle_to(&target) < 1e-5);
     }
 
-    /// A stream that is averaged waits for samples beyond the time, and is interpolated beside its start and a gap.
+    /// A stream that is averaged waits for samples beyond the time, and is interpolated beside its
+    /// start and a gap.
     #[test]
     fn averages_where_samples_reach() {
         let quadratic = |t: f64| 1.0 - 2.0 * t + 30.0 * t * t;
@@ -215,8 +218,8 @@ mod tests {
         assert!(error(stream.at(0.8), 0.8) < 0.01);
     }
 
-    /// Beside a dropout of more than a period a stream is interpolated: means over periods without a
-    /// sample would amplify the noise of the samples at the ends of the dropout.
+    /// Beside a dropout of more than a period a stream is interpolated: means over periods without
+    /// a sample would amplify the noise of the samples at the ends of the dropout.
     #[test]
     fn does_not_average_over_a_dropout() {
         for dropout_s in [0.12, 0.2, 0.29, 0.3, 0.31] {
@@ -252,9 +255,9 @@ mod tests {
         assert_eq!(stream.at(0.2), ValueAt::Known(wrench(2.0)));
     }
 
-    /// On random times with random gaps: a value is exactly the sample on a sample, the cubic itself between
-    /// samples without a gap beside them, within its neighbours' hull of a line beside a gap, and none in a
-    /// gap.
+    /// On random times with random gaps: a value is exactly the sample on a sample, the cubic
+    /// itself between samples without a gap beside them, within its neighbours' hull of a line
+    /// beside a gap, and none in a gap.
     #[test]
     fn interpolation_holds_on_random_times() {
         let mut random = SmallRng::seed_from_u64(1);

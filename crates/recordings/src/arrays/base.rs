@@ -9,7 +9,8 @@ use crate::fault::{FaultKind, check};
 
 /// The samples whose times can be used.
 pub(super) struct Timeline {
-    /// Indices of all samples in the order of their times. Those that are no time, or come far too late, stay in their places.
+    /// Indices of all samples in the order of their times. Those that are no time, or come far too
+    /// late, stay in their places.
     pub(super) order: Vec<usize>,
     /// Whether each sample was brought before others that came earlier.
     pub(super) is_late: Vec<bool>,
@@ -50,8 +51,8 @@ impl Timeline {
     }
 }
 
-/// Returns the indices of samples in the order of their times, and whether each came late. Where most do, times run backwards,
-/// and the order is that in which they are.
+/// Returns the indices of samples in the order of their times, and whether each came late. Where
+/// most do, times run backwards, and the order is that in which they are.
 fn in_order(times_s: &[f64]) -> (Vec<usize>, Vec<bool>) {
     let (mut newest_s, mut in_time) = (f64::NEG_INFINITY, 0);
     let mut is_late = vec![false; times_s.len()];
@@ -73,8 +74,8 @@ fn in_order(times_s: &[f64]) -> (Vec<usize>, Vec<bool>) {
     (order, is_late)
 }
 
-/// Returns the state of the base at each sample. Where no twists are measured, they follow from the poses of
-/// the samples that can be used.
+/// Returns the state of the base at each sample. Where no twists are measured, they follow from the
+/// poses of the samples that can be used.
 pub(super) fn base_states(arrays: &Arrays<'_>, timeline: &Timeline) -> Vec<BaseState> {
     let vector = |values: &[f64], at: usize| Vector3::from_column_slice(&values[at..at + 3]);
     let pose = |k: usize| match arrays.pose {

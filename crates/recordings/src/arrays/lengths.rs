@@ -6,11 +6,13 @@ use super::fields::Arrays;
 use crate::{Method, RecordingError};
 
 impl Arrays<'_> {
-    /// Checks the arrays that describe the motion of a robot, or of a sensor alone unless there is a robot.
+    /// Checks the arrays that describe the motion of a robot, or of a sensor alone unless there is
+    /// a robot.
     ///
     /// # Errors
-    /// Returns [`RecordingError::Arrays`] if there is no time, a length does not fit the times and the robot, or joint
-    /// positions or the poses of a floating base or of a sensor without a robot are missing.
+    /// Returns [`RecordingError::Arrays`] if there is no time, a length does not fit the times and
+    /// the robot, or joint positions or the poses of a floating base or of a sensor without a robot
+    /// are missing.
     pub(super) fn check_motion(
         &self,
         robot: &Manipulator,
@@ -96,7 +98,8 @@ impl Arrays<'_> {
     /// Checks the wrenches against the number of sensors.
     ///
     /// # Errors
-    /// Returns [`RecordingError::Arrays`] if the length does not fit, or there are sensors without wrenches.
+    /// Returns [`RecordingError::Arrays`] if the length does not fit, or there are sensors without
+    /// wrenches.
     pub(super) fn check_wrenches(&self, sensors: usize) -> Result<(), RecordingError> {
         if self.wrench.is_empty() && sensors > 0 {
             return Err(missing("wrench", "there are sensors"));

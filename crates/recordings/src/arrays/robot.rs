@@ -6,7 +6,8 @@ use super::fields::Arrays;
 use crate::sources::SENSOR_FRAME;
 use crate::{RecordingError, Request};
 
-/// Returns the error of the array `name`, which describes the motion of a base, where the base of the robot is fixed.
+/// Returns the error of the array `name`, which describes the motion of a base, where the base of
+/// the robot is fixed.
 #[must_use]
 pub fn base_is_fixed(name: &str) -> RecordingError {
     RecordingError::Arrays(format!(
@@ -16,12 +17,13 @@ pub fn base_is_fixed(name: &str) -> RecordingError {
 }
 
 impl Arrays<'_> {
-    /// Returns the robot of the arrays: the given one, that of the URDF of the request with a base that floats where
-    /// its motion is measured and is fixed otherwise, or the body of a sensor alone.
+    /// Returns the robot of the arrays: the given one, that of the URDF of the request with a base
+    /// that floats where its motion is measured and is fixed otherwise, or the body of a sensor
+    /// alone.
     ///
     /// # Errors
-    /// Returns [`RecordingError::Arrays`] if both a robot and a URDF are given, or the motion of a fixed base, and
-    /// [`RecordingError::Identify`] if the URDF cannot be modelled.
+    /// Returns [`RecordingError::Arrays`] if both a robot and a URDF are given, or the motion of a
+    /// fixed base, and [`RecordingError::Identify`] if the URDF cannot be modelled.
     pub(super) fn resolve_robot(&self, request: &Request) -> Result<Manipulator, RecordingError> {
         match (self.robot, &request.urdf) {
             (Some(_), Some(_)) => Err(RecordingError::Arrays(

@@ -109,8 +109,8 @@ impl<'a> SampleReader<'a> {
         self.faults
     }
 
-    /// Adds the events of the sample at a place in the order of time, one for each stream, so that a delay between them can
-    /// be subtracted.
+    /// Adds the events of the sample at a place in the order of time, one for each stream, so that
+    /// a delay between them can be subtracted.
     pub(super) fn read(&mut self, place: usize, events: &mut Vec<Event>) {
         let k = self.samples.order[place];
         let time_s = match self.check_time(self.samples.arrays.time[k]) {

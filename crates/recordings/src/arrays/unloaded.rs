@@ -24,13 +24,14 @@ pub(super) struct UnloadedSamples {
 }
 
 impl UnloadedSamples {
-    /// Checks an unloaded reference, and finds the shift in time at which it has the same motion as the loaded
-    /// samples.
+    /// Checks an unloaded reference, and finds the shift in time at which it has the same motion as
+    /// the loaded samples.
     ///
     /// # Errors
-    /// Returns [`RecordingError::Data`] if the method is another than effort or the two share too little motion,
-    /// [`RecordingError::Arrays`] if a length does not fit, and [`RecordingError::Together`] if the reference has the
-    /// positions and the efforts of the loaded samples.
+    /// Returns [`RecordingError::Data`] if the method is another than effort or the two share too
+    /// little motion, [`RecordingError::Arrays`] if a length does not fit, and
+    /// [`RecordingError::Together`] if the reference has the positions and the efforts of the
+    /// loaded samples.
     pub(super) fn new(
         unloaded: &UnloadedArrays<'_>,
         loaded: &Samples<'_>,
@@ -105,8 +106,8 @@ impl UnloadedSamples {
         samples
     }
 
-    /// Adds the events from the index `next` on that are not later than a time, s, and returns the index of the first
-    /// later one.
+    /// Adds the events from the index `next` on that are not later than a time, s, and returns the
+    /// index of the first later one.
     pub(super) fn read_until(
         &self,
         time_s: f64,

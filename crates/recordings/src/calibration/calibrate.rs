@@ -61,8 +61,9 @@ pub struct CalibrationSources<'a> {
     pub loaded: Vec<(CalibrationSource<'a>, KnownPayload)>,
     /// Recordings without a payload that are not used, but compared with the calibrated model.
     pub held_out: Vec<CalibrationSource<'a>>,
-    /// Standard deviation of the gain of each joint before the calibration, as a fraction; 0 where efforts are torques.
-    /// Default: 0.2 with loaded recordings; without any, 0.05 if the request claims effort gains, else 0.
+    /// Standard deviation of the gain of each joint before the calibration, as a fraction; 0 where
+    /// efforts are torques. Default: 0.2 with loaded recordings; without any, 0.05 if the request
+    /// claims effort gains, else 0.
     pub gain_std_dev: Option<f64>,
 }
 
@@ -109,18 +110,20 @@ pub struct CalibrationRun {
 
 /// Calibrates the joint efforts of an arm from logs and arrays.
 ///
-/// Of the request, robot, tip, joints and their topics, gravity, the longest bridged gap and effort gains are used; its
-/// cutoff is that of the window means, 2 Hz by default. The arm's base is fixed.
+/// Of the request, robot, tip, joints and their topics, gravity, the longest bridged gap and effort
+/// gains are used; its cutoff is that of the window means, 2 Hz by default. The arm's base is
+/// fixed.
 ///
-/// Recordings are read one after the other. Memory: some 130 MB for an hour of a seven-axis arm. The observer is called several
-/// times a second.
+/// Recordings are read one after the other. Memory: some 130 MB for an hour of a seven-axis arm.
+/// The observer is called several times a second.
 ///
 /// # Errors
-/// Returns [`RecordingError::Option`] if no recording is given, [`RecordingError::Together`] if two are the same log or have
-/// the same content, [`RecordingError::InRecording`] with the recording and the reason if one cannot be used (its positions
-/// are in degrees, for instance), [`RecordingError::Interrupted`] if the observer stops the work, and
-/// [`RecordingError::Identify`], [`RecordingError::Calibrate`] or [`RecordingError::Calibration`] if a value is out of range
-/// or the recordings do not suffice.
+/// Returns [`RecordingError::Option`] if no recording is given, [`RecordingError::Together`] if two
+/// are the same log or have the same content, [`RecordingError::InRecording`] with the recording
+/// and the reason if one cannot be used (its positions are in degrees, for instance),
+/// [`RecordingError::Interrupted`] if the observer stops the work, and
+/// [`RecordingError::Identify`], [`RecordingError::Calibrate`] or [`RecordingError::Calibration`]
+/// if a value is out of range or the recordings do not suffice.
 pub fn calibrate_arm(
     sources: &CalibrationSources<'_>,
     request: &Request,
@@ -277,7 +280,8 @@ fn cause(error: CalibrateError, used: &[(&GivenRecording<'_>, Notes)]) -> Record
     }
 }
 
-/// The effort gains of a recording before the calibration, N m or N for one unit of the recorded value.
+/// The effort gains of a recording before the calibration, N m or N for one unit of the recorded
+/// value.
 struct GivenGains {
     /// Those of all joints of the robot.
     of_robot: Vec<f64>,
@@ -373,8 +377,8 @@ fn read_recording(
     Ok((windows, notes))
 }
 
-/// Checks that each recording that was given as unloaded or held out holds nothing beyond what all unloaded ones hold. A single
-/// unloaded recording is the reference itself.
+/// Checks that each recording that was given as unloaded or held out holds nothing beyond what all
+/// unloaded ones hold. A single unloaded recording is the reference itself.
 fn check_empty_recordings(
     result: &CalibrationResult,
     given: &[GivenRecording<'_>],
@@ -414,7 +418,8 @@ fn check_empty_recordings(
     Ok(())
 }
 
-/// Compares all recordings with the model, those that calibrated it with the payload that was found.
+/// Compares all recordings with the model, those that calibrated it with the payload that was
+/// found.
 fn compare(
     result: &CalibrationResult,
     calibrating: &[(EffortRecording, Option<KnownPayload>)],

@@ -6,7 +6,8 @@ use tactid_calibrate::{Assumption, LinkDescription, MotionShortage};
 use super::layout::Layout;
 use crate::ArmCalibration;
 
-/// Largest difference of `gain` from the inverse of `inverse_gain`, a fraction: the rounding of one division.
+/// Largest difference of `gain` from the inverse of `inverse_gain`, a fraction: the rounding of one
+/// division.
 const ROUNDING: f64 = 1e-12;
 
 /// Largest difference of the length of a direction from one: what an edit by hand leaves.
@@ -19,8 +20,8 @@ pub(super) struct Fault {
     pub(super) reason: String,
 }
 
-/// Checks that all numbers are in range, and that those which are derived from others fit them: an edit of one of the two alone
-/// would have no effect.
+/// Checks that all numbers are in range, and that those which are derived from others fit them: an
+/// edit of one of the two alone would have no effect.
 pub(super) fn check_numbers(arm: &ArmCalibration, text: &str) -> Result<(), Fault> {
     check_whole(arm, text)?;
     check_joints(arm, text)?;
@@ -176,7 +177,8 @@ fn check_links(arm: &ArmCalibration, text: &str) -> Result<(), Fault> {
     Ok(())
 }
 
-/// Checks that the precision is that of a covariance. It is symmetric because the file has one triangle.
+/// Checks that the precision is that of a covariance. It is symmetric because the file has one
+/// triangle.
 fn check_precision(arm: &ArmCalibration, text: &str) -> Result<(), Fault> {
     let count = arm.model.parameters.len();
     let entry = |i: usize, k: usize| arm.model.precision[i * (i + 1) / 2 + k];
@@ -262,7 +264,8 @@ impl<'a> Place<'a> {
         }
     }
 
-    /// Returns the number of the line of a key; `None` where the table is not laid out as tactid writes it.
+    /// Returns the number of the line of a key; `None` where the table is not laid out as tactid
+    /// writes it.
     fn line_of(&self, key: &str) -> Option<usize> {
         let header = format!("[[{}]]", self.kind);
         let lines = self.text.lines().enumerate();

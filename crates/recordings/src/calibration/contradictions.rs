@@ -10,8 +10,8 @@ pub(super) fn tables(contradictions: &[Contradiction]) -> Result<Vec<Table>, tom
     contradictions.iter().map(Table::try_from).collect()
 }
 
-/// Reads the tables of contradictions in a text, whose keys must all be known: serde ignores unknown ones beside what is
-/// flattened.
+/// Reads the tables of contradictions in a text, whose keys must all be known: serde ignores
+/// unknown ones beside what is flattened.
 pub(super) fn read(tables: Vec<Table>, text: &str) -> Result<Vec<Contradiction>, Fault> {
     let read = |(index, table): (usize, Table)| {
         let place = Place::numbered(text, "contradiction", index);

@@ -12,8 +12,8 @@ impl ArmCalibration {
     /// Reads the file of a calibration.
     ///
     /// # Errors
-    /// Returns [`RecordingError::Calibration`] if the file cannot be read, or, with the line where it is known, if it is not
-    /// what [`Self::write`] writes.
+    /// Returns [`RecordingError::Calibration`] if the file cannot be read, or, with the line where
+    /// it is known, if it is not what [`Self::write`] writes.
     pub fn read(path: &Path) -> Result<Self, RecordingError> {
         let failed = |source| io_error("read", path, source);
         let text = tactid_dynamics::read_text(path).map_err(failed)?;
@@ -23,7 +23,8 @@ impl ArmCalibration {
     /// Reads a calibration from the text of its file. `origin` is named in the error.
     ///
     /// # Errors
-    /// Returns [`RecordingError::Calibration`] with the line, where it is known, if the text is not that of a calibration.
+    /// Returns [`RecordingError::Calibration`] with the line, where it is known, if the text is not
+    /// that of a calibration.
     pub fn from_toml(text: &str, origin: &Path) -> Result<Self, RecordingError> {
         text::parse(text).map_err(|fault| {
             let line = fault
@@ -45,18 +46,20 @@ impl ArmCalibration {
         })
     }
 
-    /// Writes the calibration as a TOML file, from which [`Self::read`] gets the same numbers, bit by bit. The file is
-    /// there whole or not at all.
+    /// Writes the calibration as a TOML file, from which [`Self::read`] gets the same numbers, bit
+    /// by bit. The file is there whole or not at all.
     ///
     /// # Errors
-    /// Returns [`RecordingError::Calibration`] if the file cannot be written, and the error of [`Self::to_toml`].
+    /// Returns [`RecordingError::Calibration`] if the file cannot be written, and the error of
+    /// [`Self::to_toml`].
     pub fn write(&self, path: &Path) -> Result<(), RecordingError> {
         let failed = |source| io_error("write", path, source);
         let text = self.to_toml()?;
         let temporary = temporary_path(path);
         let written = fs::write(&temporary, text).and_then(|()| fs::rename(&temporary, path));
         written.map_err(|error| {
-            // What is left of the file is of no use; that it cannot be removed is not the error to report.
+            // What is left of the file is of no use; that it cannot be removed is not the error to
+            // report.
             let _ = fs::remove_file(&temporary);
             failed(error)
         })

@@ -3,16 +3,18 @@
 use tactid_calibrate::{CalibrateError, Calibration, EffortComparison, EffortRecording};
 use tactid_identify::{BatchSettings, HALF_WIDTH_95, IdentifyError};
 
-/// A recording holds a payload if its mass is more than this number of standard deviations, and the mean square of the residuals
-/// of some joint without it is more than this multiple of that with it.
+/// A recording holds a payload if its mass is more than this number of standard deviations, and the
+/// mean square of the residuals of some joint without it is more than this multiple of that with
+/// it.
 const HELD_STD_DEVS: f64 = 5.0;
 const HELD_RATIO: f64 = 4.0;
 
 /// Checks that a recording holds nothing. `comparison` is that without payload.
 ///
 /// # Errors
-/// Returns [`CalibrateError::UnloadedHolds`] if a payload explains far more of the recording than a change of the arm does, and
-/// the errors of [`Calibration::identify`] but for a recording that is too short.
+/// Returns [`CalibrateError::UnloadedHolds`] if a payload explains far more of the recording than a
+/// change of the arm does, and the errors of [`Calibration::identify`] but for a recording that is
+/// too short.
 pub(super) fn check_empty(
     model: &Calibration,
     recording: &EffortRecording,

@@ -1,4 +1,5 @@
-//! The unknowns of a calibration by link and joint, and the delay, as its file has them, and in the one vector of the model.
+//! The unknowns of a calibration by link and joint, and the delay, as its file has them, and in the
+//! one vector of the model.
 
 use tactid_calibrate::Calibration;
 
@@ -30,8 +31,8 @@ impl Layout {
         OF_LINK * self.links + self.of_joint() * self.joints + 1
     }
 
-    /// Number of unknowns of one joint: offset, viscous friction, the friction terms, both load-dependent frictions, rotor
-    /// inertia, inverse gain.
+    /// Number of unknowns of one joint: offset, viscous friction, the friction terms, both
+    /// load-dependent frictions, rotor inertia, inverse gain.
     pub(super) fn of_joint(self) -> usize {
         OF_JOINT + self.frictions
     }
@@ -55,7 +56,8 @@ impl Layout {
         unknowns[self.unknowns() - 1]
     }
 
-    /// Returns the vector of all unknowns, from those of the links and of the joints, and the delay.
+    /// Returns the vector of all unknowns, from those of the links and of the joints, and the
+    /// delay.
     pub(super) fn vector<'a>(
         self,
         links: impl Iterator<Item = &'a [f64; OF_LINK]>,

@@ -19,8 +19,8 @@ use crate::{
 /// Identifies the payload from a log. The unloaded log of the request updates the calibration.
 ///
 /// # Errors
-/// Returns [`RecordingError::InRecording`] if the unloaded log cannot be used, and the errors of an identification by the
-/// effort method, of [`Request::check_calibration`] and of the calibration.
+/// Returns [`RecordingError::InRecording`] if the unloaded log cannot be used, and the errors of an
+/// identification by the effort method, of [`Request::check_calibration`] and of the calibration.
 pub(crate) fn identify_calibrated_log(
     path: &Path,
     request: &Request,
@@ -45,7 +45,8 @@ pub(crate) fn identify_calibrated_log(
 /// Identifies the payload from arrays. Their unloaded reference updates the calibration.
 ///
 /// # Errors
-/// Returns the errors of an identification by the effort method, of [`Request::check_calibration`] and of the calibration.
+/// Returns the errors of an identification by the effort method, of [`Request::check_calibration`]
+/// and of the calibration.
 pub(crate) fn identify_calibrated_arrays(
     arrays: &Arrays<'_>,
     request: &Request,
@@ -71,7 +72,8 @@ pub(crate) fn identify_calibrated_arrays(
     identify(&samples, &efforts, calibration, unloaded, observer)
 }
 
-/// Returns the request of a recording for a calibration, whose tool is the tip unless the request names one.
+/// Returns the request of a recording for a calibration, whose tool is the tip unless the request
+/// names one.
 fn request_with(
     request: &Request,
     calibration: &ArmCalibration,
@@ -84,7 +86,8 @@ fn request_with(
     })
 }
 
-/// Returns the error that the calibration is of another robot where this has no link of the name of the calibration's tool.
+/// Returns the error that the calibration is of another robot where this has no link of the name of
+/// the calibration's tool.
 fn of_the_tool(
     error: RecordingError,
     request: &Request,

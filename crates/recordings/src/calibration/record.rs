@@ -19,7 +19,8 @@ impl<'a> Recorded<'a> {
     /// Reads a recording from beginning to end. `request` is that of [`Request::for_efforts`].
     ///
     /// # Errors
-    /// Returns the errors of an identification by the effort method, and those of the [`EffortRecorder`].
+    /// Returns the errors of an identification by the effort method, and those of the
+    /// [`EffortRecorder`].
     pub(super) fn new(
         recording: &'a impl Recording,
         request: &'a Request,

@@ -6,12 +6,12 @@ use tactid_identify::{Finding as DataFinding, three_digits};
 
 use crate::{Finding, RecordingError};
 
-/// Mean factor on the gains from which on masses in grams are likelier than efforts in another unit: a motor behind its gear
-/// has up to 100 N m per ampere.
+/// Mean factor on the gains from which on masses in grams are likelier than efforts in another
+/// unit: a motor behind its gear has up to 100 N m per ampere.
 const FACTOR_OF_GRAMS: f64 = 300.0;
 
-/// Checks that positions are not in degrees: sines of other angles explain nothing, which the fit itself does not always
-/// notice.
+/// Checks that positions are not in degrees: sines of other angles explain nothing, which the fit
+/// itself does not always notice.
 pub(super) fn check_radians(findings: &[Finding]) -> Result<(), RecordingError> {
     match wrong_positions(findings).filter(|beyond| beyond.are_degrees) {
         Some(beyond) => Err(do_not_fit(beyond)),
@@ -27,7 +27,8 @@ pub(super) fn wrong_positions(findings: &[Finding]) -> Option<&PositionsBeyondLi
     })
 }
 
-/// Returns the error that positions beyond their limits are, where this is why efforts cannot be explained.
+/// Returns the error that positions beyond their limits are, where this is why efforts cannot be
+/// explained.
 pub(super) fn do_not_fit(beyond: &PositionsBeyondLimits) -> RecordingError {
     let joint = beyond.joints.first().map_or("", String::as_str);
     let [position, lower, upper] = [beyond.position, beyond.lower, beyond.upper].map(three_digits);
@@ -42,13 +43,14 @@ pub(super) fn do_not_fit(beyond: &PositionsBeyondLimits) -> RecordingError {
     ))
 }
 
-/// Returns whether gains, relative to the given ones, look like masses in grams and not like efforts in another unit.
+/// Returns whether gains, relative to the given ones, look like masses in grams and not like
+/// efforts in another unit.
 pub(super) fn are_of_grams(gains: &[f64]) -> bool {
     geometric_mean(gains) >= FACTOR_OF_GRAMS
 }
 
-/// Returns the error of gains that are far from the given ones, with the gains that fit, N m or N for one unit of the recorded
-/// value.
+/// Returns the error of gains that are far from the given ones, with the gains that fit, N m or N
+/// for one unit of the recorded value.
 pub(super) fn needs_rough_gains(error: &CalibrateError, gains: &[f64]) -> RecordingError {
     let gains: Vec<String> = gains
         .iter()

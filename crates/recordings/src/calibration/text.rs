@@ -402,7 +402,8 @@ impl Joint {
 }
 
 impl Precision {
-    /// Returns the numbers of the lower triangle of `unknowns` rows, of which the first has one number.
+    /// Returns the numbers of the lower triangle of `unknowns` rows, of which the first has one
+    /// number.
     fn numbers(&self, text: &str, unknowns: usize) -> Result<Vec<f64>, Fault> {
         if self.rows.len() != unknowns {
             let rows = self.rows.len();

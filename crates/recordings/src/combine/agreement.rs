@@ -16,34 +16,39 @@ use tactid_identify::solve::{value_jacobian, values_of};
 /// Probability below which the chi-square over all runs and parameters counts as a disagreement.
 const RARE: f64 = 0.01;
 
-/// Probability below which the chi-square of one of the ten values counts as a disagreement. The sum over all parameters
-/// would hide a single value that differs.
+/// Probability below which the chi-square of one of the ten values counts as a disagreement. The
+/// sum over all parameters would hide a single value that differs.
 const RARE_VALUE: f64 = 0.001;
 
 /// Whether runs agree within the noise of each.
 #[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
 pub struct Agreement {
-    /// Distance of the linear parameters of the runs from the combined ones: the weighted sum of its squares, in the unit in which it
-    /// would be as large as its degrees of freedom on average if noise were the only difference between the runs.
+    /// Distance of the linear parameters of the runs from the combined ones: the weighted sum of
+    /// its squares, in the unit in which it would be as large as its degrees of freedom on average
+    /// if noise were the only difference between the runs.
     pub chi_square: f64,
-    /// Degrees of freedom: about the number of parameters that the runs determine, each on its own, less the number that all determine
-    /// together. It is smaller, and no integer, where noise differs between directions.
+    /// Degrees of freedom: about the number of parameters that the runs determine, each on its own,
+    /// less the number that all determine together. It is smaller, and no integer, where noise
+    /// differs between directions.
     pub degrees_of_freedom: f64,
-    /// Degrees of freedom from which the noise was estimated: the windows of all runs, less their overlap.
+    /// Degrees of freedom from which the noise was estimated: the windows of all runs, less their
+    /// overlap.
     pub noise_degrees_of_freedom: f64,
-    /// Probability of at least this chi-square if noise were the only difference between the runs; 1 where they determine
-    /// nothing in common. It is that of Fisher's distribution for `chi_square / degrees_of_freedom`, with
-    /// `degrees_of_freedom` and `noise_degrees_of_freedom`.
+    /// Probability of at least this chi-square if noise were the only difference between the runs;
+    /// 1 where they determine nothing in common. It is that of Fisher's distribution for
+    /// `chi_square / degrees_of_freedom`, with `degrees_of_freedom` and `noise_degrees_of_freedom`.
     pub p_value: f64,
-    /// The same probability for each of [`VALUE_NAMES`]; 1 where fewer than two runs determine the value.
+    /// The same probability for each of [`VALUE_NAMES`]; 1 where fewer than two runs determine the
+    /// value.
     #[schemars(with = "TenValues<f64>")]
     pub value_p_values: [f64; 10],
-    /// Whether the runs agree: the probability of all is at least 1 %, and that of each value at least 0.1 %.
+    /// Whether the runs agree: the probability of all is at least 1 %, and that of each value at
+    /// least 0.1 %.
     pub agree: bool,
     /// Distance of each run from all others together, in the order of the runs.
     pub runs: Vec<RunDistance>,
-    /// The largest difference between the run that differs most and the others, or between two runs; `None` where the runs
-    /// determine no value in common.
+    /// The largest difference between the run that differs most and the others, or between two
+    /// runs; `None` where the runs determine no value in common.
     pub largest: Option<ValueDifference>,
 }
 
@@ -71,7 +76,8 @@ pub struct ValueDifference {
     pub difference: f64,
     /// Value of the others, in its unit.
     pub others: f64,
-    /// Standard deviation of the difference from the noise within the runs, in the unit of the value.
+    /// Standard deviation of the difference from the noise within the runs, in the unit of the
+    /// value.
     pub std_dev: f64,
 }
 
@@ -231,7 +237,8 @@ impl<'a> Comparison<'a> {
         std::array::from_fn(|k| Variation::new(self.values[k].iter().map(|(_, term)| term)))
     }
 
-    /// Returns the largest difference of the ten values, in standard deviations, between a run and the others.
+    /// Returns the largest difference of the ten values, in standard deviations, between a run and
+    /// the others.
     fn largest_difference(&self, run: usize) -> Option<ValueDifference> {
         let (values, jacobian) = self.linearization.as_ref()?;
         let others = self.others(run);

@@ -2,7 +2,8 @@
 
 use super::term::Term;
 
-/// Steps of the bisection for a variance: each halves the bracket, so that the last is at the limit of the digits.
+/// Steps of the bisection for a variance: each halves the bracket, so that the last is at the limit
+/// of the digits.
 const BISECTIONS: usize = 60;
 
 /// How one value varies over the runs that determine it.
@@ -10,7 +11,8 @@ const BISECTIONS: usize = 60;
 pub(crate) struct Variation {
     /// Number of runs that determine the value.
     pub(crate) runs: u32,
-    /// Variance between the runs, in the squared unit of the value; zero where their noise explains the differences.
+    /// Variance between the runs, in the squared unit of the value; zero where their noise explains
+    /// the differences.
     pub(crate) variance: f64,
 }
 
@@ -35,15 +37,16 @@ impl Variation {
         Self::of_values(&values.collect::<Vec<_>>())
     }
 
-    /// Returns how values vary, by the method of Paule and Mandel (1982, Journal of Research of
-    /// the National Bureau of Standards 87, 377): the variance between the runs is that with which the differences have
-    /// the size that is expected of as many values.
+    /// Returns how values vary, by the method of Paule and Mandel (1982, Journal of Research of the
+    /// National Bureau of Standards 87, 377): the variance between the runs is that with which the
+    /// differences have the size that is expected of as many values.
     fn of_values(values: &[Value]) -> Self {
         let runs = values.len() as u32;
         let mut range = (0.0, 0.0);
         if excess(values, 0.0) > 0.0 {
             let mean = values.iter().map(|of| of.value).sum::<f64>() / f64::from(runs);
-            // With this variance and equal weights the scatter would be explained without any noise.
+            // With this variance and equal weights the scatter would be explained without any
+            // noise.
             let squares = values.iter().map(|of| (of.value - mean).powi(2));
             range.1 = squares.sum::<f64>() / f64::from(runs - 1);
             while excess(values, range.1) > 0.0 {
@@ -65,8 +68,8 @@ impl Variation {
     }
 }
 
-/// Returns the sum of the squared differences from the weighted mean less its expectation, where `between` is added to each
-/// variance; not positive for fewer than two values.
+/// Returns the sum of the squared differences from the weighted mean less its expectation, where
+/// `between` is added to each variance; not positive for fewer than two values.
 fn excess(values: &[Value], between: f64) -> f64 {
     let weight = |of: &Value| 1.0 / (of.inverse_weight + between).max(f64::MIN_POSITIVE);
     let weights: f64 = values.iter().map(weight).sum();
@@ -92,8 +95,8 @@ mod tests {
         values.iter().map(value).collect()
     }
 
-    /// Of values with equal variances the variance between them is what that of the sample has beyond theirs, whatever the
-    /// weights claim.
+    /// Of values with equal variances the variance between them is what that of the sample has
+    /// beyond theirs, whatever the weights claim.
     #[test]
     fn equal_variances_have_a_closed_form() {
         let of_sample = (1.5f64.powi(2) + 0.5f64.powi(2) + 2.0f64.powi(2)) / 2.0;
@@ -120,8 +123,8 @@ mod tests {
         }
     }
 
-    /// Of one very precise and two imprecise values, the precise one hardly counts once the runs vary: the squared
-    /// differences are as many as expected.
+    /// Of one very precise and two imprecise values, the precise one hardly counts once the runs
+    /// vary: the squared differences are as many as expected.
     #[test]
     fn the_condition_of_paule_and_mandel_holds() {
         let values = weighted(&[(0.0, 1e-6), (3.0, 0.5), (4.0, 1.0)]);

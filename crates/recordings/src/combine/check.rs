@@ -6,7 +6,8 @@ use tactid_identify::solve::{Matrix, normalized};
 
 use crate::RecordingError;
 
-/// Checks that the numbers are finite, and that the information is symmetric and positive semidefinite.
+/// Checks that the numbers are finite, and that the information is symmetric and positive
+/// semidefinite.
 ///
 /// # Errors
 /// Returns [`RecordingError::Together`] otherwise, with the number of the `run`.

@@ -7,9 +7,10 @@ use super::*;
 use tactid_identify::SharedErrors;
 use tactid_identify::solve::values_of;
 
-/// Runs whose covariances are estimated from few windows, with errors that are larger than their information claims by different
-/// factors in different directions: the 95 % intervals of many such runs hold as well as those of one, and false alarms are rare. With
-/// the inverses of the estimated covariances as weights, the intervals of twenty runs hold in half of the draws.
+/// Runs whose covariances are estimated from few windows, with errors that are larger than their
+/// information claims by different factors in different directions: the 95 % intervals of many such
+/// runs hold as well as those of one, and false alarms are rare. With the inverses of the estimated
+/// covariances as weights, the intervals of twenty runs hold in half of the draws.
 #[test]
 fn estimated_covariances_leave_intervals_and_verdict_honest() {
     let expected = values_of(&truth()).unwrap();
@@ -49,7 +50,8 @@ fn estimated_covariances_leave_intervals_and_verdict_honest() {
     }
 }
 
-/// Draws runs whose parameters have a shared error: a common gain with a standard deviation of 2 %, besides noise of 0.1 %.
+/// Draws runs whose parameters have a shared error: a common gain with a standard deviation of 2 %,
+/// besides noise of 0.1 %.
 fn runs_with_a_gain(
     random: &mut SmallRng,
     count: usize,
@@ -70,8 +72,9 @@ fn runs_with_a_gain(
     (0..count).map(run).collect()
 }
 
-/// An error that all runs share stays as large in the combination as in each run, and is no disagreement. The interval of the mass
-/// holds. Runs that do not share it average it, and it is part of what they may differ by.
+/// An error that all runs share stays as large in the combination as in each run, and is no
+/// disagreement. The interval of the mass holds. Runs that do not share it average it, and it is
+/// part of what they may differ by.
 #[test]
 fn a_shared_error_is_not_divided() {
     let mut random = SmallRng::seed_from_u64(12);
@@ -93,7 +96,8 @@ fn a_shared_error_is_not_divided() {
     }
 }
 
-/// A recording that is given twice is an error that names both, because its noise would count as agreement.
+/// A recording that is given twice is an error that names both, because its noise would count as
+/// agreement.
 #[test]
 fn the_same_run_twice_is_refused() {
     let mut random = SmallRng::seed_from_u64(11);

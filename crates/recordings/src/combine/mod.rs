@@ -1,29 +1,36 @@
 //! One payload from several recordings, and whether they agree.
 //!
-//! Each recording contributes a point in the ten linear parameters and the information on them ([`LinearEstimate`]).
-//! [`combine_estimates`] weights the points by their information, so that motions which determine different directions complement each
-//! other, and tests whether the recordings agree within their noise ([`Agreement`]).
+//! Each recording contributes a point in the ten linear parameters and the information on them
+//! ([`LinearEstimate`]). [`combine_estimates`] weights the points by their information, so that
+//! motions which determine different directions complement each other, and tests whether the
+//! recordings agree within their noise ([`Agreement`]).
 //!
-//! Weights and errors are two things. The information of a run follows from its motion and from the mean noise of its channels; how
-//! much its parameters scatter in each direction is estimated from few windows. If the inverse of this estimate were the weight, the
-//! runs that seem precise by chance would count most, and their small covariances would make the interval of the whole small: the 95 %
-//! intervals of twenty recordings of 2 s would contain the truth in 67 %. So a run with the information `A` and the covariance `N` has the share
-//! `W = (Σ A)⁻¹ A` of the mean, whose covariance is `Σ W N Wᵀ`, the sandwich of all runs; it holds for any weights that do not depend
+//! Weights and errors are two things. The information of a run follows from its motion and from the
+//! mean noise of its channels; how much its parameters scatter in each direction is estimated from
+//! few windows. If the inverse of this estimate were the weight, the runs that seem precise by
+//! chance would count most, and their small covariances would make the interval of the whole small:
+//! the 95 % intervals of twenty recordings of 2 s would contain the truth in 67 %. So a run with
+//! the information `A` and the covariance `N` has the share `W = (Σ A)⁻¹ A` of the mean, whose
+//! covariance is `Σ W N Wᵀ`, the sandwich of all runs; it holds for any weights that do not depend
 //! on the errors. In the same draws these intervals contain it in 95 %.
 //!
-//! Where the runs differ by more than their noise, they are taken as draws of payloads that vary from run to run (random effects):
-//! what varies is not known, but each of the ten values has a variance between the runs, estimated from the runs that determine
-//! it ([Paule and Mandel](https://doi.org/10.6028/jres.087.022)). This variance is part of the covariance of every run, so
-//! that a long recording does not outvote the others, and of every interval. The model is diagonal in the ten
-//! values a user reads: a gain that changes from run to run changes the mass and leaves the centre of mass, and so does this variance.
-//! With few runs the variance between them is itself badly known, even where the runs happen to be close in one value. Where they
-//! disagree, every interval is that of Student's distribution with one degree of freedom less than there are runs (the modified
-//! method of [Hartung and Knapp](https://doi.org/10.1002/sim.791)). Of two runs that disagree neither is known to be right, and
-//! the intervals are 6.5 times as wide as their standard deviations alone would make them.
+//! Where the runs differ by more than their noise, they are taken as draws of payloads that vary
+//! from run to run (random effects): what varies is not known, but each of the ten values has a
+//! variance between the runs, estimated from the runs that determine it ([Paule and
+//! Mandel](https://doi.org/10.6028/jres.087.022)). This variance is part of the covariance of every
+//! run, so that a long recording does not outvote the others, and of every interval. The model is
+//! diagonal in the ten values a user reads: a gain that changes from run to run changes the mass
+//! and leaves the centre of mass, and so does this variance. With few runs the variance between
+//! them is itself badly known, even where the runs happen to be close in one value. Where they
+//! disagree, every interval is that of Student's distribution with one degree of freedom less than
+//! there are runs (the modified method of [Hartung and Knapp](https://doi.org/10.1002/sim.791)). Of
+//! two runs that disagree neither is known to be right, and the intervals are 6.5 times as wide as
+//! their standard deviations alone would make them.
 //!
-//! What recordings have in common is in none of these differences, and no number of recordings reduces its error. The gains and the
-//! calibration of the arm are known with their uncertainty: an estimate says how much each of their errors changes its parameters
-//! ([`SharedErrors`]), and the changes are averaged, not their squares. Errors of a known tool and of an unloaded reference
+//! What recordings have in common is in none of these differences, and no number of recordings
+//! reduces its error. The gains and the calibration of the arm are known with their uncertainty: an
+//! estimate says how much each of their errors changes its parameters ([`SharedErrors`]), and the
+//! changes are averaged, not their squares. Errors of a known tool and of an unloaded reference
 //! that is subtracted are in no interval.
 
 mod agreement;
@@ -54,23 +61,24 @@ use tactid_identify::solve::{Matrix, Vector};
 use tactid_identify::solve::{Posterior, PrincipalMoments, Report};
 use tactid_identify::{KnownMass, PriorKnowledge};
 
-/// Standard deviation of a run's parameters, relative to a body of the payload's size, below which runs are not
-/// compared: exact samples give the payload to 1e-7.
+/// Standard deviation of a run's parameters, relative to a body of the payload's size, below which
+/// runs are not compared: exact samples give the payload to 1e-7.
 const LEAST_STD_DEV: f64 = 1e-6;
 
 /// One payload from several recordings.
 #[derive(Clone, Debug, Serialize, JsonSchema)]
 pub struct Combination {
-    /// The payload. Each standard deviation is that of which 1.96 are half of the 95 % interval; it includes the variation
-    /// between the runs. The numbers of windows, rejected samples and gaps are zero: they belong to the recordings.
+    /// The payload. Each standard deviation is that of which 1.96 are half of the 95 % interval; it
+    /// includes the variation between the runs. The numbers of windows, rejected samples and gaps
+    /// are zero: they belong to the recordings.
     pub estimate: PayloadEstimate,
     /// Principal moments of inertia of the payload; `None` where its mass is zero.
     pub principal_moments: Option<PrincipalMoments>,
     /// Whether the recordings agree within their noise.
     pub agreement: Agreement,
-    /// Standard deviation of each of [`VALUE_NAMES`](crate::VALUE_NAMES) between the runs, beyond their noise, in its unit: zero where
-    /// noise explains the differences. A value that fewer than two runs determine has the largest
-    /// relative one of the others, if the runs disagree.
+    /// Standard deviation of each of [`VALUE_NAMES`](crate::VALUE_NAMES) between the runs, beyond
+    /// their noise, in its unit: zero where noise explains the differences. A value that fewer than
+    /// two runs determine has the largest relative one of the others, if the runs disagree.
     #[schemars(with = "TenValues<f64>")]
     pub between_runs: [f64; 10],
     /// A disagreement between the runs, and a body that is far from consistent.
@@ -80,13 +88,15 @@ pub struct Combination {
 
 /// Combines the estimates of several recordings of one payload, all in the frame named `frame`.
 ///
-/// The order of the runs does not matter. One run alone is its own combination, and `n` with the same information have its
-/// covariance divided by `n`, except for the errors that they share. Cost: for `n` runs, some 0.1 ms times `n²`.
+/// The order of the runs does not matter. One run alone is its own combination, and `n` with the
+/// same information have its covariance divided by `n`, except for the errors that they share.
+/// Cost: for `n` runs, some 0.1 ms times `n²`.
 ///
 /// # Errors
-/// Returns [`RecordingError::Together`] if there is none, an information or a covariance is not finite, symmetric and positive
-/// semidefinite, or two runs are equal, and the errors of a known mass and a bounding box that
-/// [`BatchSettings::check`](tactid_identify::BatchSettings::check) lists.
+/// Returns [`RecordingError::Together`] if there is none, an information or a covariance is not
+/// finite, symmetric and positive semidefinite, or two runs are equal, and the errors of a known
+/// mass and a bounding box that [`BatchSettings::check`](tactid_identify::BatchSettings::check)
+/// lists.
 ///
 /// ```
 /// use tactid_identify::nalgebra::{SMatrix, SVector};
@@ -166,7 +176,8 @@ fn add_variance(term: &mut Term, covariance: &Matrix) {
     term.covariance += covariance;
 }
 
-/// Returns the mass of a body, kg, and its largest extent from the frame's origin or from its centre of mass, m.
+/// Returns the mass of a body, kg, and its largest extent from the frame's origin or from its
+/// centre of mass, m.
 fn size(parameters: &Vector) -> [f64; 2] {
     let mass = parameters[0].abs();
     if mass == 0.0 {
@@ -177,7 +188,8 @@ fn size(parameters: &Vector) -> [f64; 2] {
     [mass, lever.max((0.5 * trace / mass).sqrt())]
 }
 
-/// Returns the standard deviation of each value between the runs, see [`Combination::between_runs`].
+/// Returns the standard deviation of each value between the runs, see
+/// [`Combination::between_runs`].
 fn between_runs(variations: &[Variation; 10], at: &Vector, agree: bool) -> [f64; 10] {
     let [mass, length] = size(at);
     let moment = mass * length * length;
@@ -193,7 +205,8 @@ fn between_runs(variations: &[Variation; 10], at: &Vector, agree: bool) -> [f64;
     })
 }
 
-/// Returns 0 for the mass, 1 for a coordinate of the centre of mass and 2 for an entry of the inertia.
+/// Returns 0 for the mass, 1 for a coordinate of the centre of mass and 2 for an entry of the
+/// inertia.
 fn kind(value: usize) -> usize {
     match value {
         0 => 0,
@@ -202,7 +215,8 @@ fn kind(value: usize) -> usize {
     }
 }
 
-/// Returns the combined estimate of runs whose ten values vary by so many standard deviations, and of a known mass.
+/// Returns the combined estimate of runs whose ten values vary by so many standard deviations, and
+/// of a known mass.
 fn pooled(
     terms: &[Term],
     between: &[f64; 10],
@@ -233,8 +247,9 @@ fn pooled(
     Pooled::new(terms.iter())
 }
 
-/// Returns the payload. Its standard deviations are multiplied by `factors`, or by what makes the nearest consistent body
-/// plausible where that is larger; disagreement does not make a known mass less certain.
+/// Returns the payload. Its standard deviations are multiplied by `factors`, or by what makes the
+/// nearest consistent body plausible where that is larger; disagreement does not make a known mass
+/// less certain.
 fn combination(
     frame: &str,
     prior: &PriorKnowledge,

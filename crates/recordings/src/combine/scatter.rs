@@ -6,14 +6,15 @@ use super::term::{Pooled, Term};
 use tactid_calibrate::distributions::f_p;
 use tactid_identify::solve::Matrix;
 
-/// The weighted sum of the squared distances of terms from their mean, in units in which errors alone would give about its
-/// degrees of freedom.
+/// The weighted sum of the squared distances of terms from their mean, in units in which errors
+/// alone would give about its degrees of freedom.
 ///
-/// Weights are not the inverses of the errors' covariances, which are estimates. So the sum `Q = Σ (πᵢ - π̄)ᵀ Aᵢ (πᵢ - π̄)`
-/// of errors with the covariance `Σ` is `eᵀ H e`, a sum of squares with different factors: with the mean `m₁ = tr HΣ` and
-/// the variance `2 m₂ = 2 tr HΣHΣ` of a multiple `m₂ / m₁` of a chi-square with `m₁² / m₂` degrees of freedom (Box 1954, Annals of
-/// Mathematical Statistics 25, 290). Where weights are the inverse covariances, these are 1 and the number of parameters of all
-/// terms less that of their mean.
+/// Weights are not the inverses of the errors' covariances, which are estimates. So the sum `Q = Σ
+/// (πᵢ - π̄)ᵀ Aᵢ (πᵢ - π̄)` of errors with the covariance `Σ` is `eᵀ H e`, a sum of squares with
+/// different factors: with the mean `m₁ = tr HΣ` and the variance `2 m₂ = 2 tr HΣHΣ` of a multiple
+/// `m₂ / m₁` of a chi-square with `m₁² / m₂` degrees of freedom (Box 1954, Annals of Mathematical
+/// Statistics 25, 290). Where weights are the inverse covariances, these are 1 and the number of
+/// parameters of all terms less that of their mean.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct Scatter {
     pub(crate) chi_square: f64,
@@ -61,7 +62,8 @@ impl Scatter {
         }
     }
 
-    /// Probability of at least this distance if there are no other errors; 1 where nothing is compared.
+    /// Probability of at least this distance if there are no other errors; 1 where nothing is
+    /// compared.
     pub(crate) fn p_value(&self) -> f64 {
         f_p(self.chi_square, self.degrees_of_freedom, self.of_noise)
     }

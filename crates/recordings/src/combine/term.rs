@@ -7,7 +7,8 @@ use tactid_identify::LinearEstimate;
 use tactid_identify::solve::{Matrix, Vector};
 use tactid_identify::solve::{PseudoInverse, pseudo_inverse};
 
-/// A point in the ten parameters with its weight and its errors: what one run says, or several together.
+/// A point in the ten parameters with its weight and its errors: what one run says, or several
+/// together.
 #[derive(Clone, Debug)]
 pub(crate) struct Term {
     pub(crate) at: Vector,
@@ -53,8 +54,9 @@ impl Term {
         runs.iter().map(term).collect()
     }
 
-    /// Returns what a term says about one quantity with this `gradient` in the parameters, as the first parameter: its change
-    /// from the parameters `from`, given the `inverse` of the weight. `None` where the term does not determine it.
+    /// Returns what a term says about one quantity with this `gradient` in the parameters, as the
+    /// first parameter: its change from the parameters `from`, given the `inverse` of the weight.
+    /// `None` where the term does not determine it.
     pub(crate) fn of_quantity(
         &self,
         inverse: &PseudoInverse,
@@ -93,8 +95,9 @@ pub(crate) struct Pooled {
 }
 
 impl Pooled {
-    /// Returns the parameters that minimise the sum of `(π - πᵢ)ᵀ Aᵢ (π - πᵢ)` over points with weights `Aᵢ`, with the
-    /// covariance `Σ Wᵢ Nᵢ Wᵢᵀ` of the mean with shares `Wᵢ = (Σ A)⁻¹ Aᵢ` of terms with covariances `Nᵢ`.
+    /// Returns the parameters that minimise the sum of `(π - πᵢ)ᵀ Aᵢ (π - πᵢ)` over points with
+    /// weights `Aᵢ`, with the covariance `Σ Wᵢ Nᵢ Wᵢᵀ` of the mean with shares `Wᵢ = (Σ A)⁻¹ Aᵢ` of
+    /// terms with covariances `Nᵢ`.
     pub(crate) fn new<'a>(terms: impl Iterator<Item = &'a Term> + Clone) -> Self {
         let weight: Matrix = terms.clone().map(|term| term.weight).sum();
         let inverse = pseudo_inverse(&weight);

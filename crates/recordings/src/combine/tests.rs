@@ -59,7 +59,8 @@ fn assert_near(found: [f64; 10], expected: [f64; 10], relative: f64) {
     }
 }
 
-/// One run is its own combination. Four with the same information have its covariance divided by four.
+/// One run is its own combination. Four with the same information have its covariance divided by
+/// four.
 #[test]
 fn covariance_is_divided_by_the_number_of_runs() {
     let mut random = SmallRng::seed_from_u64(1);
@@ -108,8 +109,8 @@ fn the_order_of_the_runs_does_not_matter() {
     assert_eq!((a.largest.unwrap().run, b.largest.unwrap().run), (2, 1));
 }
 
-/// Runs without information along some directions are joined: each value is that of the run that determines it, and only what
-/// both determine is compared.
+/// Runs without information along some directions are joined: each value is that of the run that
+/// determines it, and only what both determine is compared.
 #[test]
 fn complementary_directions_become_identifiable() {
     let mut random = SmallRng::seed_from_u64(3);
@@ -142,7 +143,8 @@ fn complementary_directions_become_identifiable() {
     assert!((same.agreement.degrees_of_freedom - 6.0).abs() < 1e-6);
 }
 
-/// Fraction of draws in which the interval of each value contains the truth, and in which the runs agree.
+/// Fraction of draws in which the interval of each value contains the truth, and in which the runs
+/// agree.
 fn coverage(draws: u64, runs: usize, relative_spread: f64) -> ([f64; 10], f64) {
     let mut random = SmallRng::seed_from_u64(4);
     let (mut held, mut agreed) = ([0.0; 10], 0.0);
@@ -171,8 +173,9 @@ fn coverage(draws: u64, runs: usize, relative_spread: f64) -> ([f64; 10], f64) {
     (held, agreed)
 }
 
-/// The 95 % intervals contain the truth in 93 to 97 % of 800 draws, with and without a spread between the runs, and the verdict is
-/// right: a false alarm is rare, and a spread of some times the noise is always noticed.
+/// The 95 % intervals contain the truth in 93 to 97 % of 800 draws, with and without a spread
+/// between the runs, and the verdict is right: a false alarm is rare, and a spread of some times
+/// the noise is always noticed.
 #[test]
 fn intervals_hold_with_and_without_spread() {
     for (runs, spread) in [(2, 0.0), (3, 0.0), (6, 0.0), (3, 0.1), (6, 0.03)] {
@@ -191,8 +194,9 @@ fn intervals_hold_with_and_without_spread() {
     }
 }
 
-/// One run with a gain that is 10 % off is named with the value and the difference. It widens the interval of what it
-/// changes, even where its own noise is the smallest, and leaves the centre of mass known.
+/// One run with a gain that is 10 % off is named with the value and the difference. It widens the
+/// interval of what it changes, even where its own noise is the smallest, and leaves the centre of
+/// mass known.
 #[test]
 fn a_run_with_another_gain_is_named() {
     let mut random = SmallRng::seed_from_u64(5);
@@ -308,7 +312,8 @@ fn a_known_mass_counts_once() {
     assert!((exact.body.mass_kg - 2.0).abs() < 1e-6);
 }
 
-/// The combined payload is a body that can exist, within the box, and one far from the runs is reported.
+/// The combined payload is a body that can exist, within the box, and one far from the runs is
+/// reported.
 #[test]
 fn the_combined_payload_is_consistent() {
     let mut random = SmallRng::seed_from_u64(8);
@@ -333,7 +338,8 @@ fn the_combined_payload_is_consistent() {
     assert!(within_box);
 }
 
-/// No runs, and information that is none, are errors that name the run. Runs without any information are not.
+/// No runs, and information that is none, are errors that name the run. Runs without any
+/// information are not.
 #[test]
 fn bad_input_is_an_error() {
     let settings = PriorKnowledge::default();

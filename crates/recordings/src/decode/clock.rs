@@ -24,11 +24,11 @@ const SAME_RATE: f64 = 0.05;
 pub(crate) struct LogClock {
     /// Time zero, ns since the epoch: the first message, on the stamps' clock.
     origin_ns: i64,
-    /// Stamp less time of logging, ns: the median or, where the stamps' clock runs at another rate, that of the last stamp;
-    /// `None` where the messages have no stamps.
+    /// Stamp less time of logging, ns: the median or, where the stamps' clock runs at another rate,
+    /// that of the last stamp; `None` where the messages have no stamps.
     offset_ns: Option<i64>,
-    /// Rate of the stamps' clock relative to that of logging, and the time of logging of the last stamp, ns; `None` where both
-    /// clocks run at the same rate.
+    /// Rate of the stamps' clock relative to that of logging, and the time of logging of the last
+    /// stamp, ns; `None` where both clocks run at the same rate.
     simulated: Option<(f64, i64)>,
 }
 
@@ -73,8 +73,8 @@ impl FirstStamps {
 }
 
 impl LogClock {
-    /// Compares stamps with times of logging in the beginning of some topics. The finding names topics without stamps where
-    /// others have some.
+    /// Compares stamps with times of logging in the beginning of some topics. The finding names
+    /// topics without stamps where others have some.
     pub(crate) fn find(
         log: &LogReader,
         topics: &[String],
@@ -149,8 +149,8 @@ impl LogClock {
         }
     }
 
-    /// Returns the time of a message with a stamp, s. A stamp of zero is none: the time of logging then
-    /// stands in, with a fault where other messages do have stamps.
+    /// Returns the time of a message with a stamp, s. A stamp of zero is none: the time of logging
+    /// then stands in, with a fault where other messages do have stamps.
     ///
     /// # Errors
     /// Returns [`FaultKind::FarStamp`] if the stamp is far from the time of logging.

@@ -17,8 +17,9 @@ pub(super) struct Message {
     pub(super) is_late: bool,
 }
 
-/// The messages of the last second of the log. They leave in the order in which they came, but where those of a publisher
-/// are not in the order of their times, the earliest one takes the place that is due.
+/// The messages of the last second of the log. They leave in the order in which they came, but
+/// where those of a publisher are not in the order of their times, the earliest one takes the place
+/// that is due.
 #[derive(Clone, Debug)]
 pub(super) struct HeldMessages {
     /// Time for which a message is held, s.
@@ -42,7 +43,8 @@ impl HeldMessages {
         }
     }
 
-    /// Adds the event of a message of a publisher, at its time, s, that was recorded at another one, s.
+    /// Adds the event of a message of a publisher, at its time, s, that was recorded at another
+    /// one, s.
     pub(super) fn push(
         &mut self,
         publisher: usize,
@@ -70,7 +72,8 @@ impl HeldMessages {
         self.newest_s = self.newest_s.max(logged_s);
     }
 
-    /// Removes the next message that is due, with its publisher; every one where the log `is_at_end`.
+    /// Removes the next message that is due, with its publisher; every one where the log
+    /// `is_at_end`.
     pub(super) fn pop(&mut self, is_at_end: bool) -> Option<(usize, Message)> {
         let (logged_s, publisher) = *self.arrivals.front()?;
         let is_due =

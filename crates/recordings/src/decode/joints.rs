@@ -22,8 +22,8 @@ pub(crate) struct JointGroups {
     /// Names of the robot's joints, in its order.
     names: Vec<String>,
     renaming: Renaming,
-    /// For each publisher the indices of its joints among the robot's, ascending. The one with most joints
-    /// is first: all streams are aligned to its times.
+    /// For each publisher the indices of its joints among the robot's, ascending. The one with most
+    /// joints is first: all streams are aligned to its times.
     groups: Vec<Vec<usize>>,
     /// Joints in the log that the robot does not have.
     unknown: BTreeSet<String>,
@@ -43,11 +43,13 @@ pub(crate) struct Mapping {
 }
 
 impl JointGroups {
-    /// Reads the beginning of a log. `renamed` are names of joints in the log with those of the robot.
+    /// Reads the beginning of a log. `renamed` are names of joints in the log with those of the
+    /// robot.
     ///
     /// # Errors
-    /// Returns [`RecordingError::Data`] if several topics have the same joints or a joint that moves the tool is not in the
-    /// log, and [`RecordingError::Option`] if a name of `renamed` is not there.
+    /// Returns [`RecordingError::Data`] if several topics have the same joints or a joint that
+    /// moves the tool is not in the log, and [`RecordingError::Option`] if a name of `renamed` is
+    /// not there.
     pub(crate) fn find(
         log: &LogReader,
         sources: &LogSources,
@@ -109,8 +111,8 @@ impl JointGroups {
         self.names.len()
     }
 
-    /// Returns which group a message with these joints belongs to; `None` for one that has only some of a
-    /// publisher's joints.
+    /// Returns which group a message with these joints belongs to; `None` for one that has only
+    /// some of a publisher's joints.
     pub(crate) fn mapping(&self, names: &[String]) -> Option<Mapping> {
         let place = |name: &String| {
             let name = self.renaming.apply(name);
@@ -164,7 +166,8 @@ fn published(
     Ok(published)
 }
 
-/// Sorts the groups of joints, largest first, and leaves out those that repeat joints of a larger one.
+/// Sorts the groups of joints, largest first, and leaves out those that repeat joints of a larger
+/// one.
 fn sort(seen: BTreeMap<Vec<usize>, BTreeSet<String>>) -> Result<Vec<Vec<usize>>, RecordingError> {
     let mut seen: Vec<_> = seen.into_iter().collect();
     seen.sort_by_key(|(places, _)| std::cmp::Reverse(places.len()));
@@ -193,8 +196,8 @@ fn sort(seen: BTreeMap<Vec<usize>, BTreeSet<String>>) -> Result<Vec<Vec<usize>>,
 /// Returns the joints of the robot that are in no group.
 ///
 /// # Errors
-/// Returns [`RecordingError::Data`] if one of them matters: it moves the tool or a sensor, or the method needs
-/// the motion of its link.
+/// Returns [`RecordingError::Data`] if one of them matters: it moves the tool or a sensor, or the
+/// method needs the motion of its link.
 fn absent(
     groups: &[Vec<usize>],
     unknown: &BTreeSet<String>,

@@ -122,8 +122,9 @@ impl Decoder {
         Ok(Measured::Acceleration(acceleration))
     }
 
-    /// An inertial unit measures `p̈ - g` in its own frame, which is all that the equations need: the inertial
-    /// frame is taken to be one that rotates with the unit, in which there is no gravity.
+    /// An inertial unit measures `p̈ - g` in its own frame, which is all that the equations need:
+    /// the inertial frame is taken to be one that rotates with the unit, in which there is no
+    /// gravity.
     pub(super) fn imu(&mut self, message: &RawMessage) -> Result<Measured, FaultKind> {
         let imu = self.specific_force(message)?;
         let base = BaseState {
@@ -179,8 +180,8 @@ impl Decoder {
     }
 }
 
-/// Writes the joints of the first publisher to their places among all; the others are zero until the
-/// alignment fills them in.
+/// Writes the joints of the first publisher to their places among all; the others are zero until
+/// the alignment fills them in.
 fn spread(values: JointValues, places: &[usize], dof: usize) -> JointValues {
     if places.len() == dof {
         return values;

@@ -1,5 +1,5 @@
-//! Decoding: from the messages of a log to events, with units, signs and clocks; what cannot be used is
-//! counted.
+//! Decoding: from the messages of a log to events, with units, signs and clocks; what cannot be
+//! used is counted.
 
 mod clock;
 mod held;
@@ -59,8 +59,8 @@ pub(crate) struct Decoding {
     unmeasured: Vec<[bool; 6]>,
     uses_effort: bool,
     effort_gains: Vec<f64>,
-    /// Whether the body that odometry or an inertial unit moves is the sensor: its times are those to which
-    /// the wrenches are aligned.
+    /// Whether the body that odometry or an inertial unit moves is the sensor: its times are those
+    /// to which the wrenches are aligned.
     is_carried: bool,
 }
 
@@ -109,7 +109,8 @@ impl Decoding {
         self.joints.count()
     }
 
-    /// Returns the streams of events that the messages make. `unloaded`: with those of an unloaded recording.
+    /// Returns the streams of events that the messages make. `unloaded`: with those of an unloaded
+    /// recording.
     pub(crate) fn streams(&self, sources: &LogSources, unloaded: bool) -> Streams {
         let gravity = sources
             .options
@@ -194,10 +195,11 @@ pub(crate) struct Decoder {
     clock: LogClock,
     publishers: Publishers,
     held: HeldMessages,
-    /// Publisher, by its place, and time, s, of the message that is decoded; `None` where they are not known.
+    /// Publisher, by its place, and time, s, of the message that is decoded; `None` where they are
+    /// not known.
     origin: Option<(usize, f64)>,
-    /// Topics that were met, with what their messages measure. A log has one object for each topic, which is found faster
-    /// than its name.
+    /// Topics that were met, with what their messages measure. A log has one object for each topic,
+    /// which is found faster than its name.
     routes: Vec<(Arc<Topic>, Option<Route>)>,
     /// Lists of joint names that were met, with their meaning.
     mappings: Vec<(Vec<String>, Option<Arc<Mapping>>)>,
@@ -209,14 +211,15 @@ pub(crate) struct Decoder {
 }
 
 impl Decoder {
-    /// Creates a decoder that counts longer times than `max_gap_s` between two messages of a publisher as gaps.
-    /// Messages that come within [`LONGEST_LATENESS_S`] after later ones are put in order.
+    /// Creates a decoder that counts longer times than `max_gap_s` between two messages of a
+    /// publisher as gaps. Messages that come within [`LONGEST_LATENESS_S`] after later ones are put
+    /// in order.
     pub(crate) fn new(decoding: Arc<Decoding>, max_gap_s: f64) -> Self {
         Self::holding(LONGEST_LATENESS_S, decoding, max_gap_s)
     }
 
-    /// Creates a decoder that holds no message back, and leaves out those that are not later than the one before of
-    /// their publisher. Longer times than `max_gap_s` are gaps.
+    /// Creates a decoder that holds no message back, and leaves out those that are not later than
+    /// the one before of their publisher. Longer times than `max_gap_s` are gaps.
     pub(crate) fn in_order(decoding: Arc<Decoding>, max_gap_s: f64) -> Self {
         Self::holding(0.0, decoding, max_gap_s)
     }
@@ -237,8 +240,8 @@ impl Decoder {
         }
     }
 
-    /// Decodes a message, or counts why it cannot be used, and adds the events of messages before which none can come any
-    /// more to `events`.
+    /// Decodes a message, or counts why it cannot be used, and adds the events of messages before
+    /// which none can come any more to `events`.
     pub(crate) fn decode(&mut self, message: &RawMessage, events: &mut Vec<Event>) {
         let Some(route) = self.route(&message.topic) else {
             return;
@@ -267,7 +270,8 @@ impl Decoder {
         }
     }
 
-    /// Adds the events of messages that are held at the end of the log to `events`, until these are `enough`.
+    /// Adds the events of messages that are held at the end of the log to `events`, until these are
+    /// `enough`.
     pub(crate) fn finish(&mut self, enough: usize, events: &mut Vec<Event>) {
         self.release(true, enough, events);
     }
@@ -330,7 +334,8 @@ impl Decoder {
         Ok(time_s)
     }
 
-    /// Notes the publisher, by its index on the topic, and the time of the message that is decoded, s.
+    /// Notes the publisher, by its index on the topic, and the time of the message that is decoded,
+    /// s.
     fn set_origin(&mut self, message: &RawMessage, publisher: usize, time_s: f64) {
         let place = self.publishers.place(&message.topic.name, publisher);
         self.origin = Some((place, time_s));

@@ -49,8 +49,9 @@ impl Publishers {
         })
     }
 
-    /// Notes the time of a message of the publisher at a place, and counts a gap before it. Returns whether the message is
-    /// later than the one before of its publisher, and counts one that is not, and one that came late.
+    /// Notes the time of a message of the publisher at a place, and counts a gap before it. Returns
+    /// whether the message is later than the one before of its publisher, and counts one that is
+    /// not, and one that came late.
     pub(super) fn push(
         &mut self,
         place: usize,

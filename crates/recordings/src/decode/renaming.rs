@@ -18,12 +18,13 @@ pub(crate) struct Renaming {
 }
 
 impl Renaming {
-    /// Takes the requested names, or finds those of a log in which no joint has the name of one of the robot: all joints
-    /// of the log, or all of the robot, must have names that are the same behind a prefix of the log and one of the robot.
+    /// Takes the requested names, or finds those of a log in which no joint has the name of one of
+    /// the robot: all joints of the log, or all of the robot, must have names that are the same
+    /// behind a prefix of the log and one of the robot.
     ///
     /// # Errors
-    /// Returns [`RecordingError::Option`] if a requested name is not in the log or not one of the robot, or if two are to
-    /// have the same name.
+    /// Returns [`RecordingError::Option`] if a requested name is not in the log or not one of the
+    /// robot, or if two are to have the same name.
     pub(crate) fn new(
         recorded: &BTreeSet<&String>,
         joints: &[String],
@@ -81,8 +82,9 @@ impl Renaming {
     }
 }
 
-/// Returns the joints whose names are the same behind the prefix that all in the log share, and that which all of the
-/// robot share; `None` unless these are all joints of the robot, or all of the log where it has fewer.
+/// Returns the joints whose names are the same behind the prefix that all in the log share, and
+/// that which all of the robot share; `None` unless these are all joints of the robot, or all of
+/// the log where it has fewer.
 fn behind_prefixes(
     recorded: &BTreeSet<&String>,
     joints: &[String],

@@ -6,8 +6,8 @@ use std::sync::Arc;
 use tactid_logs::messages::StringMsg;
 use tactid_logs::{RawMessage, Topic};
 
-/// Length of the messages that are kept, s: that of the beginning of a recording, with some more that come while it is
-/// planned.
+/// Length of the messages that are kept, s: that of the beginning of a recording, with some more
+/// that come while it is planned.
 const LONGEST_S: f64 = 40.0;
 
 /// Most bytes that are kept: tactile arrays have large messages.
@@ -16,8 +16,8 @@ const MOST_BYTES: usize = 128 << 20;
 /// Most messages that are kept of what publishers send once.
 const MOST_LATCHED: usize = 64;
 
-/// Returns whether the publishers of a topic send what stays true once, and again to each new subscriber: the
-/// description of the robot, and transforms that do not change.
+/// Returns whether the publishers of a topic send what stays true once, and again to each new
+/// subscriber: the description of the robot, and transforms that do not change.
 fn is_latched(topic: &Topic) -> bool {
     topic.is::<StringMsg>() || topic.name.ends_with("tf_static")
 }
@@ -36,7 +36,8 @@ pub(super) struct Beginning {
 }
 
 impl Beginning {
-    /// Adds a message, and discards what is too old or too much. Measurements are left out unless it `keeps_measured`.
+    /// Adds a message, and discards what is too old or too much. Measurements are left out unless
+    /// it `keeps_measured`.
     pub(super) fn push(&mut self, message: RawMessage, keeps_measured: bool) {
         if is_latched(&message.topic) {
             return self.push_latched(message);

@@ -29,7 +29,8 @@ pub(super) struct Running {
     pub(super) sources: Sources,
     pub(super) delay_s: f64,
     pub(super) cutoff_hz: f64,
-    /// Whether another beginning would choose nothing else: what it is to determine is given or found.
+    /// Whether another beginning would choose nothing else: what it is to determine is given or
+    /// found.
     pub(super) is_settled: bool,
     decoder: Decoder,
     aligner: Aligner,
@@ -61,7 +62,8 @@ pub struct LiveContact {
     pub frame: String,
     /// Time by which it lags the last sample, s: see [`Identifier::contact_latency_s`].
     pub latency_s: f64,
-    /// The wrench, with the sign of the measured ones, and its uncertainty. Its time is since the start of the session.
+    /// The wrench, with the sign of the measured ones, and its uncertainty. Its time is since the
+    /// start of the session.
     pub wrench: WrenchEstimate,
 }
 
@@ -72,11 +74,13 @@ struct Fitted {
 }
 
 impl Running {
-    /// Chooses what a request leaves open from messages, as for a recording that begins with them, and takes them.
+    /// Chooses what a request leaves open from messages, as for a recording that begins with them,
+    /// and takes them.
     ///
     /// # Errors
     /// Returns the errors of [`identify_log`](crate::identify_log) for a log of these messages, and
-    /// [`IdentifyError::Option`](tactid_identify::IdentifyError::Option) for an unknown that is not identified online.
+    /// [`IdentifyError::Option`](tactid_identify::IdentifyError::Option) for an unknown that is not
+    /// identified online.
     pub(super) fn start(
         messages: &[RawMessage],
         request: &Request,
@@ -184,8 +188,8 @@ impl Running {
         })
     }
 
-    /// Returns the wrench of a contact, with the sign of the measured wrenches; `None` before the motion has determined
-    /// what it is measured against.
+    /// Returns the wrench of a contact, with the sign of the measured wrenches; `None` before the
+    /// motion has determined what it is measured against.
     pub(super) fn contact_wrench(&self) -> Option<LiveContact> {
         let (frame, axes) = &self.contact_frame;
         let found = self.identifier.contact_wrench(axes);
@@ -216,8 +220,8 @@ impl Running {
     }
 }
 
-/// Returns the frame of the wrench of a contact: as requested, or that of the only sensor, or the tip where there are several
-/// sensors or one that moves.
+/// Returns the frame of the wrench of a contact: as requested, or that of the only sensor, or the
+/// tip where there are several sensors or one that moves.
 fn frame_of_contact(
     identifier: &Identifier,
     requested: Option<&str>,
@@ -240,8 +244,8 @@ fn frame_of_contact(
     }
 }
 
-/// Fits all equations of a beginning, where the request leaves open what they show. A beginning that is too short shows
-/// nothing.
+/// Fits all equations of a beginning, where the request leaves open what they show. A beginning
+/// that is too short shows nothing.
 fn fit(recording: &LogRecording, plan: &Plan<'_>) -> Result<Fitted, RecordingError> {
     let is_open = plan.request.wrench_offset.unwrap_or_default() == OffsetChoice::Auto;
     if !is_open && plan.estimated_delay.is_none() {

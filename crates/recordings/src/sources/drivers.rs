@@ -30,8 +30,8 @@ enum Value {
 }
 
 impl Known {
-    /// Returns what stands before the end of the name of a topic that is recognized: whole parts of the
-    /// name. Names of columns may end in `_`.
+    /// Returns what stands before the end of the name of a topic that is recognized: whole parts of
+    /// the name. Names of columns may end in `_`.
     fn start_of<'a>(&self, topic: &'a str, robot: &Manipulator) -> Option<&'a str> {
         let lower = topic.to_lowercase();
         let name = lower.trim_end_matches('_');
@@ -56,7 +56,8 @@ impl Known {
     }
 }
 
-/// Returns whether a finding is the proposal that the weight of a configured payload was subtracted.
+/// Returns whether a finding is the proposal that the weight of a configured payload was
+/// subtracted.
 pub(crate) fn proposes_weight(finding: &Finding) -> bool {
     matches!(finding, Finding::TopicRecognized { value, .. } if value == WITHOUT_WEIGHT)
 }
@@ -181,7 +182,8 @@ const KNOWN: &[Known] = &[
 mod tests {
     use super::*;
 
-    /// The page has a row for each end of a name that is recognized, with the option that is proposed.
+    /// The page has a row for each end of a name that is recognized, with the option that is
+    /// proposed.
     #[test]
     fn the_page_has_what_is_recognized() {
         let page = include_str!("../../../../docs/how-to/drivers.md").to_lowercase();

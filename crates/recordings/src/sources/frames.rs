@@ -9,12 +9,12 @@ use crate::{Finding, RecordingError, SensorFrame};
 /// Name of a frame that a request places, where the sensor has none of its own.
 const PLACED_FRAME: &str = "sensor_frame";
 
-/// Returns the robot with the frame of its only wrench sensor as a request places it, and the name of this frame:
-/// `named`, unless it is empty or a link already.
+/// Returns the robot with the frame of its only wrench sensor as a request places it, and the name
+/// of this frame: `named`, unless it is empty or a link already.
 ///
 /// # Errors
-/// Returns [`RecordingError::Option`] if there is more than one sensor, and [`ModelError::UnknownFrame`] if
-/// the robot does not have the link.
+/// Returns [`RecordingError::Option`] if there is more than one sensor, and
+/// [`ModelError::UnknownFrame`] if the robot does not have the link.
 pub(crate) fn place_sensor(
     robot: &Manipulator,
     given: &SensorFrame,
@@ -47,12 +47,12 @@ pub(crate) enum FrameOf<'a> {
     Axes,
 }
 
-/// Returns a robot with a further frame, which is fixed to one of its links, and a finding where only transforms that may
-/// change show that.
+/// Returns a robot with a further frame, which is fixed to one of its links, and a finding where
+/// only transforms that may change show that.
 ///
 /// # Errors
-/// Returns [`RecordingError::Data`] if no transform leads to the frame, or [`RecordingError::Tip`] for that of the
-/// end-effector.
+/// Returns [`RecordingError::Data`] if no transform leads to the frame, or [`RecordingError::Tip`]
+/// for that of the end-effector.
 pub(super) fn place_frame(
     transforms: &Transforms<'_>,
     robot: &Manipulator,
@@ -97,7 +97,8 @@ fn unknown(robot: &Manipulator, frame: &str, of: FrameOf<'_>) -> RecordingError 
     }
 }
 
-/// Returns whether a frame of a robot is fixed to its base, which is fixed to the ground, while the tip moves.
+/// Returns whether a frame of a robot is fixed to its base, which is fixed to the ground, while the
+/// tip moves.
 pub(super) fn is_fixed_to_ground(robot: &Manipulator, frame: &str, tip: &str) -> bool {
     let is_fixed = |name: &str| {
         let frame = robot.frame(name).ok();

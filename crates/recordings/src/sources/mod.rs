@@ -227,7 +227,8 @@ impl<'a> Placed<'a> {
         Ok(())
     }
 
-    /// Places the frame along whose axes the wrenches are, unless these axes are those of the world.
+    /// Places the frame along whose axes the wrenches are, unless these axes are those of the
+    /// world.
     fn place_axes(&mut self, options: &Options) -> Result<(), RecordingError> {
         match options.equations.wrench_axes.as_deref() {
             None | Some(WORLD) => Ok(()),
@@ -235,8 +236,9 @@ impl<'a> Placed<'a> {
         }
     }
 
-    /// Where the only wrench is in a frame that does not move with the tip, this frame has its axes, and the moments are
-    /// about the origin of the tip: no sensor that stands still feels the payload alone.
+    /// Where the only wrench is in a frame that does not move with the tip, this frame has its
+    /// axes, and the moments are about the origin of the tip: no sensor that stands still feels the
+    /// payload alone.
     fn assume_axes_of_fixed_frame(&mut self, topics: &[String], options: &mut Options) {
         let (Some(sensor), [topic]) = (self.sensors.first_mut(), topics) else {
             return;
@@ -254,10 +256,12 @@ impl<'a> Placed<'a> {
     }
 }
 
-/// Checks that wrenches which the request does not name may be summed: those of the fingers of one gripper.
+/// Checks that wrenches which the request does not name may be summed: those of the fingers of one
+/// gripper.
 ///
-/// Each finger is a link that joints beyond the tip move, and no finger carries another. Sensors of one link, or one
-/// behind the other in a chain, measure the same load, and those of two arms measure two.
+/// Each finger is a link that joints beyond the tip move, and no finger carries another. Sensors of
+/// one link, or one behind the other in a chain, measure the same load, and those of two arms
+/// measure two.
 fn check_sum(
     robot: &Manipulator,
     tip: &str,

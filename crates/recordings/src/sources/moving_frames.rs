@@ -1,4 +1,5 @@
-//! Frames that only `/tf` has, such as the one in which a controller states its tool: which link carries them.
+//! Frames that only `/tf` has, such as the one in which a controller states its tool: which link
+//! carries them.
 
 use std::collections::BTreeMap;
 
@@ -17,11 +18,12 @@ const COMPARED: usize = 400;
 /// Most poses that wait for the joints: more come where no joints are recorded.
 const MOST_WAITING: usize = 1 << 12;
 
-/// Largest rms change of the pose of a frame in the link that carries it, m and rad: stamps that differ by some
-/// milliseconds from those of the joints reach this at 1 m/s and 3 rad/s.
+/// Largest rms change of the pose of a frame in the link that carries it, m and rad: stamps that
+/// differ by some milliseconds from those of the joints reach this at 1 m/s and 3 rad/s.
 const FIXED: [f64; 2] = [0.005, 0.015];
 
-/// A link whose pose in the frame changes by less than so many times that of the best one could carry it, too.
+/// A link whose pose in the frame changes by less than so many times that of the best one could
+/// carry it, too.
 const DISTINCT: f64 = 3.0;
 
 /// The link that carries a frame.
@@ -30,8 +32,8 @@ pub(super) struct MovingFrame {
     pub(super) link_from_frame: Isometry3<f64>,
 }
 
-/// Returns the link that carries a frame by the transforms that may change, compared with the motion of the joints;
-/// `None` where they show none.
+/// Returns the link that carries a frame by the transforms that may change, compared with the
+/// motion of the joints; `None` where they show none.
 pub(super) fn find_moving(
     transforms: &Transforms<'_>,
     robot: &Manipulator,
@@ -74,8 +76,9 @@ struct Search<'a> {
     /// Only every so many poses is compared, and how many were met.
     every: usize,
     met: usize,
-    /// Poses of the frame in each link, where its parent is the link of this name, and where it is the base of the robot:
-    /// controllers and descriptions disagree by half a turn on which of the two they call `base`.
+    /// Poses of the frame in each link, where its parent is the link of this name, and where it is
+    /// the base of the robot: controllers and descriptions disagree by half a turn on which of the
+    /// two they call `base`.
     poses: [Vec<Vec<Isometry3<f64>>>; 2],
 }
 
@@ -111,7 +114,8 @@ impl<'a> Search<'a> {
         }
     }
 
-    /// Takes a message of transforms or of joint states; others, and those that cannot be decoded, are left out.
+    /// Takes a message of transforms or of joint states; others, and those that cannot be decoded,
+    /// are left out.
     fn push(&mut self, transforms: &Transforms<'_>, message: &RawMessage) {
         if let Ok(state) = message.decode::<JointState>() {
             self.push_joints(time_ns(message, state.header.stamp), &state);
@@ -175,7 +179,8 @@ impl<'a> Search<'a> {
         }
     }
 
-    /// Compares the poses up to the time of new joint positions with the links, which move between those before and these.
+    /// Compares the poses up to the time of new joint positions with the links, which move between
+    /// those before and these.
     fn compare(&mut self, time_ns: i64, positions: &[f64]) {
         if self.waiting.is_empty() {
             return;

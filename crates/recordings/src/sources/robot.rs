@@ -7,8 +7,8 @@ use tactid_logs::{LogReader, Topic};
 use super::topics::{first, topic_names};
 use crate::RecordingError;
 
-/// Returns the robot of a URDF, or of the robot description in the log. Its base is fixed, or the link that
-/// the odometry moves.
+/// Returns the robot of a URDF, or of the robot description in the log. Its base is fixed, or the
+/// link that the odometry moves.
 pub(crate) fn robot(
     log: &LogReader,
     urdf: Option<&Urdf>,

@@ -90,7 +90,8 @@ fn recordings() -> Vec<CalibratingRecording> {
     .to_vec()
 }
 
-/// A calibration of two joints and links with three friction terms, of which each number is another.
+/// A calibration of two joints and links with three friction terms, of which each number is
+/// another.
 pub(crate) fn arm() -> ArmCalibration {
     let mut numbers = Numbers(7);
     let mut parameters = numbers.some(UNKNOWNS);

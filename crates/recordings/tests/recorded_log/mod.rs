@@ -51,7 +51,8 @@ impl<'a> Recording<'a> {
         }
     }
 
-    /// Writes the log, at an epoch of today's clocks: seconds in an f64 would lose a quarter of a microsecond.
+    /// Writes the log, at an epoch of today's clocks: seconds in an f64 would lose a quarter of a
+    /// microsecond.
     pub(crate) fn write(&self, path: &Path) {
         let mut log = LogWriter::create(path).unwrap();
         if let Some(urdf) = self.description {

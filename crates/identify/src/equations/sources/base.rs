@@ -13,11 +13,11 @@ use crate::equations::instant::Instant;
 const PARAMETER_ENTRIES: usize = 60;
 const GRAVITY_ENTRIES: usize = 24;
 
-/// The wrenches on the base of the whole robot and of the payload, in the frame of the base and about its
-/// origin: on a base that floats freely they sum to zero, (21)-(44).
+/// The wrenches on the base of the whole robot and of the payload, in the frame of the base and
+/// about its origin: on a base that floats freely they sum to zero, (21)-(44).
 ///
-/// The rows are in the frame of the base and not of the tool, so that the noise of the base's motion stays
-/// in the channel that it belongs to.
+/// The rows are in the frame of the base and not of the tool, so that the noise of the base's
+/// motion stays in the channel that it belongs to.
 #[derive(Clone, Debug)]
 pub(crate) struct BaseSource;
 

@@ -12,7 +12,8 @@ use crate::equations::equation::Row;
 use crate::equations::instant::Instant;
 use crate::equations::settings::{EffortContent, EquationSettings, expand};
 
-/// Number of entries of a joint beside its target: the regressor of the parameters, that of gravity, and the gain error.
+/// Number of entries of a joint beside its target: the regressor of the parameters, that of
+/// gravity, and the gain error.
 const JOINT_ENTRIES: usize = 15;
 
 /// The efforts of the joints that move the tool.
@@ -21,12 +22,14 @@ pub(crate) struct EffortSource {
     /// Indices of the joints that move the tool, and so bear the payload.
     loaded_joints: Vec<usize>,
     channels: Vec<Channel>,
-    /// Standard deviation of one sample of the effort of each joint of the robot, N m or N. Empty where
-    /// they are unknown.
+    /// Standard deviation of one sample of the effort of each joint of the robot, N m or N. Empty
+    /// where they are unknown.
     noise: Vec<f64>,
-    /// Standard deviation of the relative error of the gain of each joint of the robot; empty where the gains are exact.
+    /// Standard deviation of the relative error of the gain of each joint of the robot; empty where
+    /// the gains are exact.
     gain_std_devs: Vec<f64>,
-    /// Whether the measured efforts contain those of the arm itself, as far as the workspace has them.
+    /// Whether the measured efforts contain those of the arm itself, as far as the workspace has
+    /// them.
     contains_arm: bool,
     /// Columns of the tool's Jacobian, one for each joint of the robot.
     jacobian: Vec<Vector6<f64>>,
@@ -77,7 +80,8 @@ impl MeasurementSource for EffortSource {
     ) -> Result<(), StateError> {
         let workspace = robot.workspace;
         workspace.jacobian(robot.tool, &mut self.jacobian)?;
-        // Jᵀ Y π = τ - τ_arm, not in the paper: principle of virtual work, with τ_i = z_i · n_i of (34) for the arm alone.
+        // Jᵀ Y π = τ - τ_arm, not in the paper: principle of virtual work, with τ_i = z_i · n_i of
+        // (34) for the arm alone.
         let regressor = WrenchRegressor::new(&robot.terms);
         let places = targets
             .iter_mut()

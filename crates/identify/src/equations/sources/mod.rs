@@ -1,8 +1,8 @@
 //! Measurement sources: each turns the measurements of an instant into row equations.
 //!
-//! One file has one source: its rows, the names of its channels, and the known noise of its sensors. A
-//! source implements [`MeasurementSource`] and has a variant of [`Source`]; [`sources_of`] decides which
-//! methods use it.
+//! One file has one source: its rows, the names of its channels, and the known noise of its
+//! sensors. A source implements [`MeasurementSource`] and has a variant of [`Source`];
+//! [`sources_of`] decides which methods use it.
 
 mod base;
 mod effort;
@@ -62,8 +62,8 @@ impl std::ops::DerefMut for Source {
     }
 }
 
-/// Returns the sources that the configured method uses, in the order of their rows. `projection` takes what no sensor measures
-/// from a wrench in the tool frame.
+/// Returns the sources that the configured method uses, in the order of their rows. `projection`
+/// takes what no sensor measures from a wrench in the tool frame.
 ///
 /// # Errors
 /// Returns [`IdentifyError::Model`] if the robot does not have the link of a sensor.

@@ -7,8 +7,8 @@ use super::source::{MeasurementSource, RobotState};
 use crate::equations::channels::{Channel, wrench_channels};
 use crate::equations::instant::Instant;
 
-/// The wrench on the end-effector that the momentum of all other bodies requires, on a base that floats
-/// freely.
+/// The wrench on the end-effector that the momentum of all other bodies requires, on a base that
+/// floats freely.
 #[derive(Clone, Debug)]
 pub(crate) struct MomentumSource;
 

@@ -9,12 +9,13 @@ use crate::equations::settings::SubtractedLoad;
 /// Number of the [`MotionTerms`].
 pub(crate) const MOTION_TERMS: usize = 15;
 
-/// Functions of the tool's motion in which the regressor of the wrench in the tool frame is linear, so that their means
-/// over a window give the mean regressor: `p̈_U - g`, `g` and `ω̇_U` in the tool frame, then the products
-/// `ωxωx, ωxωy, ωxωz, ωyωy, ωyωz, ωzωz` of the angular velocity.
+/// Functions of the tool's motion in which the regressor of the wrench in the tool frame is linear,
+/// so that their means over a window give the mean regressor: `p̈_U - g`, `g` and `ω̇_U` in the
+/// tool frame, then the products `ωxωx, ωxωy, ωxωz, ωyωy, ωyωz, ωzωz` of the angular velocity.
 pub(crate) type MotionTerms = SVector<f64, MOTION_TERMS>;
 
-/// Returns the terms of a motion of the tool frame. `g` is the gravitational acceleration in the tool frame, m/s².
+/// Returns the terms of a motion of the tool frame. `g` is the gravitational acceleration in the
+/// tool frame, m/s².
 pub(crate) fn motion_terms(motion: &ToolMotion, g: &Vector3<f64>) -> MotionTerms {
     let (a, dw, w) = (
         &motion.acceleration,
@@ -28,13 +29,14 @@ pub(crate) fn motion_terms(motion: &ToolMotion, g: &Vector3<f64>) -> MotionTerms
     ])
 }
 
-/// Regressor of the wrench on the payload in the tool frame and about its origin: the standard linear form
-/// of (29) and (42), `[f_U; n_U] = Y(p̈_U - g, ω_U, ω̇_U) π`.
+/// Regressor of the wrench on the payload in the tool frame and about its origin: the standard
+/// linear form of (29) and (42), `[f_U; n_U] = Y(p̈_U - g, ω_U, ω̇_U) π`.
 #[derive(Clone, Debug)]
 pub(crate) struct WrenchRegressor {
     /// `Y`, 6x10.
     pub(crate) parameters: SMatrix<f64, 6, 10>,
-    /// What an acceleration equal to gravity would add to the columns of mass and first moments, 6x4.
+    /// What an acceleration equal to gravity would add to the columns of mass and first moments,
+    /// 6x4.
     pub(crate) gravity: SMatrix<f64, 6, 4>,
 }
 
@@ -50,7 +52,8 @@ impl WrenchRegressor {
         }
     }
 
-    /// Returns the wrench that supports the weight of a body and, where these were subtracted as well, accelerates it.
+    /// Returns the wrench that supports the weight of a body and, where these were subtracted as
+    /// well, accelerates it.
     pub(crate) fn load(&self, of: &SubtractedLoad) -> Vector6<f64> {
         let parameters = of.body.as_vector();
         if of.with_inertia {
@@ -77,8 +80,8 @@ impl WrenchRegressor {
     }
 }
 
-/// Returns the wrench that an acceleration of a body, in the tool frame, needs for each kg of its mass and each kg m of its
-/// first moments.
+/// Returns the wrench that an acceleration of a body, in the tool frame, needs for each kg of its
+/// mass and each kg m of its first moments.
 pub(crate) fn acceleration_columns(acceleration: &Vector3<f64>) -> SMatrix<f64, 6, 4> {
     let mut columns = SMatrix::<f64, 6, 4>::zeros();
     columns.fixed_view_mut::<3, 1>(0, 0).copy_from(acceleration);
@@ -118,8 +121,8 @@ mod tests {
 
     use super::*;
 
-    /// The mean of the terms of two motions gives the mean of their regressors as the dynamics have them, and the columns
-    /// of gravity are the regressor of an acceleration equal to gravity.
+    /// The mean of the terms of two motions gives the mean of their regressors as the dynamics have
+    /// them, and the columns of gravity are the regressor of an acceleration equal to gravity.
     #[test]
     fn mean_terms_give_the_mean_regressor_of_the_dynamics() {
         let mut random = SmallRng::seed_from_u64(2);

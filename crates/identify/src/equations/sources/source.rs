@@ -1,4 +1,5 @@
-//! What every measurement source provides, and the state of the robot that it computes its rows from.
+//! What every measurement source provides, and the state of the robot that it computes its rows
+//! from.
 
 use nalgebra::{DMatrix, Vector3};
 use tactid_dynamics::{FrameId, StateError, Workspace};
@@ -13,23 +14,25 @@ pub(crate) trait MeasurementSource {
     /// Names and units of the channels, one for each row.
     fn channels(&self) -> Vec<Channel>;
 
-    /// Numbers of consecutive channels whose noise is of similar size. The default is that of a wrench: the axes of the
-    /// force, and those of the moment.
+    /// Numbers of consecutive channels whose noise is of similar size. The default is that of a
+    /// wrench: the axes of the force, and those of the moment.
     fn kinds(&self) -> Vec<usize> {
         vec![3, 3]
     }
 
-    /// Number of entries of an instant beside the targets, of which [`set_rows`](Self::set_rows) makes the regressors.
-    /// The default is that of a wrench in the tool frame: the terms of the tool's motion.
+    /// Number of entries of an instant beside the targets, of which [`set_rows`](Self::set_rows)
+    /// makes the regressors. The default is that of a wrench in the tool frame: the terms of the
+    /// tool's motion.
     fn entries(&self) -> usize {
         MOTION_TERMS
     }
 
-    /// Computes the targets of an instant, one for each channel, and the other entries. Both enter means over windows.
-    /// Allocates nothing.
+    /// Computes the targets of an instant, one for each channel, and the other entries. Both enter
+    /// means over windows. Allocates nothing.
     ///
     /// # Errors
-    /// Returns [`StateError::NoForces`] if the source uses forces and [`needs_forces`](Self::needs_forces) is false.
+    /// Returns [`StateError::NoForces`] if the source uses forces and
+    /// [`needs_forces`](Self::needs_forces) is false.
     fn fill(
         &mut self,
         instant: &Instant,
@@ -38,9 +41,9 @@ pub(crate) trait MeasurementSource {
         entries: &mut [f64],
     ) -> Result<(), StateError>;
 
-    /// Sets everything but the targets of the rows, one for each channel, from the means of the other entries over a
-    /// window, or from half-differences of such means: the rows are linear in the entries.
-    /// The default is that of a wrench in the tool frame.
+    /// Sets everything but the targets of the rows, one for each channel, from the means of the
+    /// other entries over a window, or from half-differences of such means: the rows are linear in
+    /// the entries. The default is that of a wrench in the tool frame.
     fn set_rows(&self, entries: &[f64], rows: &mut [Row]) {
         WrenchRegressor::new(&MotionTerms::from_column_slice(entries)).set_rows(rows);
     }
@@ -66,8 +69,8 @@ pub(crate) trait MeasurementSource {
         false
     }
 
-    /// Whether the rows hold for the links below the tool and the payload as one body. These links then do
-    /// not count as known.
+    /// Whether the rows hold for the links below the tool and the payload as one body. These links
+    /// then do not count as known.
     fn includes_gripper(&self) -> bool {
         false
     }
@@ -81,8 +84,8 @@ pub(crate) trait MeasurementSource {
 /// Motion of the known bodies of the robot at one instant.
 #[derive(Debug)]
 pub(crate) struct RobotState<'a> {
-    /// Motion of the bodies whose parameters are known (the whole robot, or all but the links below the
-    /// tool) and, where a source needs them, the forces that move them.
+    /// Motion of the bodies whose parameters are known (the whole robot, or all but the links below
+    /// the tool) and, where a source needs them, the forces that move them.
     pub(crate) workspace: &'a Workspace,
     /// The end-effector frame `Σ_U`.
     pub(crate) tool: FrameId,
@@ -91,7 +94,8 @@ pub(crate) struct RobotState<'a> {
 }
 
 impl<'a> RobotState<'a> {
-    /// Returns the state that a workspace has. `gravity` is the gravitational acceleration in the inertial frame, m/s².
+    /// Returns the state that a workspace has. `gravity` is the gravitational acceleration in the
+    /// inertial frame, m/s².
     pub(crate) fn new(workspace: &'a Workspace, tool: FrameId, gravity: &Vector3<f64>) -> Self {
         let in_tool = if *gravity == Vector3::zeros() {
             *gravity

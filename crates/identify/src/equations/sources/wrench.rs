@@ -16,8 +16,8 @@ use crate::equations::settings::{EquationSettings, SubtractedLoad, expand};
 pub(crate) struct WrenchSource {
     /// Frames in which the wrenches are measured.
     sensors: Vec<FrameId>,
-    /// Standard deviations of one sample of each sensor, in its frame: forces in N, moments in N m. Empty
-    /// where they are unknown.
+    /// Standard deviations of one sample of each sensor, in its frame: forces in N, moments in N m.
+    /// Empty where they are unknown.
     noise: Vec<SVector<f64, 6>>,
     has_offsets: bool,
     /// Axes of the wrenches; `None` for those of the sensors.
@@ -45,8 +45,8 @@ impl Axes {
 }
 
 impl WrenchSource {
-    /// Creates the source for the links in which the wrenches are measured. `projection` is that of a wrench in
-    /// the tool frame onto the measured channels.
+    /// Creates the source for the links in which the wrenches are measured. `projection` is that of
+    /// a wrench in the tool frame onto the measured channels.
     ///
     /// # Errors
     /// Returns [`IdentifyError::Model`] if the robot does not have one of the links.

@@ -20,8 +20,8 @@ fn even(count: usize, step_s: f64) -> Vec<f64> {
     (0..count).map(|k| k as f64 * step_s).collect()
 }
 
-/// The mean of a straight line is its value in the middle of the window, and the mean of its derivative is
-/// its slope.
+/// The mean of a straight line is its value in the middle of the window, and the mean of its
+/// derivative is its slope.
 #[test]
 fn means_of_lines_are_exact() {
     let found = filter(&even(1001, 1e-3), |t| 4.0 - 3.0 * t);
@@ -69,7 +69,8 @@ fn no_window_spans_a_gap() {
     assert!(filter(&even(100, 0.03), |t| t).is_empty());
 }
 
-/// An instant with an entry that is not finite, or far beyond all measurements, changes no mean and is counted.
+/// An instant with an entry that is not finite, or far beyond all measurements, changes no mean and
+/// is counted.
 #[test]
 fn leaves_out_what_is_no_measurement() {
     let clean = filter(&even(300, 1e-3), |t| t);
@@ -136,8 +137,8 @@ fn correlation_of_noise() {
     assert!((squares - PRODUCT_CORRELATION).abs() < 0.015, "{squares}");
 }
 
-/// Of samples that are interpolated between those of a slower sensor, runs of instants show the noise
-/// that neighbouring instants share.
+/// Of samples that are interpolated between those of a slower sensor, runs of instants show the
+/// noise that neighbouring instants share.
 #[test]
 fn runs_show_the_noise_of_interpolated_samples() {
     const INSTANTS_PER_SAMPLE: usize = 4;

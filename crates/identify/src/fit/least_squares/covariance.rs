@@ -9,12 +9,14 @@ use crate::fit::rows::{TARGET, UNKNOWNS};
 use crate::fit::sandwich::{MeatEstimator, NoiseMeat, ScoredRow};
 
 impl ReweightedLeastSquares<'_> {
-    /// Returns two covariances of the unknowns from so many windows (see [`sandwich`](crate::fit::sandwich)), given the inverse
-    /// of their information: for the noise as it is, and for noise that is the same in all windows.
+    /// Returns two covariances of the unknowns from so many windows (see
+    /// [`sandwich`](crate::fit::sandwich)), given the inverse of their information: for the noise
+    /// as it is, and for noise that is the same in all windows.
     ///
-    /// Where the sections of the recording scatter significantly more than the noise explains, the model has errors that are
-    /// correlated over seconds. The cluster-robust covariance is then added to the first covariance, which counts the noise twice:
-    /// eight sections miss errors that last longer. The second one, in whose metric parameters are projected, grows by the same
+    /// Where the sections of the recording scatter significantly more than the noise explains, the
+    /// model has errors that are correlated over seconds. The cluster-robust covariance is then
+    /// added to the first covariance, which counts the noise twice: eight sections miss errors that
+    /// last longer. The second one, in whose metric parameters are projected, grows by the same
     /// factor.
     pub(super) fn covariances(&self, count: usize, bread: &DMatrix<f64>) -> [DMatrix<f64>; 2] {
         let channels = self.noise.channels();
@@ -44,7 +46,8 @@ impl ReweightedLeastSquares<'_> {
         } = of_noise;
         let independent = count as f64 / PRODUCT_CORRELATION;
         let mut meat = meat * self.noise.inflation(independent, from_residuals);
-        // Variance of the weighing: its information is enlarged for the correlation of neighbouring windows.
+        // Variance of the weighing: its information is enlarged for the correlation of neighbouring
+        // windows.
         meat[(0, 0)] += self.mass_information() * NOISE_CORRELATION;
         let mut scales = self.scales;
         for (scale, t_factor) in scales.iter_mut().zip(&t_factors) {
@@ -57,7 +60,8 @@ impl ReweightedLeastSquares<'_> {
         self.in_units(bread * meat * bread, &scales)
     }
 
-    /// Returns a covariance of scaled unknowns in the units of the unknowns, zero in unobservable directions.
+    /// Returns a covariance of scaled unknowns in the units of the unknowns, zero in unobservable
+    /// directions.
     fn in_units(&self, scaled: DMatrix<f64>, scales: &SVector<f64, UNKNOWNS>) -> DMatrix<f64> {
         let scaled = self.spectrum.across_unobservable(scaled);
         DMatrix::from_fn(self.columns, self.columns, |i, j| {
@@ -65,8 +69,8 @@ impl ReweightedLeastSquares<'_> {
         })
     }
 
-    /// Returns the whitened rows of the windows that are used with their scores, each times the root of its
-    /// weight.
+    /// Returns the whitened rows of the windows that are used with their scores, each times the
+    /// root of its weight.
     fn scored_rows(&self) -> Vec<ScoredRow> {
         let mut scored = Vec::new();
         let mut whitened = WhitenedWindow::new(self);
@@ -93,8 +97,8 @@ impl ReweightedLeastSquares<'_> {
     }
 }
 
-/// Returns the larger one of two meats, that of the `scores` and one of the noise: errors that last longer than the filter show
-/// in the scores, if there are enough of them.
+/// Returns the larger one of two meats, that of the `scores` and one of the noise: errors that last
+/// longer than the filter show in the scores, if there are enough of them.
 fn larger_meat(bread: &DMatrix<f64>, scores: &DMatrix<f64>, of_noise: NoiseMeat) -> NoiseMeat {
     let size = |meat: &DMatrix<f64>| (bread * meat).trace();
     if size(scores) > size(&of_noise.meat) {

@@ -71,9 +71,9 @@ fn exact_equations_give_exact_parameters() {
     assert!((found.parameters - truth()).amax() < 1e-12);
 }
 
-/// Over 400 draws of the noise, the estimate has no bias, the channels have the standard deviations that were
-/// drawn, and the errors have the covariance of the fit. The mean of 400 squares of a standard normal variable
-/// has a standard deviation of 0.07.
+/// Over 400 draws of the noise, the estimate has no bias, the channels have the standard deviations
+/// that were drawn, and the errors have the covariance of the fit. The mean of 400 squares of a
+/// standard normal variable has a standard deviation of 0.07.
 #[test]
 fn errors_have_the_covariance_of_the_fit() {
     const RUNS: u64 = 400;
@@ -104,8 +104,9 @@ fn errors_have_the_covariance_of_the_fit() {
     }
 }
 
-/// Noise in the motion biases plain least squares towards zero. The errors-in-variables bias correction removes
-/// the bias. The noise is a tenth of the motion, so the bias would be a hundredth.
+/// Noise in the motion biases plain least squares towards zero. The errors-in-variables bias
+/// correction removes the bias. The noise is a tenth of the motion, so the bias would be a
+/// hundredth.
 #[test]
 fn noise_in_the_motion_causes_no_bias() {
     const RUNS: u64 = 100;
@@ -141,7 +142,8 @@ fn noise_in_the_motion_causes_no_bias() {
     assert!(plain[0] < -10.0, "{plain}");
 }
 
-/// Noise that channels share is separated from the motion: the error falls to that of the independent noise.
+/// Noise that channels share is separated from the motion: the error falls to that of the
+/// independent noise.
 #[test]
 fn shared_noise_is_separated() {
     let (mut squares, mut variances) = (0.0, 0.0);
@@ -158,8 +160,9 @@ fn shared_noise_is_separated() {
         squares += (found.parameters[0] - truth()[0]).powi(2);
         variances += found.covariance[(0, 0)];
     }
-    // Three channels with the same noise have two differences, with a tenth of the noise: 600 rows of mean
-    // square 1/2 determine a parameter to 0.1 · 0.3 / √300. With independent noise it would be ten times that.
+    // Three channels with the same noise have two differences, with a tenth of the noise: 600 rows
+    // of mean square 1/2 determine a parameter to 0.1 · 0.3 / √300. With independent noise it would
+    // be ten times that.
     let expected = 100.0 * (0.1 * FORCE_NOISE).powi(2) / 300.0;
     assert!(squares < 2.0 * expected, "{squares} {expected}");
     assert!(
@@ -168,13 +171,15 @@ fn shared_noise_is_separated() {
     );
 }
 
-/// 28 windows, with noise that is correlated between neighbours as by the filter, and with the noise of the
-/// forces in the moments, which depend on nine of ten parameters. Of 1000 intervals of 95 % at least 91 % contain
-/// the truth, with a scatter of 0.7 %. Twice as many fail where the fitted part of the noise is ignored.
+/// 28 windows, with noise that is correlated between neighbours as by the filter, and with the
+/// noise of the forces in the moments, which depend on nine of ten parameters. Of 1000 intervals of
+/// 95 % at least 91 % contain the truth, with a scatter of 0.7 %. Twice as many fail where the
+/// fitted part of the noise is ignored.
 #[test]
 fn intervals_from_few_windows_have_their_coverage() {
     const RUNS: u64 = 1000;
-    // Correlation 0.27 between neighbours, as for windows of white noise that overlap by two thirds.
+    // Correlation 0.27 between neighbours, as for windows of white noise that overlap by two
+    // thirds.
     const SHARED: f64 = 0.29;
     let mut inside = SVector::<f64, 10>::zeros();
     for seed in 0..RUNS {
@@ -209,8 +214,8 @@ fn intervals_from_few_windows_have_their_coverage() {
     assert!(inside.min() > 0.91 && inside.max() < 0.97, "{inside}");
 }
 
-/// Outliers of a hundred standard deviations in one window of twenty move the estimate by less than the noise,
-/// and are identified.
+/// Outliers of a hundred standard deviations in one window of twenty move the estimate by less than
+/// the noise, and are identified.
 #[test]
 fn outliers_have_no_influence() {
     let clean = equations(400, 7, 1.0, 0.0);
@@ -229,8 +234,8 @@ fn outliers_have_no_influence() {
     }
 }
 
-/// A short delay of the load is estimated with its sign and within its standard deviation; without noise, to
-/// second order.
+/// A short delay of the load is estimated with its sign and within its standard deviation; without
+/// noise, to second order.
 #[test]
 fn a_delay_is_estimated() {
     let channels = Channels::of_wrench();
@@ -295,8 +300,8 @@ fn fit_with_mass(equations: &[Equation], mass_kg: f64, std_dev_kg: f64) -> Fit {
     fit(equations, options).unwrap()
 }
 
-/// An exact mass moves the other parameters as conditioning the estimate without it does, and their covariance
-/// is the conditional one. With fixed weights both are exact to rounding.
+/// An exact mass moves the other parameters as conditioning the estimate without it does, and their
+/// covariance is the conditional one. With fixed weights both are exact to rounding.
 #[test]
 fn a_known_mass_conditions_the_others() {
     let equations = equations(200, 11, 1.0, 0.0);
@@ -336,8 +341,8 @@ fn a_known_mass_conditions_the_others() {
     assert!(narrower[0] < 1e-5 && narrower.max() < 1.1, "{narrower}");
 }
 
-/// A known mass with the standard deviation of the estimate without it improves the mass by about the root of
-/// two, and all errors have the covariance of the fit.
+/// A known mass with the standard deviation of the estimate without it improves the mass by about
+/// the root of two, and all errors have the covariance of the fit.
 #[test]
 fn errors_with_a_known_mass_have_the_covariance_of_the_fit() {
     const RUNS: u64 = 100;
@@ -380,8 +385,8 @@ fn a_known_mass_makes_the_first_moment_observable() {
     assert!(off.component_div(&std_devs).amax() < 1.0, "{off}");
 }
 
-/// An unknown offset in each channel is estimated with its standard deviation, and the errors of the parameters
-/// have the covariance of the fit. A fit without offsets has far larger residuals.
+/// An unknown offset in each channel is estimated with its standard deviation, and the errors of
+/// the parameters have the covariance of the fit. A fit without offsets has far larger residuals.
 #[test]
 fn constant_offsets_are_estimated() {
     const RUNS: u64 = 200;

@@ -8,8 +8,8 @@ use crate::fit::rows::{TARGET, UNKNOWNS, remainder};
 use crate::fit::vector_unit::Computation;
 use crate::solve::noise::Whitening;
 
-/// The rows of a window less the means, and its half-differences: both whitened, with scaled columns, and with the residual in
-/// the place of the target.
+/// The rows of a window less the means, and its half-differences: both whitened, with scaled
+/// columns, and with the residual in the place of the target.
 pub(super) struct WhitenedWindow<'a> {
     state: &'a ReweightedLeastSquares<'a>,
     whitening: Whitening,
@@ -56,7 +56,8 @@ impl<'a> WhitenedWindow<'a> {
 
 /// Returns a row less a mean with scaled columns, and with a residual in the place of the target.
 ///
-/// Rows are scaled before they are whitened: where sensors measure nothing, only scales of zero keep numbers finite.
+/// Rows are scaled before they are whitened: where sensors measure nothing, only scales of zero
+/// keep numbers finite.
 #[inline(always)]
 fn scaled(
     row: &WideRow,

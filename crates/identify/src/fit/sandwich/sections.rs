@@ -8,26 +8,28 @@ use statrs::distribution::{ContinuousCDF, FisherSnedecor};
 use super::{MeatEstimator, add, score, t_factor};
 use crate::fit::products::{Products, WIDTH};
 
-/// Number of sections. The more there are, the shorter are the errors that they show; the fewer, the less certain is their
-/// scatter. With 4, 6, 8, 12 and 16 sections, 11, 16, 12, 24 and 28 of 240 intervals of a prototype missed the truth.
+/// Number of sections. The more there are, the shorter are the errors that they show; the fewer,
+/// the less certain is their scatter. With 4, 6, 8, 12 and 16 sections, 11, 16, 12, 24 and 28 of
+/// 240 intervals of a prototype missed the truth.
 const SECTIONS: usize = 8;
 
 /// Fewest windows of a section. Those at its ends share samples with other sections.
 const MIN_SECTION_WINDOWS: usize = 4;
 
-/// Largest fraction of the information about a direction that counts as that of one section. The residuals of a section that
-/// determines a direction alone say nothing about it.
+/// Largest fraction of the information about a direction that counts as that of one section. The
+/// residuals of a section that determines a direction alone say nothing about it.
 const MAX_FRACTION: f64 = 0.95;
 
-/// Probability, to a factor of two or three, that noise without serially correlated errors exceeds [`ClusterRobust::bound`].
+/// Probability, to a factor of two or three, that noise without serially correlated errors exceeds
+/// [`ClusterRobust::bound`].
 const PROBABILITY: f64 = 0.01;
 
 /// The cluster-robust covariance of the unknowns, beside that of the noise.
 pub(crate) struct ClusterRobust {
     /// Covariance of the unknowns, widened by Student's t because the sections are few.
     pub(crate) covariance: DMatrix<f64>,
-    /// Size of the covariance without this widening, relative to that of the noise: the sum of the variances of all directions,
-    /// in units of white noise.
+    /// Size of the covariance without this widening, relative to that of the noise: the sum of the
+    /// variances of all directions, in units of white noise.
     pub(crate) ratio: f64,
     /// Ratio that is rarely exceeded where the only error is the noise.
     pub(crate) bound: f64,
@@ -36,13 +38,16 @@ pub(crate) struct ClusterRobust {
 }
 
 impl MeatEstimator<'_> {
-    /// Estimates the covariance of the unknowns from the sums of the scores of sections, given the meat of the noise and its
-    /// degrees of freedom; `None` where windows are few. Cost: about a pass over all windows.
+    /// Estimates the covariance of the unknowns from the sums of the scores of sections, given the
+    /// meat of the noise and its degrees of freedom; `None` where windows are few. Cost: about a
+    /// pass over all windows.
     ///
-    /// It holds for errors that are correlated within a section and not beyond, also those of the model. The residuals of a
-    /// section lack what the fit absorbs of its own error, the more the larger its fraction `Hₖ` of the information;
-    /// `(I - Hₖ)^-½` corrects the bias for white noise (CR2: Bell and McCaffrey 2002, Survey Methodology 28, 169-181). The rank
-    /// of the covariance is less than the number of sections, so that it says little about the correlation of unknowns.
+    /// It holds for errors that are correlated within a section and not beyond, also those of the
+    /// model. The residuals of a section lack what the fit absorbs of its own error, the more the
+    /// larger its fraction `Hₖ` of the information; `(I - Hₖ)^-½` corrects the bias for white noise
+    /// (CR2: Bell and McCaffrey 2002, Survey Methodology 28, 169-181). The rank of the covariance
+    /// is less than the number of sections, so that it says little about the correlation of
+    /// unknowns.
     pub(crate) fn cluster_robust(
         &self,
         meat: &DMatrix<f64>,
@@ -59,7 +64,8 @@ impl MeatEstimator<'_> {
             .map(|k| k * count / SECTIONS..(k + 1) * count / SECTIONS)
             .map(|windows| (windows.len(), self.information_and_score(windows)))
             .collect();
-        // A known mass leaves the sum of all scores different from zero; each section has its share of it.
+        // A known mass leaves the sum of all scores different from zero; each section has its share
+        // of it.
         let sum: DVector<f64> = sections.iter().map(|(_, (_, score))| score).sum();
         let mut scatter = DMatrix::zeros(self.unknowns(), self.unknowns());
         let mut squares = 0.0;
@@ -76,7 +82,8 @@ impl MeatEstimator<'_> {
             let moved = correction.recompose() * root.tr_mul(&(score - share * &sum));
             scatter += &moved * moved.transpose();
         }
-        // The noise gives the scatter a mean of ΣₖHₖM and a variance of 2 ΣₖHₖMHₖM (Satterthwaite 1946).
+        // The noise gives the scatter a mean of ΣₖHₖM and a variance of 2 ΣₖHₖMHₖM (Satterthwaite
+        // 1946).
         let freedom = size * size / squares.max(f64::MIN_POSITIVE);
         let t_variance = t_factor((SECTIONS - 1) as f64).powi(2);
         let of_noise = FisherSnedecor::new(freedom, freedom_of_noise.max(1.0));

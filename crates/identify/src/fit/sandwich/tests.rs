@@ -5,8 +5,9 @@ use rand_distr::StandardNormal;
 
 use super::*;
 
-/// Returns 4000 windows of one channel. Every second one excites the first unknown and has noise of variance 9, the
-/// others the second unknown with noise of variance 1; half-differences are so many times as large.
+/// Returns 4000 windows of one channel. Every second one excites the first unknown and has noise of
+/// variance 9, the others the second unknown with noise of variance 1; half-differences are so many
+/// times as large.
 fn uneven_rows(difference: f64) -> Vec<ScoredRow> {
     let mut random = SmallRng::seed_from_u64(1);
     let mut draw = || -> f64 { random.sample(StandardNormal) };
@@ -25,8 +26,8 @@ fn uneven_rows(difference: f64) -> Vec<ScoredRow> {
     (0..4000).map(row).collect()
 }
 
-/// The local estimate has the variance of the windows that determine an unknown, where the stationary one has the
-/// mean of all. With 2000 windows each they scatter by some 5 %.
+/// The local estimate has the variance of the windows that determine an unknown, where the
+/// stationary one has the mean of all. With 2000 windows each they scatter by some 5 %.
 #[test]
 fn local_noise_counts_for_its_unknown() {
     let rows = uneven_rows(1.0);
@@ -45,7 +46,8 @@ fn local_noise_counts_for_its_unknown() {
     }
 }
 
-/// Noise that neighbouring samples share, and an error of the model, are not in the half-differences.
+/// Noise that neighbouring samples share, and an error of the model, are not in the
+/// half-differences.
 #[test]
 fn residuals_that_differences_do_not_explain_are_not_white() {
     let bread = DMatrix::identity(2, 2) / 2000.0;
@@ -75,8 +77,8 @@ fn scored_rows(windows: usize) -> Vec<ScoredRow> {
     (0..2 * windows).map(row).collect()
 }
 
-/// The mean product of sums over neighbouring windows is the sum over all lags with weights that fall linearly, also
-/// where there are fewer windows than lags.
+/// The mean product of sums over neighbouring windows is the sum over all lags with weights that
+/// fall linearly, also where there are fewer windows than lags.
 #[test]
 fn sums_of_neighbours_are_products_over_all_lags() {
     for windows in [1, 2, 3, 4, 50, 1000] {
@@ -103,7 +105,8 @@ fn sums_of_neighbours_are_products_over_all_lags() {
     }
 }
 
-/// Returns the rows of a fit of three unknowns to white noise in 83 windows, with the inverse of their information.
+/// Returns the rows of a fit of three unknowns to white noise in 83 windows, with the inverse of
+/// their information.
 fn fitted_rows(seed: u64) -> (Vec<ScoredRow>, DMatrix<f64>) {
     let mut random = SmallRng::seed_from_u64(seed);
     let mut draw = || -> f64 { random.sample(StandardNormal) };
@@ -125,8 +128,9 @@ fn fitted_rows(seed: u64) -> (Vec<ScoredRow>, DMatrix<f64>) {
     (scored.collect(), bread)
 }
 
-/// White noise makes the sections scatter as it makes the unknowns uncertain, a ratio of one in the mean of 2000 fits, and more
-/// than the bound in one to three of a hundred. The covariance is that of Student's t with seven degrees of freedom.
+/// White noise makes the sections scatter as it makes the unknowns uncertain, a ratio of one in the
+/// mean of 2000 fits, and more than the bound in one to three of a hundred. The covariance is that
+/// of Student's t with seven degrees of freedom.
 #[test]
 fn sections_scatter_by_white_noise() {
     const FITS: u32 = 2000;

@@ -9,15 +9,16 @@ use super::super::subspace::{Matrix, Vector};
 /// Number of barriers of the pseudo-inertia: the degree of its determinant.
 pub(super) const PSEUDO_INERTIA_BARRIERS: usize = 4;
 
-/// The set of physically consistent parameters whose products with some rows are not negative either.
+/// The set of physically consistent parameters whose products with some rows are not negative
+/// either.
 #[derive(Clone, Debug, Default)]
 pub(super) struct ConsistentSet {
     pub(super) bounds: Vec<Vector>,
 }
 
 impl ConsistentSet {
-    /// Returns the log of the determinant of the pseudo-inertia, plus those of the slacks of the bounds; `None` outside
-    /// the set.
+    /// Returns the log of the determinant of the pseudo-inertia, plus those of the slacks of the
+    /// bounds; `None` outside the set.
     pub(super) fn log_barrier(&self, at: &Vector) -> Option<f64> {
         let pseudo = InertialParameters::from_vector(*at).pseudo_inertia();
         let mut barrier = pseudo.cholesky()?.determinant().ln();
@@ -31,8 +32,8 @@ impl ConsistentSet {
         Some(barrier)
     }
 
-    /// Returns the gradient of the [log barrier](Self::log_barrier), and its curvature with the opposite sign, which is
-    /// positive.
+    /// Returns the gradient of the [log barrier](Self::log_barrier), and its curvature with the
+    /// opposite sign, which is positive.
     pub(super) fn derivatives(&self, at: &Vector) -> Option<(Vector, Matrix)> {
         let pseudo = InertialParameters::from_vector(*at).pseudo_inertia();
         let inverse = pseudo.cholesky()?.inverse();
@@ -51,8 +52,8 @@ impl ConsistentSet {
     }
 }
 
-/// Returns for each parameter the trace of a symmetric matrix, given by its entries, times the derivative of
-/// the pseudo-inertia with respect to the parameter.
+/// Returns for each parameter the trace of a symmetric matrix, given by its entries, times the
+/// derivative of the pseudo-inertia with respect to the parameter.
 fn traces<T>(entry: impl Fn(usize, usize) -> T) -> [T; 10]
 where
     T: Copy + Add<Output = T> + Sub<Output = T> + Mul<f64, Output = T>,

@@ -1,16 +1,19 @@
 //! Projection of an estimate onto physically consistent parameters.
 //!
-//! Parameters are physically consistent where some distribution of positive mass has them: the pseudo-inertia,
-//! a 4x4 matrix that is linear in the parameters, has no negative eigenvalue (Wensing, Kim and Slotine 2018,
-//! doi 10.1109/LRA.2017.2729659). The projection of an estimate `π̂` minimises
-//! `½ (π - π̂)ᵀ Σ⁻¹ (π - π̂)` over these parameters: the nearest body in units of the uncertainty.
+//! Parameters are physically consistent where some distribution of positive mass has them: the
+//! pseudo-inertia, a 4x4 matrix that is linear in the parameters, has no negative eigenvalue
+//! (Wensing, Kim and Slotine 2018, doi 10.1109/LRA.2017.2729659). The projection of an estimate
+//! `π̂` minimises `½ (π - π̂)ᵀ Σ⁻¹ (π - π̂)` over these parameters: the nearest body in units of
+//! the uncertainty.
 //!
-//! It is computed by an interior-point method: Newton's method on the distance plus a barrier, minus `μ` times
-//! the log of the pseudo-inertia's determinant and of the slack of each bound (Boyd and Vandenberghe 2004,
-//! Convex Optimization, 11.3). The minimum for a barrier weight `μ` is within `μ` times the number of barriers
-//! (4 for the determinant) of the least value, and always inside the set.
+//! It is computed by an interior-point method: Newton's method on the distance plus a barrier,
+//! minus `μ` times the log of the pseudo-inertia's determinant and of the slack of each bound (Boyd
+//! and Vandenberghe 2004, Convex Optimization, 11.3). The minimum for a barrier weight `μ` is
+//! within `μ` times the number of barriers (4 for the determinant) of the least value, and always
+//! inside the set.
 //!
-//! [`project`] computes it for an estimate with a box, and [`ProjectionTracker`] follows an estimate in the control loop.
+//! [`project`] computes it for an estimate with a box, and [`ProjectionTracker`] follows an
+//! estimate in the control loop.
 
 mod barrier;
 mod newton;
@@ -25,11 +28,12 @@ pub(crate) use self::tracker::ProjectionTracker;
 use super::subspace::{Matrix, VARIANCE_RATIO, Vector};
 use crate::prior::BoundingBox;
 
-/// Standard deviation of an unobservable direction, in [`units`] of the estimate: far beyond any body of its size.
+/// Standard deviation of an unobservable direction, in [`units`] of the estimate: far beyond any
+/// body of its size.
 const UNOBSERVABLE_STD_DEV: f64 = 1e3;
 
-/// Least standard deviation of an observable direction, in [`units`] of the estimate: a hundredth of that of an exact
-/// known mass. Estimates that are more precise are exact but for rounding.
+/// Least standard deviation of an observable direction, in [`units`] of the estimate: a hundredth
+/// of that of an exact known mass. Estimates that are more precise are exact but for rounding.
 const MIN_STD_DEV: f64 = 1e-11;
 
 /// Physically consistent parameters near an estimate.
@@ -40,13 +44,13 @@ pub(crate) struct Projection {
     pub(crate) distance: f64,
 }
 
-/// Projects an estimate onto the parameters of physically consistent bodies that fit into a box, if there is
-/// one.
+/// Projects an estimate onto the parameters of physically consistent bodies that fit into a box, if
+/// there is one.
 ///
-/// A consistent estimate is returned unchanged. `None` where the mass is not positive: then no body is near. In
-/// unobservable directions the result moves freely. `scales` are units of the parameters in which their
-/// standard deviations are of similar size, so that small variances are distinguished from unobservable
-/// directions. Cost: some 0.1 ms.
+/// A consistent estimate is returned unchanged. `None` where the mass is not positive: then no body
+/// is near. In unobservable directions the result moves freely. `scales` are units of the
+/// parameters in which their standard deviations are of similar size, so that small variances are
+/// distinguished from unobservable directions. Cost: some 0.1 ms.
 pub(crate) fn project(
     estimate: &Vector,
     covariance: &Matrix,
@@ -95,8 +99,9 @@ pub(crate) fn project(
 
 /// The nearest consistent parameters, in coordinates in which the distance is the Euclidean one.
 ///
-/// Precise and unobservable directions differ in their standard deviations by more than the digits of a number. A matrix
-/// of their information would be rounding, and in these coordinates it is the identity.
+/// Precise and unobservable directions differ in their standard deviations by more than the digits
+/// of a number. A matrix of their information would be rounding, and in these coordinates it is the
+/// identity.
 struct WhitenedProblem {
     /// The estimate, divided by units: the origin of the coordinates.
     target: Vector,
@@ -119,8 +124,8 @@ impl Objective for WhitenedProblem {
         0.5 * at.norm_squared()
     }
 
-    /// The unobservable coordinates are part of the barrier, too, which would otherwise move the parameters to bodies of
-    /// any size while its weight is large.
+    /// The unobservable coordinates are part of the barrier, too, which would otherwise move the
+    /// parameters to bodies of any size while its weight is large.
     fn value(&self, at: &Vector, weight: f64) -> Option<f64> {
         let barrier = self.set.log_barrier(&self.parameters(at))?;
         let unobservable = at.component_mul(&self.unobservable).norm_squared();
@@ -138,8 +143,8 @@ impl Objective for WhitenedProblem {
     }
 }
 
-/// Returns units in which the parameters of an estimate are near one: its mass, and powers of the size of a body
-/// with this mass, centre of mass and inertia.
+/// Returns units in which the parameters of an estimate are near one: its mass, and powers of the
+/// size of a body with this mass, centre of mass and inertia.
 fn units(estimate: &Vector) -> Vector {
     let mass = estimate[0];
     let trace = estimate[4].abs() + estimate[7].abs() + estimate[9].abs();
@@ -160,9 +165,9 @@ fn units(estimate: &Vector) -> Vector {
     })
 }
 
-/// Returns the standard deviations of an estimate in orthogonal directions as the columns of a matrix, divided by units,
-/// and a vector with 1 for those that are unobservable. These are without variance in scaled parameters, and get the
-/// standard deviation [`UNOBSERVABLE_STD_DEV`].
+/// Returns the standard deviations of an estimate in orthogonal directions as the columns of a
+/// matrix, divided by units, and a vector with 1 for those that are unobservable. These are without
+/// variance in scaled parameters, and get the standard deviation [`UNOBSERVABLE_STD_DEV`].
 fn standard_deviations(covariance: &Matrix, scales: &Vector, units: &Vector) -> (Matrix, Vector) {
     let scaled = Matrix::from_fn(|i, j| covariance[(i, j)] / (scales[i] * scales[j]));
     let eigen = SymmetricEigen::new(scaled);
@@ -184,10 +189,12 @@ fn standard_deviations(covariance: &Matrix, scales: &Vector, units: &Vector) -> 
     (columns, unobservable)
 }
 
-/// Makes the columns of unobservable directions orthogonal, with the length [`UNOBSERVABLE_STD_DEV`]. They are arbitrary
-/// in scaled parameters, and can be almost parallel in others.
+/// Makes the columns of unobservable directions orthogonal, with the length
+/// [`UNOBSERVABLE_STD_DEV`]. They are arbitrary in scaled parameters, and can be almost parallel in
+/// others.
 ///
-/// The steps of Gram and Schmidt keep the small rows accurate beside those of parameters with huge scales.
+/// The steps of Gram and Schmidt keep the small rows accurate beside those of parameters with huge
+/// scales.
 fn orthogonalise(columns: &mut Matrix, unobservable: &Vector) {
     for k in 0..10 {
         let mut direction = columns.column(k).into_owned();
@@ -201,8 +208,9 @@ fn orthogonalise(columns: &mut Matrix, unobservable: &Vector) {
     }
 }
 
-/// Returns consistent parameters with the mass and the first moments of an estimate, which are its most precise ones: the
-/// eigenvalues of the second moments about the centre of mass are raised above zero.
+/// Returns consistent parameters with the mass and the first moments of an estimate, which are its
+/// most precise ones: the eigenvalues of the second moments about the centre of mass are raised
+/// above zero.
 fn interior_start(target: &Vector) -> Vector {
     let mut pseudo = InertialParameters::from_vector(*target).pseudo_inertia();
     let first: Vector3<f64> = pseudo.fixed_view::<3, 1>(0, 3).into();

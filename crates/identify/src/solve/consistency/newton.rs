@@ -28,7 +28,8 @@ pub(super) trait Objective {
     /// Returns the distance plus `weight` times the barrier; `None` outside the set.
     fn value(&self, at: &Vector, weight: f64) -> Option<f64>;
 
-    /// Returns the Newton step for the distance plus `weight` times the barrier, and the rate of decrease along it.
+    /// Returns the Newton step for the distance plus `weight` times the barrier, and the rate of
+    /// decrease along it.
     fn newton_step(&self, at: &Vector, weight: f64) -> Option<(Vector, f64)>;
 }
 
@@ -72,8 +73,8 @@ pub(super) fn advance(objective: &impl Objective, at: &mut Vector, weight: f64) 
     }
 }
 
-/// Returns the minimum of the distance, from a start inside the set. `barriers` is the number of barriers: the gap to the
-/// least distance is this times the weight.
+/// Returns the minimum of the distance, from a start inside the set. `barriers` is the number of
+/// barriers: the gap to the least distance is this times the weight.
 pub(super) fn solve(objective: &impl Objective, start: Vector, barriers: usize) -> Vector {
     let mut at = start;
     let mut weight = objective.distance(&at).max(f64::MIN_POSITIVE);

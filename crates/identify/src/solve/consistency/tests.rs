@@ -16,9 +16,9 @@ fn project_freely(estimate: &Vector, covariance: &Matrix) -> Option<Projection> 
     project(estimate, covariance, &SVector::repeat(1.0), None)
 }
 
-/// Far from consistent parameters, with random covariances, the conditions of Karush, Kuhn and Tucker hold,
-/// which in a convex problem are those of the minimum: the gradient as a symmetric matrix has no negative
-/// eigenvalue, and is orthogonal to the pseudo-inertia.
+/// Far from consistent parameters, with random covariances, the conditions of Karush, Kuhn and
+/// Tucker hold, which in a convex problem are those of the minimum: the gradient as a symmetric
+/// matrix has no negative eigenvalue, and is orthogonal to the pseudo-inertia.
 #[test]
 fn meets_the_conditions_of_the_minimum() {
     let mut random = SmallRng::seed_from_u64(1);
@@ -90,8 +90,9 @@ fn random_body(random: &mut SmallRng) -> Vector {
     *InertialParameters::from_pseudo_inertia(&pseudo).as_vector()
 }
 
-/// Where a consistent body explains an estimate in all observable directions, the projection finds one that does, and
-/// however precise the estimate is and whatever the scales of unobservable parameters are, one of similar size.
+/// Where a consistent body explains an estimate in all observable directions, the projection finds
+/// one that does, and however precise the estimate is and whatever the scales of unobservable
+/// parameters are, one of similar size.
 #[test]
 fn unobservable_directions_move_freely() {
     let mut random = SmallRng::seed_from_u64(4);
@@ -134,7 +135,8 @@ fn unobservable_directions_move_freely() {
     assert!(moved > 250, "{moved}");
 }
 
-/// The result is consistent for any symmetric matrix in place of the covariance, also an indefinite one.
+/// The result is consistent for any symmetric matrix in place of the covariance, also an indefinite
+/// one.
 #[test]
 fn any_covariance_gives_consistent_parameters() {
     let mut random = SmallRng::seed_from_u64(3);
@@ -170,9 +172,10 @@ fn slacks(bounding: &BoundingBox, parameters: &Vector) -> Vec<f64> {
     bounds.iter().map(|bound| bound.dot(parameters)).collect()
 }
 
-/// With a box, far from any body inside, no consistent body is nearer but for the rounding of the slacks:
-/// multipliers that are not negative bound the distance of all of them from below (weak duality; Boyd and
-/// Vandenberghe 2004, 5.2.2). The multipliers are those of the barrier at its last weight.
+/// With a box, far from any body inside, no consistent body is nearer but for the rounding of the
+/// slacks: multipliers that are not negative bound the distance of all of them from below (weak
+/// duality; Boyd and Vandenberghe 2004, 5.2.2). The multipliers are those of the barrier at its
+/// last weight.
 #[test]
 fn no_body_in_the_box_is_nearer() {
     let mut random = SmallRng::seed_from_u64(4);
@@ -202,14 +205,15 @@ fn no_body_in_the_box_is_nearer() {
         for bound in &CUBE.bounds() {
             sum += weight / bound.dot(&found) * bound;
         }
-        // Least value of the Lagrangian, the distance less multipliers times bounds, over all parameters.
+        // Least value of the Lagrangian, the distance less multipliers times bounds, over all
+        // parameters.
         let least = -sum.dot(&target) - 0.5 * sum.dot(&(covariance * sum));
         assert!(least > (1.0 - 1e-3) * distance, "{least} {distance}");
     }
 }
 
-/// A body whose centre of mass is outside the box moves to its boundary, and only along the axis on which it is
-/// outside where the covariance does not couple the axes.
+/// A body whose centre of mass is outside the box moves to its boundary, and only along the axis on
+/// which it is outside where the covariance does not couple the axes.
 #[test]
 fn a_body_outside_the_box_moves_inside() {
     let outside = InertialParameters::from(tactid_dynamics::MassProperties {
@@ -242,8 +246,8 @@ fn a_body_inside_the_box_is_unchanged() {
     assert_eq!((found.parameters, found.distance), (estimate, 0.0));
 }
 
-/// A mass with a relative standard deviation of a billionth does not move, although its variance is as small as
-/// rounding.
+/// A mass with a relative standard deviation of a billionth does not move, although its variance is
+/// as small as rounding.
 #[test]
 fn a_known_mass_does_not_move() {
     let mut random = SmallRng::seed_from_u64(6);
@@ -266,8 +270,8 @@ fn a_known_mass_does_not_move() {
     assert!(moved > 150, "{moved}");
 }
 
-/// The tracker of an estimate that moves while its information grows is always consistent, and settles after a
-/// few steps within a tenth of a standard deviation of the projection.
+/// The tracker of an estimate that moves while its information grows is always consistent, and
+/// settles after a few steps within a tenth of a standard deviation of the projection.
 #[test]
 fn a_moving_estimate_is_tracked() {
     let mut random = SmallRng::seed_from_u64(4);

@@ -7,26 +7,28 @@ use super::barrier::ConsistentSet;
 use super::newton::{Objective, Progress, WEIGHT_FACTOR, advance};
 use super::{interior_start, units};
 
-/// Final barrier weight of a tracked projection, in squared standard deviations. With the four eigenvalues of
-/// the pseudo-inertia it is a tenth of a standard deviation: `√(4 · 2.5e-3)`.
+/// Final barrier weight of a tracked projection, in squared standard deviations. With the four
+/// eigenvalues of the pseudo-inertia it is a tenth of a standard deviation: `√(4 · 2.5e-3)`.
 const TRACKED_WEIGHT: f64 = 2.5e-3;
 
-/// Largest barrier weight of a tracked projection. At the weight `μ` the tracked parameters are about `2 √μ`
-/// standard deviations away: far from the estimate of a few windows, which knows some directions to 1e5 kg m²
-/// only. Without this bound a payload change moved the body to 1e10 kg. In the mean over the first 0.2 s after
-/// a change, bounds from 1 to 1000 bring it near equally soon, and twice as many samples are far without one;
-/// below 1000 an estimate that moves takes more than 30 steps at times.
+/// Largest barrier weight of a tracked projection. At the weight `μ` the tracked parameters are
+/// about `2 √μ` standard deviations away: far from the estimate of a few windows, which knows some
+/// directions to 1e5 kg m² only. Without this bound a payload change moved the body to 1e10 kg. In
+/// the mean over the first 0.2 s after a change, bounds from 1 to 1000 bring it near equally soon,
+/// and twice as many samples are far without one; below 1000 an estimate that moves takes more than
+/// 30 steps at times.
 const MAX_WEIGHT: f64 = 1000.0;
 
-/// Change of half the squared Mahalanobis distance between the tracked parameters and the estimate from which
-/// on the estimate counts as having jumped: from none to six standard deviations.
+/// Change of half the squared Mahalanobis distance between the tracked parameters and the estimate
+/// from which on the estimate counts as having jumped: from none to six standard deviations.
 const JUMP: f64 = 18.0;
 
-/// Tracks the projection of an estimate that changes, one Newton step at a time, without allocation.
+/// Tracks the projection of an estimate that changes, one Newton step at a time, without
+/// allocation.
 ///
-/// The parameters are always consistent, and within a tenth of a standard deviation of the projection once the
-/// tracker has settled. A consistent estimate is returned unchanged, but is tracked nevertheless, because the
-/// next one may be inconsistent.
+/// The parameters are always consistent, and within a tenth of a standard deviation of the
+/// projection once the tracker has settled. A consistent estimate is returned unchanged, but is
+/// tracked nevertheless, because the next one may be inconsistent.
 #[derive(Clone, Debug)]
 pub(crate) struct ProjectionTracker {
     problem: Problem,
@@ -38,7 +40,8 @@ pub(crate) struct ProjectionTracker {
     inside: Option<Vector>,
     weight: f64,
     is_settled: bool,
-    /// Whether the estimate has jumped, and the tracked parameters have not reached its projection since.
+    /// Whether the estimate has jumped, and the tracked parameters have not reached its projection
+    /// since.
     is_far: bool,
 }
 
@@ -81,7 +84,8 @@ impl ProjectionTracker {
             Some((inside, distance)) => (inside.component_div(&units), distance),
             None => (interior_start(&self.problem.target), 0.0),
         };
-        // The weight for which parameters on the central path are as far away as the estimate has moved.
+        // The weight for which parameters on the central path are as far away as the estimate has
+        // moved.
         let moved = (self.problem.distance(&inside) - distance).abs();
         self.weight = self.weight.max(moved.min(MAX_WEIGHT));
         self.is_far |= before.is_none() || moved > JUMP;
@@ -95,8 +99,8 @@ impl ProjectionTracker {
         self.is_settled
     }
 
-    /// Takes one Newton step. Cost: a Cholesky factorisation of a 10x10 matrix, and of a 4x4 matrix for each
-    /// trial of the line search.
+    /// Takes one Newton step. Cost: a Cholesky factorisation of a 10x10 matrix, and of a 4x4 matrix
+    /// for each trial of the line search.
     pub(crate) fn step(&mut self) {
         let Some(inside) = &mut self.inside else {
             return;
@@ -111,19 +115,20 @@ impl ProjectionTracker {
         }
     }
 
-    /// Whether the [tracked parameters](Self::parameters) may be farther than a tenth of a standard deviation
-    /// from the projection, as they are for some steps after the estimate has jumped.
+    /// Whether the [tracked parameters](Self::parameters) may be farther than a tenth of a standard
+    /// deviation from the projection, as they are for some steps after the estimate has jumped.
     pub(crate) fn is_far(&self) -> bool {
         self.is_far && !self.is_consistent
     }
 
-    /// Whether the [parameters](Self::parameters) are the tracked ones, and not the estimate itself.
+    /// Whether the [parameters](Self::parameters) are the tracked ones, and not the estimate
+    /// itself.
     pub(crate) fn moves_estimate(&self) -> bool {
         self.inside.is_some() && !self.is_consistent
     }
 
-    /// Returns the tracked parameters, or the estimate itself where it is consistent or its mass is not
-    /// positive.
+    /// Returns the tracked parameters, or the estimate itself where it is consistent or its mass is
+    /// not positive.
     pub(crate) fn parameters(&self) -> Vector {
         match &self.inside {
             Some(inside) if !self.is_consistent => inside.component_mul(&self.units),

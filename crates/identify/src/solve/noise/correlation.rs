@@ -1,12 +1,14 @@
-//! Correlation matrices: normalisation, Cholesky factorisation in place, and shrinkage of estimates.
+//! Correlation matrices: normalisation, Cholesky factorisation in place, and shrinkage of
+//! estimates.
 
 use nalgebra::DMatrix;
 
-/// Independent windows for each channel from which all correlations are known well enough not to be shrunk.
+/// Independent windows for each channel from which all correlations are known well enough not to be
+/// shrunk.
 const AMPLE_WINDOWS: f64 = 10.0;
 
-/// Factor of correlations that are known well. It is less than one so that channels which are equal but for
-/// rounding leave a positive definite matrix.
+/// Factor of correlations that are known well. It is less than one so that channels which are equal
+/// but for rounding leave a positive definite matrix.
 const MAX_FACTOR: f64 = 1.0 - 1e-6;
 
 /// Turns a lower triangle of a covariance matrix into one of correlations, in place.
@@ -20,8 +22,8 @@ pub(crate) fn to_correlation(covariance: &mut DMatrix<f64>) {
     covariance.fill_diagonal(1.0);
 }
 
-/// Replaces a lower triangle by its Cholesky factor, without allocation. Returns false where the matrix is not
-/// positive definite; its entries are then meaningless.
+/// Replaces a lower triangle by its Cholesky factor, without allocation. Returns false where the
+/// matrix is not positive definite; its entries are then meaningless.
 pub(crate) fn cholesky_in_place(matrix: &mut DMatrix<f64>) -> bool {
     for j in 0..matrix.nrows() {
         for k in 0..j {
@@ -43,12 +45,13 @@ pub(crate) fn cholesky_in_place(matrix: &mut DMatrix<f64>) -> bool {
     true
 }
 
-/// Returns the factor, at most [`MAX_FACTOR`], by which estimated correlations are multiplied for the least
-/// mean square error, given the number of independent windows that they were estimated from (Schäfer and
-/// Strimmer 2005, doi 10.2202/1544-6115.1175). It is computed from the pairs of channels that `among` accepts.
+/// Returns the factor, at most [`MAX_FACTOR`], by which estimated correlations are multiplied for
+/// the least mean square error, given the number of independent windows that they were estimated
+/// from (Schäfer and Strimmer 2005, doi 10.2202/1544-6115.1175). It is computed from the pairs of
+/// channels that `among` accepts.
 ///
-/// From [ample](AMPLE_WINDOWS) windows the factor is nearly one: channels whose noise is almost the same
-/// determine most by their difference, and would lose that with a factor one percent smaller.
+/// From [ample](AMPLE_WINDOWS) windows the factor is nearly one: channels whose noise is almost the
+/// same determine most by their difference, and would lose that with a factor one percent smaller.
 pub(crate) fn shrinkage_factor(
     correlation: &DMatrix<f64>,
     independent: f64,

@@ -1,4 +1,5 @@
-//! The noise of the channels, estimated from residuals. Batch and online least squares share this model.
+//! The noise of the channels, estimated from residuals. Batch and online least squares share this
+//! model.
 
 mod correlation;
 mod known_sensor;
@@ -12,29 +13,31 @@ pub(crate) use self::whitening::Whitening;
 use crate::equations::window::{NOISE_BANDWIDTH, PRODUCT_CORRELATION};
 use crate::equations::{Channels, Equation};
 
-/// Least variance of a direction or spectral density of residuals, relative to that of white noise, and least fraction of the
-/// degrees of freedom that a fit leaves. It keeps the variance of an estimate positive whatever the estimated correlation.
+/// Least variance of a direction or spectral density of residuals, relative to that of white noise,
+/// and least fraction of the degrees of freedom that a fit leaves. It keeps the variance of an
+/// estimate positive whatever the estimated correlation.
 pub(crate) const VARIANCE_FLOOR: f64 = 0.05;
 
 /// Residuals smaller than this fraction of the measurements are rounding.
 pub(crate) const RESIDUAL_ROUNDING: f64 = 1e-14;
 
-/// Size, in N, N m or the unit of another channel, below which all measurements of a kind are zero. The squares of what is
-/// divided by a larger size stay finite.
+/// Size, in N, N m or the unit of another channel, below which all measurements of a kind are zero.
+/// The squares of what is divided by a larger size stay finite.
 pub(crate) const ZERO_SIZE: f64 = 1e-30;
 
-/// Least standard deviation of a channel relative to the largest of its kind. A channel with next to no
-/// residuals by chance, such as a moment about which nothing turns, must not outweigh all others.
+/// Least standard deviation of a channel relative to the largest of its kind. A channel with next
+/// to no residuals by chance, such as a moment about which nothing turns, must not outweigh all
+/// others.
 const MIN_RATIO: f64 = 1e-2;
 
 /// Median of the absolute value of a standard normal variable.
 const NORMAL_MEDIAN: f64 = 0.6745;
 
-/// Standard deviations of the channels' noise and its correlation across channels: through its lever arm the
-/// noise of a finger's force is in the moment, too.
+/// Standard deviations of the channels' noise and its correlation across channels: through its
+/// lever arm the noise of a finger's force is in the moment, too.
 ///
-/// The noise of sources whose sensors are known keeps their proportions and correlation, and only its overall
-/// size follows the residuals.
+/// The noise of sources whose sensors are known keeps their proportions and correlation, and only
+/// its overall size follows the residuals.
 #[derive(Clone, Debug)]
 pub(crate) struct Noise {
     /// Standard deviation of each channel's mean over a window, in the channel's unit.
@@ -55,9 +58,9 @@ pub(crate) struct Noise {
 }
 
 impl Noise {
-    /// Creates a model from the measurements alone, before there are residuals: noise as large as the
-    /// measurements, uncorrelated unless the sensors are known. No standard deviation will be less than
-    /// `relative_floor` times the size of the measurements.
+    /// Creates a model from the measurements alone, before there are residuals: noise as large as
+    /// the measurements, uncorrelated unless the sensors are known. No standard deviation will be
+    /// less than `relative_floor` times the size of the measurements.
     pub(crate) fn from_targets(
         equations: &[Equation],
         channels: &Channels,
@@ -80,8 +83,8 @@ impl Noise {
         noise
     }
 
-    /// Discards what was estimated from residuals, and takes sizes and floors from the measurements of some
-    /// windows. Allocates nothing.
+    /// Discards what was estimated from residuals, and takes sizes and floors from the measurements
+    /// of some windows. Allocates nothing.
     pub(crate) fn reset(&mut self, equations: &[Equation]) {
         target_sizes(equations, &self.kinds, &mut self.std_devs);
         for (floor, size) in self.floors.iter_mut().zip(&self.std_devs) {
@@ -106,9 +109,9 @@ impl Noise {
         self.std_devs.iter().any(|&size| size > f64::MIN_POSITIVE)
     }
 
-    /// Sets the size of channels whose measurements were all zero to one unit: the sensor has not started yet, has no
-    /// such axis, or a point mass without noise has no moments. Otherwise whitening would divide other measurements by
-    /// zero. Allocates nothing.
+    /// Sets the size of channels whose measurements were all zero to one unit: the sensor has not
+    /// started yet, has no such axis, or a point mass without noise has no moments. Otherwise
+    /// whitening would divide other measurements by zero. Allocates nothing.
     pub(crate) fn set_zero_channels_to_unit(&mut self) {
         for (std_dev, floor) in self.std_devs.iter_mut().zip(&mut self.floors) {
             if *std_dev <= f64::MIN_POSITIVE {
@@ -125,7 +128,8 @@ impl Noise {
         noise
     }
 
-    /// Returns the least standard deviation of a channel, in its unit: smaller residuals are rounding.
+    /// Returns the least standard deviation of a channel, in its unit: smaller residuals are
+    /// rounding.
     pub(crate) fn floor(&self, channel: usize) -> f64 {
         self.floors[channel]
     }
@@ -140,7 +144,8 @@ impl Noise {
         self.std_devs.len()
     }
 
-    /// Returns a root `R` of the covariance `R Rᵀ` of the channels' means over a window, in their units.
+    /// Returns a root `R` of the covariance `R Rᵀ` of the channels' means over a window, in their
+    /// units.
     pub(crate) fn covariance_root(&self) -> DMatrix<f64> {
         DMatrix::from_fn(self.channels(), self.channels(), |i, j| {
             if j <= i {
@@ -151,8 +156,8 @@ impl Noise {
         })
     }
 
-    /// Returns the covariance of the first six channels' means over a window, in their units, without allocation;
-    /// `None` where there are fewer.
+    /// Returns the covariance of the first six channels' means over a window, in their units,
+    /// without allocation; `None` where there are fewer.
     pub(crate) fn wrench_covariance(&self) -> Option<Matrix6<f64>> {
         (self.channels() >= 6).then(|| {
             let root = Matrix6::from_fn(|i, j| match j <= i {
@@ -172,16 +177,17 @@ impl Noise {
         self.window_variance = other.window_variance;
     }
 
-    /// Returns the factor by which the covariance of the parameters is larger than an estimate of the noise shows, given
-    /// the number of independent windows. Errors of the estimated correlations add to those of the parameters; and the
-    /// correlations fit the residuals, from which a fraction `from_residuals` of the estimate comes, too well.
+    /// Returns the factor by which the covariance of the parameters is larger than an estimate of
+    /// the noise shows, given the number of independent windows. Errors of the estimated
+    /// correlations add to those of the parameters; and the correlations fit the residuals, from
+    /// which a fraction `from_residuals` of the estimate comes, too well.
     pub(crate) fn inflation(&self, independent: f64, from_residuals: f64) -> f64 {
         let fraction = (self.estimated_correlations / independent).min(0.9);
         (1.0 + fraction) * (1.0 + from_residuals * fraction / (1.0 - fraction))
     }
 
-    /// Whitens regressor rows with their targets, one for each channel: brings them to units of their noise and removes its
-    /// correlation. Allocates nothing.
+    /// Whitens regressor rows with their targets, one for each channel: brings them to units of
+    /// their noise and removes its correlation. Allocates nothing.
     pub(crate) fn whiten(&self, rows: &mut [(SVector<f64, 10>, f64)]) {
         for (i, std_dev) in self.std_devs.iter().enumerate() {
             let (before, rest) = rows.split_at_mut(i);
@@ -202,11 +208,11 @@ impl Noise {
         }
     }
 
-    /// Estimates standard deviations and correlations from the residuals of some windows and the windows'
-    /// robust weights, once these identify outliers.
+    /// Estimates standard deviations and correlations from the residuals of some windows and the
+    /// windows' robust weights, once these identify outliers.
     ///
-    /// Sizes and correlations come from one sum: channels whose noise is almost the same determine most by
-    /// their difference, which a size that is a few percent off would spoil.
+    /// Sizes and correlations come from one sum: channels whose noise is almost the same determine
+    /// most by their difference, which a size that is a few percent off would spoil.
     pub(crate) fn estimate<'a>(&mut self, windows: impl Iterator<Item = (&'a [f64], f64)> + Clone) {
         let (mut count, mut weights) = (0.0, f64::MIN_POSITIVE);
         for (_, weight) in windows.clone() {
@@ -217,9 +223,9 @@ impl Noise {
         self.set_covariance(&mut covariance, count);
     }
 
-    /// Estimates standard deviations from medians of the residuals of some windows, while outliers are not
-    /// identified yet: outliers do not move medians. Correlations stay as they are, because outliers would
-    /// dominate them.
+    /// Estimates standard deviations from medians of the residuals of some windows, while outliers
+    /// are not identified yet: outliers do not move medians. Correlations stay as they are, because
+    /// outliers would dominate them.
     pub(crate) fn estimate_from_medians<'a>(
         &mut self,
         windows: impl Iterator<Item = (&'a [f64], f64)> + Clone,
@@ -236,8 +242,8 @@ impl Noise {
         self.apply_floors();
     }
 
-    /// Sets the noise from a covariance across the channels that so many windows have shown. Only its lower
-    /// triangle is used, and is overwritten. Allocates nothing.
+    /// Sets the noise from a covariance across the channels that so many windows have shown. Only
+    /// its lower triangle is used, and is overwritten. Allocates nothing.
     pub(crate) fn set_covariance(&mut self, covariance: &mut DMatrix<f64>, windows: f64) {
         for (channel, std_dev) in self.std_devs.iter_mut().enumerate() {
             *std_dev = covariance[(channel, channel)].max(0.0).sqrt();
@@ -260,8 +266,9 @@ impl Noise {
         self.scale_known();
     }
 
-    /// Gives the channels of known sensors the proportions of their known noise. Its overall size follows the
-    /// residuals, in which there is noise of the motion, too, but is not less than known.
+    /// Gives the channels of known sensors the proportions of their known noise. Its overall size
+    /// follows the residuals, in which there is noise of the motion, too, but is not less than
+    /// known.
     fn scale_known(&mut self) {
         for known in &self.known {
             let estimated = &mut self.std_devs[known.channels()];
@@ -281,9 +288,9 @@ impl Noise {
             .find(|known| known.channels().contains(&channel))
     }
 
-    /// Sets the correlations from the lower triangle of mean products over so many windows, which is
-    /// overwritten. Estimated correlations are shrunk, within sources and between them by factors of their
-    /// own.
+    /// Sets the correlations from the lower triangle of mean products over so many windows, which
+    /// is overwritten. Estimated correlations are shrunk, within sources and between them by
+    /// factors of their own.
     fn set_correlation(&mut self, products: &mut DMatrix<f64>, windows: f64) {
         to_correlation(products);
         let independent = windows / PRODUCT_CORRELATION;
@@ -292,7 +299,8 @@ impl Noise {
         let within = shrinkage_factor(products, independent, |i, j| {
             same_source(i, j) && is_estimated(i, j)
         });
-        // The matrix stays positive definite where the factor between sources is not the larger one.
+        // The matrix stays positive definite where the factor between sources is not the larger
+        // one.
         let between = shrinkage_factor(products, independent, |i, j| {
             !same_source(i, j) && is_estimated(i, j)
         })
@@ -335,8 +343,8 @@ impl Noise {
     }
 }
 
-/// Writes the root mean square of each channel's measurements, taken over all channels of its kind: an upper
-/// bound of its noise before there are residuals.
+/// Writes the root mean square of each channel's measurements, taken over all channels of its kind:
+/// an upper bound of its noise before there are residuals.
 pub(crate) fn target_sizes(equations: &[Equation], kinds: &[usize], sizes: &mut [f64]) {
     sizes.fill(0.0);
     for equation in equations {

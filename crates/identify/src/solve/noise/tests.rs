@@ -6,8 +6,9 @@ use rand_distr::StandardNormal;
 use super::*;
 use crate::equations::KnownNoise;
 
-/// The noise of three channels is known, that of two is estimated. The first keep their proportions and
-/// correlations, and have none with the others, whatever the residuals are; all are as large as the residuals.
+/// The noise of three channels is known, that of two is estimated. The first keep their proportions
+/// and correlations, and have none with the others, whatever the residuals are; all are as large as
+/// the residuals.
 #[test]
 fn known_noise_keeps_its_proportions() {
     let covariance = DMatrix::from_row_slice(
@@ -56,7 +57,8 @@ fn known_noise_keeps_its_proportions() {
     assert!((correlation[(4, 3)] - 1.0 / 1.01).abs() < 0.01);
 }
 
-/// Whitened rows have the identity as their noise covariance, by substitution and with the inverse that is computed once.
+/// Whitened rows have the identity as their noise covariance, by substitution and with the inverse
+/// that is computed once.
 #[test]
 fn whitened_rows_have_the_identity_as_their_covariance() {
     let covariance = DMatrix::from_row_slice(
@@ -84,7 +86,8 @@ fn whitened_rows_have_the_identity_as_their_covariance() {
         })
         .collect();
     noise.whiten(&mut rows);
-    // The noise of a window's mean is smaller than that of the samples by the same factor in all channels.
+    // The noise of a window's mean is smaller than that of the samples by the same factor in all
+    // channels.
     let scale = rows[0].0[0];
     for (i, (regressor, target)) in rows.iter().enumerate() {
         let mut unit = SVector::zeros();

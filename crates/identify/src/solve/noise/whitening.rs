@@ -4,8 +4,9 @@ use nalgebra::DMatrix;
 
 use super::Noise;
 
-/// The inverse of a root of the noise's covariance across the channels. Rows times it have unit noise without
-/// correlation, as after [`Noise::whiten`], which solves a triangular system for each window.
+/// The inverse of a root of the noise's covariance across the channels. Rows times it have unit
+/// noise without correlation, as after [`Noise::whiten`], which solves a triangular system for each
+/// window.
 #[derive(Clone, Debug)]
 pub(crate) struct Whitening {
     channels: usize,
@@ -20,7 +21,8 @@ impl Whitening {
         let mut inverse = DMatrix::<f64>::identity(channels, channels);
         noise.root.solve_lower_triangular_mut(&mut inverse);
         for (mut column, std_dev) in inverse.column_iter_mut().zip(&noise.std_devs) {
-            // Sensors that measure nothing have next to no noise, whose inverse overflows: zero times it must stay zero.
+            // Sensors that measure nothing have next to no noise, whose inverse overflows: zero
+            // times it must stay zero.
             column *= std_dev.recip().min(f64::MAX);
         }
         Self {

@@ -2,9 +2,9 @@
 
 use super::*;
 
-/// A load that is a few percent off, by amounts that change over some 10 s: its errors are correlated for longer than the
-/// Newey-West estimate looks. 83 % of the intervals of 95 % of 200 recordings of 15 s hold the truth; without the
-/// cluster-robust covariance, 76 % do.
+/// A load that is a few percent off, by amounts that change over some 10 s: its errors are
+/// correlated for longer than the Newey-West estimate looks. 83 % of the intervals of 95 % of 200
+/// recordings of 15 s hold the truth; without the cluster-robust covariance, 76 % do.
 #[test]
 fn errors_that_are_correlated_over_seconds_are_in_the_covariance() {
     const RUNS: u64 = 200;
