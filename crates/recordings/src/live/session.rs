@@ -24,12 +24,10 @@ const LONGER: f64 = 2.5;
 /// Time to the next attempt after one that failed, s.
 const RETRY_S: f64 = 2.0;
 
-/// A topic that was silent for longer is reported, s: five periods of the slowest sensor that is of use, 10 Hz, with some
-/// time for a late message.
+/// A topic that was silent for longer is reported, s: ten periods of the slowest sensor that is of use.
 const LONGEST_SILENCE_S: f64 = 1.0;
 
-/// Number of messages without a sample after which the session starts again: half a second of 1 kHz, and some seconds of
-/// 100 Hz.
+/// Number of messages without a sample after which the session starts again: half a second of 1 kHz.
 const MOST_WITHOUT_SAMPLE: u64 = 500;
 
 /// How a live session is run.
@@ -142,8 +140,7 @@ impl LiveSession {
         self.met(name, type_name);
     }
 
-    /// Takes the next message of a topic: its `data` as CDR, with the encapsulation header, and the time at which it
-    /// came, ns since the epoch.
+    /// Takes the next message of a topic: its `data` as CDR with its header, and when it came, ns since the epoch.
     ///
     /// # Errors
     /// Returns an error of the identification itself, which messages do not cause.

@@ -265,10 +265,8 @@ pub(crate) const OWN_WRENCHES: [&str; 2] = ["load_wrench", "contact_wrench"];
 
 /// Returns whether tactid publishes a topic of wrenches, by its name.
 pub(crate) fn is_of_tactid(topic: &str) -> bool {
-    topic
-        .rsplit('/')
-        .next()
-        .is_some_and(|last| OWN_WRENCHES.contains(&last))
+    let last = topic.rsplit('/').next();
+    last.is_some_and(|last| OWN_WRENCHES.contains(&last))
 }
 
 /// Returns the requested topics of wrenches or of forces at points; else all wrenches but those of tactid beside others, and
@@ -428,28 +426,23 @@ mod tests {
     /// Wrenches that tactid has published are used where there are no others, or on request.
     #[test]
     fn wrenches_of_tactid_are_no_candidates_beside_others() {
-        let (measured, load, contact) = ("/ft", "/ft/load_wrench", "/tactid/contact_wrench");
-        let cases: [(&[&str], &[&str], &[&str]); 4] = [
-            (&[measured, load, contact], &[], &[measured]),
-            (
-                &[measured, "/ft_of_contact_wrench"],
-                &[],
-                &[measured, "/ft_of_contact_wrench"],
-            ),
+        let (ft, other) = ("/ft", "/my_load_wrench");
+        let (load, contact) = ("/load_wrench", "/ft/contact_wrench");
+        let cases: [(&[&str], &[&str], &[&str]); 3] = [
+            (&[ft, other, load, contact], &[], &[ft, other]),
             (&[contact], &[], &[contact]),
-            (&[measured, load, contact], &[contact], &[contact]),
+            (&[ft, contact], &[contact], &[contact]),
         ];
-        let folder = tempfile::tempdir().unwrap();
-        let path = folder.path().join("run.mcap");
+        let file = tempfile::NamedTempFile::new().unwrap();
         for (topics, requested, expected) in cases {
-            let mut log = LogWriter::create(&path).unwrap();
+            let mut log = LogWriter::create(file.path()).unwrap();
             for name in topics {
                 let topic = log.channel(name, Durability::Volatile).unwrap();
                 log.write(&topic, 1, &WrenchStamped::default()).unwrap();
             }
             log.finish().unwrap();
-            let requested: Vec<_> = requested.iter().map(|name| (*name).to_owned()).collect();
-            let log = LogReader::open(&path).unwrap();
+            let requested: Vec<_> = requested.iter().map(ToString::to_string).collect();
+            let log = LogReader::open(file.path()).unwrap();
             let (chosen, _) = choose_wrenches(&log, &requested).unwrap();
             assert_eq!(chosen, expected);
         }

@@ -143,7 +143,7 @@ def _in_documents(node: Any) -> Any:
         shown = {key: part for key, part in found["properties"].items() if kept[key] != "memory"}
         required = found.get("required", list(shown))
         found |= {
-            "type": "object",
+            "type": found.get("type", "object"),
             "properties": shown,
             "required": [key for key in required if key in shown and kept[key] != "file"],
             "additionalProperties": False,
