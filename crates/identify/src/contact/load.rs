@@ -25,8 +25,8 @@ pub struct LoadEstimate {
     pub parameters: [f64; 10],
     /// Offset of the wrenches, N and N m, (6,): zero where it was not among the unknowns.
     pub offset: [f64; 6],
-    /// Joint covariance of parameters and offset, in the products of their units, (16, 16). It has
-    /// no variance in directions that the motion does not determine.
+    /// Joint covariance of parameters and offset, kg² to (N m)², (16, 16). It has no variance in
+    /// directions that the motion does not determine.
     pub covariance: [[f64; 16]; 16],
     /// Changes of the parameters that the motion does not determine, (U, 10): each is as large as
     /// that of a body of this mass within 1 m of the frame's origin.

@@ -61,8 +61,9 @@ impl MotionStream {
     /// continued.
     pub fn push(&mut self, sample: &Sample<'_>) -> MotionStep<'_> {
         let passed_s = sample.time_s - self.time_s();
-        let clock_went_back = sample.is_measurable() && self.clock.has_gone_back(passed_s);
-        if !sample.is_measurable() || passed_s <= 0.0 {
+        let is_measurable = sample.is_measurable();
+        let clock_went_back = is_measurable && self.clock.has_gone_back(passed_s);
+        if !is_measurable || passed_s <= 0.0 {
             self.rejected += 1;
             return MotionStep::Rejected;
         }

@@ -116,8 +116,9 @@ impl Inputs {
     /// the one before.
     pub(crate) fn push(&mut self, sample: &Sample<'_>) -> Input {
         let passed_s = sample.time_s - self.newest_s;
-        let clock_went_back = sample.is_measurable() && self.clock.has_gone_back(passed_s);
-        if !sample.is_measurable() || passed_s <= 0.0 {
+        let is_measurable = sample.is_measurable();
+        let clock_went_back = is_measurable && self.clock.has_gone_back(passed_s);
+        if !is_measurable || passed_s <= 0.0 {
             return Input::Rejected;
         }
         if clock_went_back {
