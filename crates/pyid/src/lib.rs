@@ -100,8 +100,10 @@ mod _native {
             let what = panic.to_string().replace('\n', " ");
             eprintln!("tactid: internal error: {what}; please report it");
         }));
-        // The first array loads the interface of NumPy, which panics where a signal interrupts it.
-        numpy::PyArray1::<f64>::zeros(module.py(), 0, false);
+        // The first array, and the first borrowed one, load the interface of NumPy, which panics where a
+        // signal interrupts it.
+        let array = numpy::PyArray1::<f64>::zeros(module.py(), 0, false);
+        drop(numpy::PyArrayMethods::try_readonly(&array)?);
         Ok(())
     }
 
