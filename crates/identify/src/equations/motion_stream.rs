@@ -2,7 +2,7 @@
 
 use tactid_dynamics::Manipulator;
 
-use super::clock_watch::ClockWatch;
+use super::clock_watch::{ClockWatch, Order};
 use super::continuation::Continuation;
 use super::instant::Instant;
 use super::sample::Sample;
@@ -61,13 +61,14 @@ impl MotionStream {
     /// continued.
     pub fn push(&mut self, sample: &Sample<'_>) -> MotionStep<'_> {
         let passed_s = sample.time_s - self.time_s();
-        let is_measurable = sample.is_measurable();
-        let clock_went_back = is_measurable && self.clock.has_gone_back(passed_s);
-        if !is_measurable || passed_s <= 0.0 {
-            self.rejected += 1;
-            return MotionStep::Rejected;
-        }
-        let started = passed_s > self.max_gap_s || clock_went_back;
+        let started = match self.clock.observe(sample, self.time_s()) {
+            Order::Rejected => {
+                self.rejected += 1;
+                return MotionStep::Rejected;
+            }
+            Order::Follows => passed_s > self.max_gap_s,
+            Order::Interrupted => true,
+        };
         if started {
             self.gaps += u64::from(passed_s.is_finite());
             self.samples.start_stretch();

@@ -6,7 +6,7 @@ use nalgebra::Vector3;
 use tactid_dynamics::Manipulator;
 
 use super::contact::ContactObserver;
-use super::inputs::{Input, Inputs};
+use super::inputs::Inputs;
 use super::least_squares::Assessment;
 use super::readout::Readout;
 use super::recent_equations::RecentEquations;
@@ -15,7 +15,7 @@ use super::stage::Stage;
 use super::staged_update::StagedUpdate;
 use crate::checks::FEWEST_SAMPLES;
 use crate::diagnosis::findings_without_prior;
-use crate::equations::{EquationSettings, EquationStream, PushOutcome, Sample};
+use crate::equations::{EquationSettings, EquationStream, PushOutcome, Sample, clock_watch::Order};
 use crate::solve::report::estimate;
 use crate::solve::subspace::Matrix;
 use crate::{ActsOn, Finding, IdentifyError, KnownTool, PayloadEstimate, Range};
@@ -281,12 +281,12 @@ impl Identifier {
     ) -> Result<PushOutcome, IdentifyError> {
         self.stream.model().check_lengths(sample)?;
         match inputs.push(sample) {
-            Input::Rejected => {
+            Order::Rejected => {
                 self.refused += 1;
                 return Ok(PushOutcome::Rejected);
             }
-            Input::Interrupted => self.stream.interrupt(),
-            Input::Follows => {}
+            Order::Interrupted => self.stream.interrupt(),
+            Order::Follows => {}
         }
         let mut outcome = PushOutcome::Used;
         while let Some(sample) = inputs.pop() {

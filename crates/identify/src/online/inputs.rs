@@ -2,7 +2,7 @@
 
 use tactid_dynamics::Wrench;
 
-use crate::equations::clock_watch::ClockWatch;
+use crate::equations::clock_watch::{ClockWatch, Order};
 use crate::equations::{ActsOn, BaseState, InterpolationAt, Sample, interpolation};
 
 /// A copy of a sample.
@@ -42,15 +42,6 @@ impl OwnedSample {
         self.wrenches.clear();
         self.wrenches.extend_from_slice(sample.wrenches);
     }
-}
-
-/// What a sample is to [`Inputs`].
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Input {
-    Rejected,
-    Follows,
-    /// It does not follow the sample before by the time that they say: the clock had gone back.
-    Interrupted,
 }
 
 /// Turns measured wrenches into those on the payload at the times of the motion, in a fixed amount
@@ -112,17 +103,13 @@ impl Inputs {
         self.newest_s
     }
 
-    /// Adds a sample. It is rejected where a number is not finite, or where it is not later than
-    /// the one before.
-    pub(crate) fn push(&mut self, sample: &Sample<'_>) -> Input {
-        let passed_s = sample.time_s - self.newest_s;
-        let is_measurable = sample.is_measurable();
-        let clock_went_back = is_measurable && self.clock.has_gone_back(passed_s);
-        if !is_measurable || passed_s <= 0.0 {
-            return Input::Rejected;
-        }
-        if clock_went_back {
-            (self.count, self.next) = (0, 0);
+    /// Adds a sample, unless it is rejected, and returns what it is to the one before.
+    pub(crate) fn push(&mut self, sample: &Sample<'_>) -> Order {
+        let order = self.clock.observe(sample, self.newest_s);
+        match order {
+            Order::Rejected => return order,
+            Order::Follows => {}
+            Order::Interrupted => (self.count, self.next) = (0, 0),
         }
         self.newest_s = sample.time_s;
         if self.count == self.samples.len() {
@@ -131,10 +118,7 @@ impl Inputs {
         let place = (self.oldest + self.count) % self.samples.len();
         self.samples[place].set(sample);
         self.count += 1;
-        match clock_went_back {
-            true => Input::Interrupted,
-            false => Input::Follows,
-        }
+        order
     }
 
     /// Returns the next sample whose wrenches are known at the time of its motion; `None` until
