@@ -43,6 +43,14 @@ impl Wrench {
         }
     }
 
+    /// Returns force, N, then moment, N m.
+    #[must_use]
+    #[inline]
+    pub fn entries(&self) -> [f64; 6] {
+        let Self { force, moment } = self;
+        [force.x, force.y, force.z, moment.x, moment.y, moment.z]
+    }
+
     /// Returns the same wrench in frame `a` and about its origin, where `self` is in frame `b`.
     #[must_use]
     pub fn expressed_in(&self, a_from_b: &Isometry3<f64>) -> Self {

@@ -276,6 +276,18 @@ macro_rules! options {
                 )+];
                 given.into_iter().flatten()
             }
+
+            /// Returns the options that apply to a use; the others are not given.
+            #[must_use]
+            pub fn limited_to(&self, to: $crate::Use) -> Self {
+                let applies = |name: &str| {
+                    let mut options = Self::OPTIONS.iter();
+                    options.any(|option| option.name == name && option.uses.contains(&to))
+                };
+                Self {
+                    $($field: self.$field.clone().filter(|_| applies(stringify!($field))),)+
+                }
+            }
         }
     };
     (@kind $type:ty) => { <$type as $crate::Value>::KIND };

@@ -5,8 +5,6 @@ use std::path::PathBuf;
 
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
-use tactid_dynamics::Wrench;
-use tactid_identify::WrenchEstimate;
 use tactid_recordings::{
     CompensationReport, ContactSample, IdentifiedLoad, RecordingError, WrenchPlace, WrenchReceiver,
     WrittenWrench,
@@ -151,17 +149,11 @@ impl WrenchReceiver for Rows {
             covariances.for_each(|row| row.extend([f64::NAN; 36]));
             return Ok(());
         };
-        self.measured.extend(entries(&measured));
-        for (
-            k,
-            WrenchEstimate {
-                wrench, covariance, ..
-            },
-        ) in estimates.iter().enumerate()
-        {
-            self.wrenches[k].extend(entries(wrench));
+        self.measured.extend(measured.entries());
+        for (k, estimate) in estimates.iter().enumerate() {
+            self.wrenches[k].extend(estimate.wrench.entries());
             // Symmetric: row by row and column by column are the same.
-            self.covariances[k].extend(covariance.as_slice());
+            self.covariances[k].extend(estimate.covariance.as_slice());
         }
         Ok(())
     }
@@ -186,11 +178,4 @@ impl Rows {
         }
         Ok(data.unbind())
     }
-}
-
-/// Returns force, N, and moment, N m.
-fn entries(wrench: &Wrench) -> impl Iterator<Item = f64> {
-    let Wrench { force, moment } = *wrench;
-    let (force, moment): ([f64; 3], [f64; 3]) = (force.into(), moment.into());
-    force.into_iter().chain(moment)
 }

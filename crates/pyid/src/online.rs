@@ -205,8 +205,7 @@ pub(crate) type WrenchData<'py> = (
 );
 
 pub(crate) fn wrench_data<'py>(py: Python<'py>, of: &WrenchEstimate) -> PyResult<WrenchData<'py>> {
-    let Wrench { force, moment } = &of.wrench;
-    let values = force.iter().chain(moment).copied().collect();
+    let values = of.wrench.entries().to_vec();
     // Symmetric: row by row and column by column are the same.
     let covariance = of.covariance.as_slice().to_vec();
     Ok((

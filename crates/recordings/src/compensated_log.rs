@@ -5,14 +5,14 @@ use std::fs::File;
 use std::io::BufWriter;
 use std::path::Path;
 
-use tactid_dynamics::Wrench;
 use tactid_logs::messages::{self, Header, Time, WrenchStamped};
 use tactid_logs::{Channel, Durability, LogError, LogReader, LogWriter, merge_logs};
 
 use crate::compensation::{
-    CompensationReport, IdentifiedLoad, WrenchPlace, WrenchReceiver, compensate_log,
+    CompensationReport, IdentifiedLoad, WrenchPlace, WrenchReceiver, compensate, reading,
 };
-use crate::progress::{open_log, part_of};
+use crate::log::LogRecording;
+use crate::progress::part_of;
 use crate::sources::OWN_WRENCHES;
 use crate::{ActsOn, Clock, ContactSample, Observer, Progress, RecordingError, Request};
 
@@ -70,7 +70,7 @@ pub struct CompensatedLog {
     pub bag_metadata: String,
 }
 
-/// Writes a copy of a log to the file `file` of a folder, with the wrenches of [`compensate_log`]
+/// Writes a copy of a log to the file `file` of a folder, with the wrenches of [`compensate_log`](crate::compensate_log)
 /// as `geometry_msgs/msg/WrenchStamped` on `load_wrench` and `contact_wrench` in the namespace of
 /// the wrench topic, or in `/tactid` where several are summed.
 ///
@@ -79,7 +79,7 @@ pub struct CompensatedLog {
 /// the wrench topic do. The folder must be new or empty. Memory is bounded.
 ///
 /// # Errors
-/// Returns the errors of [`compensate_log`], [`RecordingError::Log`] if the log cannot be written,
+/// Returns the errors of [`compensate_log`](crate::compensate_log), [`RecordingError::Log`] if the log cannot be written,
 /// and [`RecordingError::Data`] if the log has one of the topics already.
 pub fn compensate_into(
     [log, folder]: [&Path; 2],
@@ -89,11 +89,13 @@ pub fn compensate_into(
     place: &WrenchPlace,
     observer: &mut Observer<'_>,
 ) -> Result<CompensatedLog, RecordingError> {
-    let (original, added) = (open_log(log, observer)?, folder.join(WRENCHES));
-    let mut writer = WrenchWriter::new(&original, &added)?;
-    let report = compensate_log(
-        log,
-        request,
+    let (request, added) = (reading(request, load), folder.join(WRENCHES));
+    request.check()?;
+    let recording = LogRecording::open(log, &request, observer)?;
+    let mut writer = WrenchWriter::new(recording.log(), &added)?;
+    let report = compensate(
+        &recording,
+        &request,
         load,
         place,
         &mut writer,
@@ -103,7 +105,12 @@ pub fn compensate_into(
     let wrenches = LogReader::open(&added)?;
     let mut copying = part_of(observer, 1, 2);
     let progress = &mut |fraction| copying(Progress { fraction });
-    let merged = merge_logs(&[&original, &wrenches], &folder.join(file), file, progress);
+    let merged = merge_logs(
+        &[recording.log(), &wrenches],
+        &folder.join(file),
+        file,
+        progress,
+    );
     let merged = merged.map_err(|error| match error {
         LogError::Interrupted => RecordingError::Interrupted,
         error => error.into(),
@@ -244,12 +251,6 @@ fn after_stamp_ns(log: &LogReader, topics: &[String]) -> Result<i64, RecordingEr
     Ok(stamp_ns.map_or(0, |stamp_ns| log_time_ns.saturating_sub(stamp_ns)))
 }
 
-fn six(wrench: &Wrench) -> Six {
-    let [x, y, z] = wrench.force.into();
-    let [a, b, c] = wrench.moment.into();
-    [x, y, z, a, b, c]
-}
-
 impl WrittenWrench {
     /// Size of the force of the contact, N.
     fn force_n(&self) -> f64 {
@@ -279,8 +280,8 @@ impl WrenchSummary {
         };
         let found = WrittenWrench {
             time_s: sample.time_s,
-            measured: six(measured),
-            contact: six(&contact.wrench),
+            measured: measured.entries(),
+            contact: contact.wrench.entries(),
             std_devs: contact.std_devs(),
         };
         for k in 0..6 {

@@ -6,6 +6,7 @@ use std::path::Path;
 use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 use tactid_identify::{ContactSample, LoadEstimate, Method, RecordedContact, Sample};
+use tactid_options::Use;
 
 use crate::arrays::ArrayRecording;
 use crate::choices::GravityChoice;
@@ -146,38 +147,27 @@ pub fn compensate_arrays(
 
 /// Returns the request that reads a recording as the identification of a load did, without what
 /// concerns an estimate.
-fn reading(request: &Request, load: &IdentifiedLoad) -> Request {
+pub(crate) fn reading(request: &Request, load: &IdentifiedLoad) -> Request {
+    let request = request.limited_to(Use::Compensation);
     let gravity = match request.gravity {
         Some(GravityChoice::Unknown) => {
             Some(GravityChoice::Given(Vector3::from(load.gravity_m_s2)))
         }
         given => given,
     };
-    let of_load = load.wrench_acts_on;
     Request {
         method: Some(Method::Tactile),
         gravity,
-        cutoff_hz: Some(request.cutoff_hz.unwrap_or(load.cutoff_hz)),
-        wrench_acts_on: Some(request.wrench_acts_on.unwrap_or(of_load)),
-        urdf: request.urdf.clone(),
-        tip: Some(request.tip.clone().unwrap_or_else(|| load.frame.clone())),
-        rename_joints: request.rename_joints.clone(),
-        sensor_frame: request.sensor_frame.clone(),
-        wrench_axes: request.wrench_axes.clone(),
-        joint_topic: request.joint_topic.clone(),
-        wrench_topic: request.wrench_topic.clone(),
-        odometry_topic: request.odometry_topic.clone(),
-        imu_topic: request.imu_topic.clone(),
-        acceleration_topic: request.acceleration_topic.clone(),
-        delay_s: request.delay_s,
-        max_gap_s: request.max_gap_s,
-        wrench_is: request.wrench_is,
-        configured_payload: request.configured_payload,
-        ..Request::default()
+        cutoff_hz: request.cutoff_hz.or(Some(load.cutoff_hz)),
+        wrench_acts_on: request.wrench_acts_on.or(Some(load.wrench_acts_on)),
+        tip: request.tip.or_else(|| Some(load.frame.clone())),
+        ..request
     }
 }
 
-fn compensate(
+/// Computes the wrenches of load and contact of a recording, as [`compensate_log`] does for a log, given
+/// the request of [`reading`].
+pub(crate) fn compensate(
     recording: &impl Recording,
     request: &Request,
     identified: &IdentifiedLoad,
@@ -187,8 +177,8 @@ fn compensate(
 ) -> Result<CompensationReport, RecordingError> {
     let plan = Plan::new(recording, request, observer)?;
     let load = checked(identified, &plan)?;
-    let point = place.point.clone();
-    let point = point.unwrap_or_else(|| default_point(&plan));
+    let point = place.point.as_deref();
+    let point = point.unwrap_or_else(|| plan.wrench_link()).to_owned();
     let is_of_another = identified.beginning != plan.beginning;
     let acts_on = request.wrench_acts_on.unwrap_or_default();
     let contact = RecordedContact::new(
@@ -224,20 +214,6 @@ fn compensate(
     report.faults = run.faults.to_vec();
     report.damage = run.damage;
     Ok(report)
-}
-
-/// Returns the frame of the only sensor, if it does not move relative to the tip; otherwise the
-/// tip.
-fn default_point(plan: &Plan<'_>) -> String {
-    let robot = &plan.sources.robot;
-    let is_fixed = |sensor: &str| {
-        let frames = robot.frame(sensor).ok().zip(robot.frame(&plan.tip).ok());
-        frames.is_some_and(|(sensor, tip)| robot.fixed_transform(sensor, tip).is_some())
-    };
-    match plan.sensors()[..] {
-        [sensor] if is_fixed(sensor) => sensor.to_owned(),
-        _ => plan.tip.clone(),
-    }
 }
 
 /// Returns the load, once it is that of the robot, the tip and the sensors of a plan.

@@ -66,6 +66,11 @@ impl LogRecording {
         })
     }
 
+    /// Returns the log.
+    pub(crate) fn log(&self) -> &LogReader {
+        &self.log
+    }
+
     /// Returns a decoder of messages that follow at once on those of this log, which holds none of
     /// them back.
     pub(crate) fn live_decoder(&self, max_gap_s: f64) -> Decoder {

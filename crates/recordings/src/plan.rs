@@ -128,6 +128,20 @@ impl<'a> Plan<'a> {
         self.sources.sensors.iter().map(String::as_str).collect()
     }
 
+    /// Returns the link in whose frame a wrench is, where no other one is asked for: that of the only
+    /// sensor; the tip where there are several, or where the sensor moves relative to the tip.
+    pub(crate) fn wrench_link(&self) -> &str {
+        let robot = &self.sources.robot;
+        let is_fixed = |sensor: &str| {
+            let frames = robot.frame(sensor).ok().zip(robot.frame(&self.tip).ok());
+            frames.is_some_and(|(sensor, tip)| robot.fixed_transform(sensor, tip).is_some())
+        };
+        match &self.sources.sensors[..] {
+            [sensor] if is_fixed(sensor) => sensor,
+            _ => &self.tip,
+        }
+    }
+
     /// Returns which events are read.
     pub(crate) fn selection(&self) -> Selection {
         Selection {

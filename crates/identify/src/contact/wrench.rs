@@ -38,8 +38,7 @@ impl WrenchEstimate {
     /// infinite, and it is correlated with no other. `unmeasured` maps a wrench in the tool frame
     /// to what is not measured of it, in the frame of this estimate.
     fn hide(&mut self, unmeasured: &Matrix6<f64>) {
-        let Wrench { force, moment } = self.wrench;
-        let mut values = Vector6::from_iterator(force.iter().chain(&moment).copied());
+        let mut values = Vector6::from(self.wrench.entries());
         for (channel, share) in unmeasured.row_iter().enumerate() {
             if share.amax() > PIVOT_ROUNDING {
                 values[channel] = f64::NAN;

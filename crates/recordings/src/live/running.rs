@@ -46,7 +46,6 @@ pub(super) struct Running {
     /// Link in whose frame the wrench of a contact is, with this frame.
     contact_frame: (String, WrenchFrame),
     pub(super) samples: u64,
-    pub(super) payload_changes: u64,
     /// Time of the last sample on the clock of the messages, ns since the epoch.
     pub(super) last_ns: i64,
     /// Number of messages since the last sample.
@@ -124,7 +123,6 @@ impl Running {
             noticed,
             acts_on: request.wrench_acts_on.unwrap_or_default(),
             samples: 0,
-            payload_changes: 0,
             last_ns: sources.start_ns,
             without_sample: 0,
             sources: sources.clone(),
@@ -152,9 +150,6 @@ impl Running {
         }
         while let Some(aligned) = self.aligner.next() {
             let outcome = self.identifier.push(&aligned.sample())?;
-            if outcome == PushOutcome::PayloadChanged {
-                self.payload_changes += 1;
-            }
             if outcome != PushOutcome::Rejected {
                 self.samples += 1;
                 self.without_sample = 0;
@@ -227,8 +222,9 @@ fn frame_of_contact(
     requested: Option<&str>,
     plan: &Plan<'_>,
 ) -> Result<(String, WrenchFrame), RecordingError> {
-    let at = |link: &str| Ok((link.to_owned(), identifier.wrench_frame(link, None)?));
-    let refused = |link: &str, error: IdentifyError| RecordingError::Option {
+    let link = requested.unwrap_or_else(|| plan.wrench_link());
+    let frame = identifier.wrench_frame(link, None);
+    let frame = frame.map_err(|error| RecordingError::Option {
         option: "contact_frame",
         what: match error {
             IdentifyError::Option { .. } => {
@@ -236,12 +232,8 @@ fn frame_of_contact(
             }
             other => format!("`contact_frame`: {other}"),
         },
-    };
-    match (requested, &plan.sources.sensors[..]) {
-        (Some(link), _) => at(link).map_err(|error| refused(link, error)),
-        (None, [sensor]) => Ok(at(sensor).or_else(|_: IdentifyError| at(&plan.tip))?),
-        (None, _) => Ok(at(&plan.tip)?),
-    }
+    })?;
+    Ok((link.to_owned(), frame))
 }
 
 /// Fits all equations of a beginning, where the request leaves open what they show. A beginning

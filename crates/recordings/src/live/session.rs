@@ -221,8 +221,8 @@ impl LiveSession {
     /// Returns the number of payload changes that were detected since the identification began.
     #[must_use]
     pub fn payload_changes(&self) -> u64 {
-        let running = self.running.as_ref();
-        running.map_or(0, |running| running.payload_changes)
+        self.estimate()
+            .map_or(0, |estimate| estimate.payload_changes)
     }
 
     /// Sets the zero of the wrench sensor and holds the payload: see [`Identifier::tare`].
