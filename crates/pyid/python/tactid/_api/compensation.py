@@ -14,7 +14,7 @@ from tactid._base.errors import ArgumentError
 from tactid._base.findings import DataFault, Finding
 from tactid._base.values import listed_fields
 from tactid._native import Manipulator
-from tactid._options.arrays import with_arrays
+from tactid._options.arrays import FROM_ARRAYS, check_no_arrays, with_arrays
 from tactid._options.declaration import with_options
 from tactid._options.known_tool import LARGEST_FILE
 from tactid._options.options import OPTIONS, Options, collect, option_names
@@ -83,14 +83,12 @@ def compensate(  # noqa: D417 - arrays and options are documented by their decla
         ModelError: The robot has no such link.
         IdentificationError: Something that is needed is missing, such as a wrench.
     """
-    values: tuple[Any, ...] = (*(robot, q, qd, effort, wrench, pose, twist, acceleration, sensors),)
-    names = ("robot", "q", "qd", "effort", "wrench", "pose", "twist", "acceleration", "sensors")
-    arrays = dict(zip(names, values, strict=True))
-    own = (*names, "point", "axes", "options", "progress")
+    given: tuple[Any, ...] = (robot, q, qd, effort, wrench, pose, twist, acceleration, sensors)
+    arrays: dict[str, Any] = dict(zip(FROM_ARRAYS, given, strict=True))
+    own = (*FROM_ARRAYS, "point", "axes", "options", "progress")
     collected = collect(options, keywords, "compensation", own)
     load = load_of(payload)
-    collected = load.completed(collected)
-    return of_source(source, arrays, collected, load, (point, axes), progress)
+    return of_source(source, arrays, load.completed(collected), load, (point, axes), progress)
 
 
 @dataclass(frozen=True)
@@ -178,9 +176,7 @@ def of_source(
 ) -> Compensation:
     """Returns the wrenches of a log by its path, or of arrays by their times."""
     if isinstance(source, str | os.PathLike):
-        for name, value in arrays.items():
-            if value is not None:
-                raise ArgumentError(f"`{name}` belongs to arrays, but {source} is a log")
+        check_no_arrays(arrays, f"{source} is a log")
         with opened([source], options, progress, method="tactile") as ([log], run):
             plain = run.options.plain()
             found = _native.compensate_log(log, plain, (load.fields, *place), run.progress)

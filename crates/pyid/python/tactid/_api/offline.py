@@ -11,19 +11,15 @@ from tactid import _native
 from tactid._api.combined import Combination, combine
 from tactid._api.compensation import Source
 from tactid._api.result import Identification, PaperIdentification
-from tactid._base.errors import ArgumentError
 from tactid._base.files import is_urdf_text
 from tactid._base.findings import DataFault, Finding
 from tactid._native import Manipulator
-from tactid._options.arrays import with_arrays
+from tactid._options.arrays import FROM_ARRAYS, check_no_arrays, with_arrays
 from tactid._options.declaration import with_options
 from tactid._options.options import OPTIONS, Options, collect
 from tactid._read.descriptions import with_urdf
 from tactid._read.recordings import LogPath, opened
 from tactid._results.provenance import given_options, hashes
-
-FROM_ARRAYS = ("robot", "q", "qd", "effort", "wrench", "pose", "twist", "acceleration", "sensors")
-"""The keywords of :func:`identify` that belong to arrays."""
 
 
 @overload
@@ -141,26 +137,20 @@ def identify(  # noqa: D417 - arrays and options are documented by their declara
     own = (*FROM_ARRAYS, "options", "progress")
     if isinstance(source, str | os.PathLike):
         collected = collect(options, keywords, "log", own)
-        _check_no_arrays(arrays, f"{source} is a log")
+        check_no_arrays(arrays, f"{source} is a log")
         with opened([source], collected, progress) as ([log], run):
             found = _native.identify_log(log, run.options.plain(), run.progress)
         found |= provenance(inputs(source, collected), collected)
         return identification(found, Source(source, {}, collected))
     if _are_logs(source):
         collected = collect(options, keywords, "log", own)
-        _check_no_arrays(arrays, "the source is a list of logs")
+        check_no_arrays(arrays, "the source is a list of logs")
         return _from_logs(source, collected, progress)
     collected = collect(options, keywords, "arrays", own)
     times, plain = cast(ArrayLike, source), with_urdf(collected).plain()
     found = _native.identify_arrays(times, plain, arrays, progress)
     found |= provenance(inputs(None, collected), collected)
     return identification(found, Source(times, arrays, collected))
-
-
-def _check_no_arrays(arrays: dict[str, Any], because: str) -> None:
-    for name, value in arrays.items():
-        if value is not None:
-            raise ArgumentError(f"`{name}` belongs to arrays, but {because}")
 
 
 def _are_logs(source: object) -> TypeGuard[Sequence[LogPath]]:

@@ -2,21 +2,20 @@
 
 from __future__ import annotations
 
-import importlib
 import math
 from collections.abc import Mapping
 from pathlib import Path
-from types import ModuleType
 from typing import Annotated, Any
 
 import typer
 
-from tactid._base.errors import ArgumentError, TactidError
+from tactid._base.errors import ArgumentError
 from tactid._base.output_files import check_outputs
 from tactid._base.terminal import printable
 from tactid._cli import option_flags
 from tactid._cli.console import interruptible, notes, print_whole
 from tactid._cli.number_lists import NumberListCommand
+from tactid._cli.ros import ros_module
 from tactid._live.replay import played
 from tactid._live.session import Session
 from tactid._options.options import OPTIONS, Options, options_for
@@ -61,8 +60,8 @@ def run_live(
         check_outputs({}, {"--replay": replay, "--urdf": options["urdf"]})
         _replay(replay, rate, chosen)
         return
-    with interruptible():
-        ros_module("node").run(chosen, _from_parameters, ros_argument or [])
+    node = ros_module("node", "; tactid live --replay LOG plays a recording without ROS")
+    node.run(chosen, _from_parameters, ros_argument or [])
 
 
 class LiveCommand(NumberListCommand):
@@ -73,18 +72,6 @@ class LiveCommand(NumberListCommand):
         first = args.index("--ros-args") if "--ros-args" in args else len(args)
         of_ros = [f"--ros-argument={argument}" for argument in args[first:]]
         return super().parse_args(ctx, args[:first] + of_ros)
-
-
-def ros_module(name: str) -> ModuleType:
-    """Returns a module of ``_ros``, which needs the user's installation of ROS 2."""
-    try:
-        return importlib.import_module(f"tactid._ros.{name}")
-    except ImportError as error:
-        raise TactidError(
-            f"the Python packages of ROS 2 cannot be imported ({error}): source the"
-            " setup file of ROS 2 (source /opt/ros/DISTRIBUTION/setup.bash) and use its Python;"
-            " tactid live --replay LOG plays a recording without ROS"
-        ) from None
 
 
 def _from_parameters(parameters: Mapping[str, Any]) -> Options:

@@ -10,13 +10,12 @@ from tactid._base.errors import ArgumentError
 from tactid._base.naming import abridged
 from tactid._cli.console import (
     check_files,
-    interruptible,
     notes,
     print_written,
     progress,
     reporting_partial_log,
 )
-from tactid._cli.live_command import ros_module
+from tactid._cli.ros import ros_module
 from tactid._native import Experiment
 from tactid._results.records import RunReport
 from tactid._results.truth import momentum_drift
@@ -54,9 +53,11 @@ def run_simulation(
     """
     if publish:
         if experiment is not None or motion is not None:
-            raise ArgumentError("--publish has an arm and a motion of its own: leave out others")
-        with interruptible():
-            ros_module("publisher").run()
+            raise ArgumentError(
+                "--publish has an arm and a motion of its own: leave out others (the experiment,"
+                " --motion)"
+            )
+        ros_module("publisher").run()
         return
     chosen = Experiment.paper() if experiment is None else Experiment.from_file(experiment)
     if motion is not None:

@@ -1,14 +1,18 @@
 """The arrays of a recording: each declared once, for docstrings and for the documentation."""
 
 import textwrap
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any, Literal, TypeVar
 
+from tactid._base.errors import ArgumentError
 from tactid._options.declaration import write_into_docstring
 
 Caller = Literal["recording", "online"]
 """Who takes an array: :func:`tactid.identify`, or ``push`` of the online solvers."""
+
+FROM_ARRAYS = ("robot", "q", "qd", "effort", "wrench", "pose", "twist", "acceleration", "sensors")
+"""Keywords of a recording in arrays, beside its times."""
 
 _Function = TypeVar("_Function", bound=Callable[..., Any])
 
@@ -139,3 +143,14 @@ def describe(caller: Caller) -> str:
     return "\n".join(
         textwrap.fill(text, 92, subsequent_indent=indent, break_on_hyphens=False) for text in texts
     )
+
+
+def check_no_arrays(arrays: Mapping[str, Any], because: str) -> None:
+    """Checks that the keywords of arrays are left out, where the source says what is read.
+
+    Raises:
+        ArgumentError: One is given.
+    """
+    for name, value in arrays.items():
+        if value is not None:
+            raise ArgumentError(f"`{name}` belongs to arrays, but {because}")
