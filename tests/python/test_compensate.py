@@ -6,6 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from mcap.reader import make_reader
+from mcap.writer import CompressionType, Writer
 from rosbags.rosbag2 import Reader, StoragePlugin
 
 import tactid
@@ -141,3 +142,31 @@ def test_a_copy_of_the_log_has_the_wrenches(
         assert done.returncode == 2
         assert reason in done.stderr
     assert {each.name for each in tmp_path.iterdir()} == {"out"}
+
+
+def test_what_a_copy_lacks_of_another_topic_is_named(
+    bags: tuple[Path, Path], payload: Path, command: TactidCommand, tmp_path: Path
+) -> None:
+    """A damaged chunk of a topic that the compensation does not read."""
+    (recorded,) = bags[0].glob("*.mcap")
+    log = tmp_path / "damaged.mcap"
+    with recorded.open("rb") as source, log.open("wb") as file:
+        writer = Writer(file, chunk_size=4096, compression=CompressionType.NONE)
+        writer.start("ros2", "test")
+        channels: dict[int, int] = {}
+        for schema, channel, message in make_reader(source).iter_messages():
+            assert schema is not None
+            if channel.id not in channels:
+                known = writer.register_schema(schema.name, schema.encoding, schema.data)
+                channels[channel.id] = writer.register_channel(channel.topic, "cdr", known)
+            times = message.log_time, message.publish_time
+            writer.add_message(channels[channel.id], times[0], message.data, times[1])
+        note = writer.register_channel("/note", "cdr", 1)
+        for part in (b"whole", 1000 * b"damaged"):
+            writer.add_message(note, times[0], 10_000 * b"-" + part, times[1])
+        writer.finish()
+    content = log.read_bytes()
+    log.write_bytes(content.replace(b"damaged", b"changed", 1))
+    done = command("compensate", log, "--payload", payload, "--out", "out")
+    assert done.returncode == 0, done.stderr
+    assert "damaged.mcap is damaged at byte" in " ".join(done.stderr.split())

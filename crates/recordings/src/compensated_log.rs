@@ -93,7 +93,7 @@ pub fn compensate_into(
     request.check()?;
     let recording = LogRecording::open(log, &request, observer)?;
     let mut writer = WrenchWriter::new(recording.log(), &added)?;
-    let report = compensate(
+    let mut report = compensate(
         &recording,
         &request,
         load,
@@ -120,6 +120,8 @@ pub fn compensate_into(
         path: added.clone(),
         source,
     })?;
+    // The copy has all topics, of which the compensation reads some.
+    report.damage = merged.damage;
     Ok(CompensatedLog {
         report,
         topics,
