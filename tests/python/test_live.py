@@ -163,3 +163,11 @@ def test_a_simulated_arm_is_pushed() -> None:
     forces = [force_after(part) for part in parts]
     assert np.linalg.norm(forces[:-1], axis=1).max() < 1
     np.testing.assert_allclose(forces[-1], [0, 0, 15], atol=1)
+    # A tare takes nothing away from a payload whose weight the motion has determined.
+    before = identifier.estimate().mass
+    assert identifier.knows_weight()
+    identifier.hold_payload()
+    assert not identifier.tare()
+    identifier.hold_payload(False)
+    assert identifier.tare()
+    assert identifier.estimate().mass == pytest.approx(before, abs=1e-3)

@@ -66,7 +66,7 @@ class Listener:
     def __init__(self) -> None:
         from diagnostic_msgs.msg import DiagnosticArray
         from geometry_msgs.msg import InertiaStamped, WrenchStamped
-        from std_srvs.srv import Trigger
+        from std_srvs.srv import SetBool, Trigger
 
         os.environ.update(DOMAIN)
         rclpy.init()
@@ -79,7 +79,7 @@ class Listener:
         self.node.create_subscription(DiagnosticArray, diagnostics, self._report, 10)
         contact = "/tactid/contact_wrench"
         self.node.create_subscription(WrenchStamped, contact, self.contacts.append, 100)
-        self.trigger = Trigger
+        self.trigger, self.set_bool = Trigger, SetBool
 
     def _payload(self, message: Any) -> None:
         self.masses.append(message.inertia.m)
@@ -99,11 +99,12 @@ class Listener:
         status = self.reports.get("status")
         return {each.key: each.value for each in status.values} if status else {}
 
-    def call(self, service: str) -> Any:
+    def call(self, service: str, **request: bool) -> Any:
         """Calls a service of the node."""
-        client = self.node.create_client(self.trigger, f"/tactid/{service}")
+        kind = self.set_bool if request else self.trigger
+        client = self.node.create_client(kind, f"/tactid/{service}")
         assert client.wait_for_service(WAIT_S)
-        answer = client.call_async(self.trigger.Request())
+        answer = client.call_async(kind.Request(**request))
         self.wait(answer.done)
         return answer.result()
 
@@ -174,6 +175,10 @@ def test_the_node_identifies_what_is_published(
     listener.wait(lambda: listener.masses[-1] == pytest.approx(values[0], rel=1e-9))
 
     _check_contacts(listener, facts)
+    for is_held in (True, False):
+        answer = listener.call("hold", data=is_held)
+        assert answer.success, answer.message
+        listener.wait(lambda held=str(is_held): listener.facts()["payload_held"] == held)
     answer = listener.call("tare")
     assert (answer.success, "`wrench_offset`" in answer.message) == (False, True)
 

@@ -392,6 +392,15 @@ typedef struct tactid_estimate {
    * Number of gaps between samples that were too long to be bridged.
    */
   uint64_t gaps;
+  /**
+   * 1 where the motion has determined what the wrench of a contact is measured against: mass and
+   * centre of mass of the load, and the offset where it is an unknown; else 0.
+   */
+  uint32_t knows_weight;
+  /**
+   * 1 while `tactid_identifier_hold_payload` holds the payload, else 0.
+   */
+  uint32_t is_held;
 } tactid_estimate;
 
 /**
@@ -569,6 +578,19 @@ tactid_status tactid_identifier_contact_wrench(const struct tactid_identifier *i
  */
 tactid_status tactid_identifier_hold_payload(struct tactid_identifier *identifier,
                                              uint32_t is_held);
+
+/**
+ * Sets the zero of the sensor, as after its drift, and keeps the estimate of the payload: the
+ * samples that follow determine the offset of the wrenches anew, the first of them within 0.2 s at
+ * a cutoff of 10 Hz. A payload change that was the zero's is taken back. Nothing may touch the
+ * payload meanwhile; the arm may move. Answers `TACTID_STATUS_UNKNOWN`, and does nothing, where the
+ * option `wrench_offset` is not set, before 32 windows determine the load for the first time, and
+ * while the payload is held. Allocates nothing.
+ *
+ * # Safety
+ * `identifier` was created here.
+ */
+tactid_status tactid_identifier_tare(struct tactid_identifier *identifier);
 
 /**
  * Copies an identifier, so that another thread can ask the copy for its findings while this one

@@ -122,6 +122,9 @@ class Identifier {
   /// Says whether the payload stays what it is, as while a gripper is closed.
   void hold_payload(bool is_held) noexcept { tactid_identifier_hold_payload(handle_.get(), is_held); }
 
+  /// Sets the zero of the sensor; returns whether that is possible, see `tactid_identifier_tare`.
+  bool tare() noexcept { return tactid_identifier_tare(handle_.get()) == TACTID_STATUS_OK; }
+
   /// Copies the identifier, for the findings in another thread.
   Result<Identifier> clone() const {
     tactid_identifier* copy = nullptr;

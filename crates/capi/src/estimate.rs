@@ -58,6 +58,11 @@ pub struct tactid_estimate {
     pub rejected: u64,
     /// Number of gaps between samples that were too long to be bridged.
     pub gaps: u64,
+    /// 1 where the motion has determined what the wrench of a contact is measured against: mass and
+    /// centre of mass of the load, and the offset where it is an unknown; else 0.
+    pub knows_weight: u32,
+    /// 1 while `tactid_identifier_hold_payload` holds the payload, else 0.
+    pub is_held: u32,
 }
 
 // SAFETY: it is repr(C), begins with its size, and has numbers alone.
@@ -98,6 +103,8 @@ impl tactid_estimate {
             windows: estimate.windows,
             rejected: estimate.rejected,
             gaps: estimate.gaps,
+            knows_weight: u32::from(identifier.knows_weight()),
+            is_held: u32::from(identifier.is_payload_held()),
         }
     }
 }

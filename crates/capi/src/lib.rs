@@ -344,6 +344,30 @@ pub unsafe extern "C" fn tactid_identifier_hold_payload(
     })
 }
 
+/// Sets the zero of the sensor, as after its drift, and keeps the estimate of the payload: the
+/// samples that follow determine the offset of the wrenches anew, the first of them within 0.2 s at
+/// a cutoff of 10 Hz. A payload change that was the zero's is taken back. Nothing may touch the
+/// payload meanwhile; the arm may move. Answers `TACTID_STATUS_UNKNOWN`, and does nothing, where the
+/// option `wrench_offset` is not set, before 32 windows determine the load for the first time, and
+/// while the payload is held. Allocates nothing.
+///
+/// # Safety
+/// `identifier` was created here.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn tactid_identifier_tare(
+    identifier: *mut tactid_identifier,
+) -> tactid_status {
+    guarded(|| {
+        // SAFETY: the caller's promise.
+        let is_set = unsafe { border::place(identifier) }?.identifier.tare();
+        Ok(if is_set {
+            tactid_status::Ok
+        } else {
+            tactid_status::Unknown
+        })
+    })
+}
+
 /// Writes what may be unknown.
 ///
 /// # Safety

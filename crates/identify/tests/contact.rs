@@ -127,7 +127,8 @@ impl Trial {
         let mut seen = Seen::default();
         for (instant, wrenches) in self.samples() {
             if self.hold {
-                identifier.hold_payload(instant.time_s > 5.0 && instant.time_s < 11.0);
+                // Until the contact ends: later windows have none of its samples.
+                identifier.hold_payload(instant.time_s > 5.0 && instant.time_s < 10.0);
             }
             match identifier.push(&instant.sample(&wrenches)).unwrap() {
                 PushOutcome::PayloadChanged => seen.alarms.push(instant.time_s),

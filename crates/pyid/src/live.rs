@@ -111,6 +111,12 @@ impl LiveSession {
         detached(py, || self.lock().tare())?.map_err(IntoPyErr::into_py_err)
     }
 
+    /// Says whether the payload stays what it is.
+    fn hold_payload(&self, py: Python<'_>, is_held: bool) -> PyResult<()> {
+        let held = detached(py, || self.lock().hold_payload(is_held))?;
+        held.map_err(IntoPyErr::into_py_err)
+    }
+
     /// Returns what the session does at the moment, by the fields of `LiveStatus`.
     fn status<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
         fields(py, &detached(py, || self.lock().status())?)

@@ -140,6 +140,16 @@ impl Identifier {
         detached(py, || lock(&self.0).hold_payload(is_held))
     }
 
+    /// Sets the zero of the wrench sensor, and returns whether that is possible.
+    fn tare(&self, py: Python<'_>) -> PyResult<bool> {
+        detached(py, || lock(&self.0).tare())
+    }
+
+    /// Returns whether the motion has determined mass, first moments and offset.
+    fn knows_weight(&self, py: Python<'_>) -> PyResult<bool> {
+        detached(py, || lock(&self.0).knows_weight())
+    }
+
     /// Returns the joint covariance of the payload and of the offset, (16, 16); None where there is
     /// no offset.
     fn joint_covariance<'py>(
@@ -328,20 +338,19 @@ impl Samples {
             acceleration: acceleration.transpose()?,
             count: 1,
         };
-        let Self { time, q, qd, .. } = &samples;
         let Self {
+            time,
+            q,
+            qd,
             effort,
             wrench,
             pose,
+            twist,
+            acceleration,
             ..
         } = &samples;
-        let mut all: Vec<&dyn Sampled> = vec![time, q, qd, effort, wrench, pose, &samples.twist];
-        all.extend(
-            samples
-                .acceleration
-                .iter()
-                .map(|series| series as &dyn Sampled),
-        );
+        let mut all: Vec<&dyn Sampled> = vec![time, q, qd, effort, wrench, pose, twist];
+        all.extend(acceleration.iter().map(|series| series as &dyn Sampled));
         samples.count = common_length(&all)?.unwrap_or(1);
         Ok(samples)
     }

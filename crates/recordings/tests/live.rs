@@ -9,7 +9,7 @@ use nalgebra::{Matrix3, Vector3};
 use rand::SeedableRng;
 use rand::rngs::SmallRng;
 use tactid_dynamics::{BaseKind, MassProperties};
-use tactid_identify::{BaseState, EquationSettings, HALF_WIDTH_95, Sample};
+use tactid_identify::{BaseState, ContactState, EquationSettings, HALF_WIDTH_95, Sample};
 use tactid_logs::{LogReader, RawMessage};
 use tactid_recordings::{
     DataFault, FaultKind, Finding, GivenTool, GravityChoice, LiveSession, LiveSettings,
@@ -43,6 +43,14 @@ fn recorded(
     let (mut random, noise) = (SmallRng::seed_from_u64(7), Noise::fraction(1e-4));
     let exact = experiment(duration_s).run();
     let instants: Vec<_> = exact.iter().map(|at| noise.on(at, &mut random)).collect();
+    logged(instants, change)
+}
+
+/// Returns instants, and the messages of their log in the order of the times of logging.
+fn logged(
+    instants: Vec<Instant>,
+    change: impl Fn(&mut Recording<'_>),
+) -> (tempfile::TempDir, Vec<Instant>, Vec<RawMessage>) {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("run.mcap");
     let mut recording = Recording::of(&instants);
@@ -316,10 +324,50 @@ fn a_session_measures_contacts() {
         &messages,
     );
     let mass_kg = offset.estimate().unwrap().body.mass_kg;
+    offset.hold_payload(true).unwrap();
+    let held = offset.tare().err().unwrap().to_string();
+    assert!(held.contains("is held"), "{held}");
+    offset.hold_payload(false).unwrap();
     offset.tare().unwrap();
     assert!((offset.estimate().unwrap().body.mass_kg - mass_kg).abs() < 1e-6);
     offset.reset();
     assert!(offset.tare().is_err() && offset.contact_wrench().is_none());
+}
+
+/// A push of 40 N that lasts until the end is a contact, and no payload change, where the payload is
+/// held; nothing is then learnt, and no zero is set.
+#[test]
+fn a_held_payload_tells_a_long_contact_from_a_change() {
+    let (_folder, mut instants, _) = recorded(5.0, |_| {});
+    for instant in &mut instants[800..] {
+        instant.wrenches[0].force.z += 40.0;
+    }
+    let (_folder, _, messages) = logged(instants, |_| {});
+    let (before, during) = messages.split_at(messages.len() * 3 / 5);
+    for is_held in [false, true] {
+        let mut session = LiveSession::new(given(), SETTINGS).unwrap();
+        assert!(session.hold_payload(true).is_err(), "nothing is known yet");
+        before.iter().for_each(|m| push(&mut session, m, 0));
+        let windows = session.estimate().unwrap().windows;
+        session.hold_payload(is_held).unwrap();
+        during.iter().for_each(|m| push(&mut session, m, 0));
+        session.finish().unwrap();
+        assert_eq!(session.status().is_payload_held, is_held);
+        assert_eq!(session.payload_changes() == 0, is_held);
+        if !is_held {
+            continue;
+        }
+        let contact = session.contact_wrench().unwrap().wrench;
+        let (force, std_devs) = (contact.wrench.force.norm(), contact.std_devs());
+        assert!(
+            (force - 40.0).abs() < 1.0 && std_devs[0] < 1.0,
+            "{contact:?}"
+        );
+        assert_eq!(contact.state, ContactState::Settled);
+        assert_eq!(session.estimate().unwrap().windows, windows);
+        session.hold_payload(false).unwrap();
+        assert!(!session.is_payload_held());
+    }
 }
 
 /// A plan that another thread ends after the last message is used. A contact frame that the robot

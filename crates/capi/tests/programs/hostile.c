@@ -155,6 +155,11 @@ static void wrong_samples(void) {
   CHECK(tactid_identifier_load_wrench(identifier, &offset) == TACTID_STATUS_UNKNOWN);
   CHECK(tactid_identifier_load_wrench(NULL, &offset) == TACTID_STATUS_NULL_POINTER);
   CHECK(tactid_identifier_hold_payload(NULL, 1) == TACTID_STATUS_NULL_POINTER);
+  CHECK(tactid_identifier_hold_payload(identifier, 2) == TACTID_STATUS_OK);
+  CHECK(tactid_identifier_tare(NULL) == TACTID_STATUS_NULL_POINTER);
+  CHECK(tactid_identifier_tare(identifier) == TACTID_STATUS_UNKNOWN);
+  CHECK(tactid_identifier_estimate(identifier, &estimate) == TACTID_STATUS_OK);
+  CHECK(estimate.is_held == 1 && estimate.knows_weight == 0);
   // An older header has a shorter struct: nothing is written beyond it.
   size_t *shorter = malloc(sizeof *shorter + sizeof(double));
   *shorter = sizeof *shorter + sizeof(double);

@@ -8,11 +8,20 @@ use crate::solve::offsets::joint_covariance;
 use crate::{IdentifyError, WrenchOffset};
 
 impl Identifier {
-    /// Says whether the payload stays what it is, as while a gripper is closed. Windows of such a
-    /// time neither update the estimate nor show a payload change, and whatever the load does not
-    /// explain is a [contact](Self::contact_wrench).
+    /// Says whether the payload stays what it is, as while a gripper is closed. Windows with samples
+    /// of such a time neither update the estimate nor show a payload change, and whatever the load
+    /// does not explain is a [contact](Self::contact_wrench).
     pub fn hold_payload(&mut self, is_held: bool) {
+        if self.is_held && !is_held {
+            self.stream.start_windows();
+        }
         self.is_held = is_held;
+    }
+
+    /// Returns whether the payload is [held](Self::hold_payload).
+    #[must_use]
+    pub fn is_payload_held(&self) -> bool {
+        self.is_held
     }
 
     /// Sets the zero of the wrench sensor, as after its drift: windows that begin from now on
@@ -33,7 +42,7 @@ impl Identifier {
             return false;
         };
         if is_taken_back {
-            self.since_s = self.since_before_s;
+            self.times.return_to_before();
         }
         self.stream.start_windows();
         self.recent.clear();

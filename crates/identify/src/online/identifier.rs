@@ -8,6 +8,7 @@ use tactid_dynamics::Manipulator;
 use super::contact::ContactObserver;
 use super::inputs::Inputs;
 use super::least_squares::Assessment;
+use super::payload_times::PayloadTimes;
 use super::readout::Readout;
 use super::recent_equations::RecentEquations;
 use super::sample_checks::OnlineChecks;
@@ -168,18 +169,12 @@ pub struct Identifier {
     pub(super) contact: ContactObserver,
     /// Whether the caller says that the payload stays what it is.
     pub(super) is_held: bool,
+    pub(super) times: PayloadTimes,
     /// Number of samples since the end of the most recent window.
     samples: u32,
     windows: u64,
     /// Number of samples that were rejected before they were aligned.
     refused: u64,
-    payload_changes: u64,
-    /// Time of the last payload change, s.
-    changed_s: f64,
-    /// Time from which on windows contribute to the estimate, s.
-    pub(super) since_s: f64,
-    /// Time from which on windows contributed to the estimate before the last payload change, s.
-    pub(super) since_before_s: f64,
 }
 
 impl Identifier {
@@ -237,15 +232,12 @@ impl Identifier {
             recent: RecentEquations::new(channels.count()),
             checks: OnlineChecks::new(robot, sensors, settings),
             is_held: false,
+            times: PayloadTimes::new(),
             contact: ContactObserver::new(settings.cutoff_hz, stream.offset_frame().projection()),
             stream,
             samples: 0,
             windows: 0,
             refused: 0,
-            payload_changes: 0,
-            changed_s: f64::NEG_INFINITY,
-            since_s: f64::NEG_INFINITY,
-            since_before_s: f64::NEG_INFINITY,
         })
     }
 
@@ -333,13 +325,11 @@ impl Identifier {
         let outcome = match assessment {
             Assessment::Accepted(_) => outcome,
             Assessment::PayloadChanged => {
-                self.payload_changes += 1;
-                self.changed_s = time_s;
-                self.since_before_s = std::mem::replace(&mut self.since_s, time_s);
+                self.times.change(time_s);
                 PushOutcome::PayloadChanged
             }
             Assessment::PayloadReturned => {
-                self.since_s = self.since_before_s;
+                self.times.return_to_before();
                 PushOutcome::PayloadReturned
             }
         };
@@ -369,7 +359,7 @@ impl Identifier {
     /// counts those before a payload change, too.
     #[must_use]
     pub fn estimate(&self) -> PayloadEstimate {
-        self.estimate_of(self.update.readout(), self.since_s)
+        self.estimate_of(self.update.readout(), self.times.since_s)
     }
 
     /// Returns the estimate of the payload before the last [payload change](Self#payload-changes), as of the last window
@@ -378,7 +368,7 @@ impl Identifier {
     #[must_use]
     pub fn estimate_before_change(&self) -> Option<PayloadEstimate> {
         let readout = self.update.before_change()?;
-        Some(self.estimate_of(readout, self.since_before_s))
+        Some(self.estimate_of(readout, self.times.since_before_s))
     }
 
     /// Returns whether the estimate is one of the payload that is held now: at least 32 windows contribute to it, so that
@@ -391,7 +381,7 @@ impl Identifier {
     /// Returns the time from the last payload change to the last sample, s; infinite before a change.
     #[must_use]
     pub fn time_since_change_s(&self) -> f64 {
-        self.newest_s() - self.changed_s
+        self.newest_s() - self.times.changed_s
     }
 
     /// Time of the last sample, s.
@@ -405,7 +395,7 @@ impl Identifier {
         PayloadEstimate {
             composite: readout.composite,
             windows: self.windows,
-            payload_changes: self.payload_changes,
+            payload_changes: self.times.changes,
             since_s,
             rejected: self.stream.rejected() + self.refused,
             gaps: self.stream.gaps(),

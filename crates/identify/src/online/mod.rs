@@ -9,6 +9,7 @@ mod innovation;
 mod inputs;
 mod least_squares;
 mod noise_tracker;
+mod payload_times;
 mod readout;
 mod recent_equations;
 mod residual_correlation;

@@ -8,6 +8,8 @@
 mod beginning;
 mod running;
 mod session;
+mod snapshot;
 
 pub use running::LiveContact;
-pub use session::{LiveSession, LiveSettings, LiveSnapshot, LiveStatus};
+pub use session::{LiveSession, LiveSettings, LiveStatus};
+pub use snapshot::LiveSnapshot;

@@ -202,6 +202,11 @@ impl Running {
         self.identifier.tare()
     }
 
+    /// Says whether the payload stays what it is.
+    pub(super) fn hold_payload(&mut self, is_held: bool) {
+        self.identifier.hold_payload(is_held);
+    }
+
     /// Returns what was noticed of topics and steps, without what the identifier finds.
     pub(super) fn noticed(&self) -> Vec<Finding> {
         let mut findings = self.noticed.clone();

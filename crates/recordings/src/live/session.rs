@@ -6,14 +6,12 @@ use std::thread::{self, JoinHandle};
 
 use schemars::JsonSchema;
 use serde::Serialize;
-use tactid_identify::{Finding as DataFinding, Identifier, PayloadEstimate, WrenchOffset};
-use tactid_logs::messages::{JointState, WrenchStamped};
+use tactid_identify::{PayloadEstimate, WrenchOffset};
 use tactid_logs::{RawMessage, Topic};
 
 use super::beginning::Beginning;
 use super::running::{LiveContact, Running};
-use crate::sources::is_of_tactid;
-use crate::{DataFault, Finding, RecordingError, Request};
+use crate::{RecordingError, Request};
 
 /// Length of the beginning from which the last plan is made, s: that of a recording.
 const LONGEST_BEGINNING_S: f64 = 30.0;
@@ -23,9 +21,6 @@ const LONGER: f64 = 2.5;
 
 /// Time to the next attempt after one that failed, s.
 const RETRY_S: f64 = 2.0;
-
-/// A topic that was silent for longer is reported, s: ten periods of the slowest sensor that is of use.
-const LONGEST_SILENCE_S: f64 = 1.0;
 
 /// Number of messages without a sample after which the session starts again: half a second of 1 kHz.
 const MOST_WITHOUT_SAMPLE: u64 = 500;
@@ -58,6 +53,8 @@ impl Default for LiveSettings {
 pub struct LiveStatus {
     /// Whether an identification runs.
     pub is_running: bool,
+    /// Whether the payload is held: nothing updates the estimate, and what the load does not explain is a contact.
+    pub is_payload_held: bool,
     /// Why the latest attempt to begin one has failed; `None` where it has not.
     pub problem: Option<String>,
     /// Topics that are used; none before an identification runs.
@@ -78,10 +75,10 @@ pub struct LiveStatus {
 
 /// A topic that was met.
 #[derive(Debug)]
-struct Met {
-    topic: Arc<Topic>,
+pub(super) struct Met {
+    pub(super) topic: Arc<Topic>,
     /// Time at which the latest message came, ns; `None` before there is one.
-    last_ns: Option<u64>,
+    pub(super) last_ns: Option<u64>,
 }
 
 /// A plan in another thread, with the number of messages that it has.
@@ -93,9 +90,9 @@ type Planning = (u64, JoinHandle<Result<Running, RecordingError>>);
 /// from the first seconds, as [`identify_log`](crate::identify_log) does, and once more from 30 s. The estimate then is
 /// that of all messages since the beginning. Memory is bounded.
 pub struct LiveSession {
-    request: Arc<Request>,
+    pub(super) request: Arc<Request>,
     settings: LiveSettings,
-    topics: BTreeMap<String, Met>,
+    pub(super) topics: BTreeMap<String, Met>,
     beginning: Beginning,
     /// Length of the beginning at which the next plan is made, s; `None` where no further one is needed.
     due_s: Option<f64>,
@@ -104,10 +101,10 @@ pub struct LiveSession {
     /// Whether the identification that runs was begun with the messages of the beginning that is kept.
     has_same_beginning: bool,
     planning: Option<Planning>,
-    running: Option<Running>,
+    pub(super) running: Option<Running>,
     problem: Option<RecordingError>,
     messages: u64,
-    restarts: u64,
+    pub(super) restarts: u64,
 }
 
 impl LiveSession {
@@ -159,7 +156,8 @@ impl LiveSession {
             running.take(&message)?;
         }
         self.check_samples();
-        let keeps_measured = self.due_s.is_some() || self.planning.is_some();
+        let is_begun = self.due_s.is_some() || self.planning.is_some();
+        let keeps_measured = is_begun && (!self.is_payload_held() || self.is_replaced);
         self.beginning.push(message, keeps_measured);
         self.proceed()?;
         self.plan_where_due()
@@ -225,16 +223,13 @@ impl LiveSession {
             .map_or(0, |estimate| estimate.payload_changes)
     }
 
-    /// Sets the zero of the wrench sensor and holds the payload: see [`Identifier::tare`].
+    /// Sets the zero of the wrench sensor: see [`Identifier::tare`]. No plan is made any more from messages before it.
     ///
     /// # Errors
-    /// Returns [`RecordingError::Data`] before the payload is known, and [`RecordingError::Option`] where the offset of the
-    /// wrenches is not an unknown.
+    /// Returns [`RecordingError::Data`] before the payload is known and while it is held, and [`RecordingError::Option`]
+    /// where the offset of the wrenches is not an unknown.
     pub fn tare(&mut self) -> Result<(), RecordingError> {
-        let not_yet = "the payload is not known yet: call again once it is";
-        let Some(running) = &mut self.running else {
-            return Err(RecordingError::data(not_yet));
-        };
+        let running = self.running.as_mut().ok_or_else(not_known_yet)?;
         if !running.has_offset {
             return Err(RecordingError::Option {
                 option: "wrench_offset",
@@ -243,8 +238,42 @@ impl LiveSession {
                     .to_owned(),
             });
         }
-        let is_set = running.tare().then_some(());
-        is_set.ok_or_else(|| RecordingError::data(not_yet))
+        if running.identifier().is_payload_held() {
+            let what =
+                "the payload is held, so that nothing is identified: call again once it is not";
+            return Err(RecordingError::data(what));
+        }
+        if !running.tare() {
+            return Err(not_known_yet());
+        }
+        self.end_beginning();
+        Ok(())
+    }
+
+    /// Says whether the payload stays what it is: see [`Identifier::hold_payload`]. No plan is made any more from messages
+    /// before it. A session that starts again, by itself or by [`reset`](Self::reset), holds nothing.
+    ///
+    /// # Errors
+    /// Returns [`RecordingError::Data`] for a payload that is not known yet.
+    pub fn hold_payload(&mut self, is_held: bool) -> Result<(), RecordingError> {
+        match &mut self.running {
+            Some(running) if !is_held || running.identifier().knows_weight() => {
+                running.hold_payload(is_held);
+            }
+            None if !is_held => {}
+            _ => return Err(not_known_yet()),
+        }
+        if is_held {
+            self.end_beginning();
+        }
+        Ok(())
+    }
+
+    /// Returns whether the payload is [held](Self::hold_payload).
+    #[must_use]
+    pub fn is_payload_held(&self) -> bool {
+        let running = self.running.as_ref();
+        running.is_some_and(|running| running.identifier().is_payload_held())
     }
 
     /// Returns what the session does at the moment.
@@ -253,6 +282,7 @@ impl LiveSession {
         let running = self.running.as_ref();
         LiveStatus {
             is_running: running.is_some(),
+            is_payload_held: self.is_payload_held(),
             problem: self.problem.as_ref().map(ToString::to_string),
             topics: running.map_or_else(Vec::new, |running| running.sources.names.clone()),
             messages: self.messages,
@@ -261,25 +291,6 @@ impl LiveSession {
             delay_s: running.map_or(0.0, |running| running.delay_s),
             cutoff_hz: running.map_or(0.0, |running| running.cutoff_hz),
             restarts: self.restarts,
-        }
-    }
-
-    /// Returns what is needed for the findings at a time, ns since the epoch, which takes longer than a control loop has.
-    #[must_use]
-    pub fn snapshot(&self, now_ns: u64) -> LiveSnapshot {
-        let mut noticed = self.silent_topics(now_ns);
-        noticed.extend(self.topics_not_used());
-        if self.restarts > 0 {
-            noticed.push(Finding::LiveRestarted {
-                count: self.restarts,
-            });
-        }
-        let running = self.running.as_ref();
-        noticed.extend(running.map(Running::noticed).unwrap_or_default());
-        LiveSnapshot {
-            noticed,
-            faults: running.map(Running::faults).unwrap_or_default(),
-            identifier: running.map(|running| running.identifier().clone()),
         }
     }
 
@@ -367,84 +378,37 @@ impl LiveSession {
     fn take_over(&mut self, running: Running) {
         let elapsed_s = self.beginning.elapsed_s;
         let is_first = self.running.is_none() || self.is_replaced;
-        let (is_settled, is_last) = (running.is_settled, elapsed_s >= LONGEST_BEGINNING_S);
-        if is_first || is_settled || self.has_same_beginning {
+        if is_first || running.is_settled || self.has_same_beginning {
             self.running = Some(running);
         }
         self.restarts += u64::from(self.is_replaced);
         self.is_replaced = false;
         self.problem = None;
-        if is_last {
-            self.beginning.restart();
+        if elapsed_s >= LONGEST_BEGINNING_S {
+            self.end_beginning();
+        } else {
+            self.has_same_beginning = true;
+            self.due_s = Some((LONGER * elapsed_s).min(LONGEST_BEGINNING_S));
         }
-        self.has_same_beginning = !is_last;
-        self.due_s = match (is_last, is_settled) {
-            (true, true) => None,
-            (true, false) => Some(LONGEST_BEGINNING_S),
-            (false, _) => Some((LONGER * elapsed_s).min(LONGEST_BEGINNING_S)),
-        };
     }
 
-    /// Reports topics that are used and have no messages at the moment.
-    fn silent_topics(&self, now_ns: u64) -> Vec<Finding> {
-        let used = self
+    /// Goes on with the identification that runs, unless it is to be replaced. Where it has not determined what it was to
+    /// choose, a later half minute of messages may.
+    fn end_beginning(&mut self) {
+        if self.is_replaced {
+            return;
+        }
+        let is_settled = self
             .running
-            .iter()
-            .flat_map(|running| &running.sources.names);
-        let silent = used.filter_map(|name| {
-            let last_ns = self.topics.get(name)?.last_ns?;
-            let silent_s = now_ns.saturating_sub(last_ns) as f64 * 1e-9;
-            (silent_s > LONGEST_SILENCE_S).then(|| Finding::TopicSilent {
-                topic: name.clone(),
-                silent_s,
-            })
-        });
-        silent.collect()
-    }
-
-    /// Reports topics of joint states or wrenches that are not used, unless the request names those that are.
-    fn topics_not_used(&self) -> Option<Finding> {
-        let used = &self.running.as_ref()?.sources.names;
-        let is_open = |topic: &Topic| {
-            (topic.is::<JointState>() && self.request.joint_topic.is_none())
-                || (topic.is::<WrenchStamped>()
-                    && self.request.wrench_topic.is_none()
-                    && !is_of_tactid(&topic.name))
-        };
-        let met = self.topics.values().map(|met| &met.topic);
-        let others = met.filter(|topic| is_open(topic) && !used.contains(&topic.name));
-        let topics: Vec<String> = others.map(|topic| topic.name.clone()).collect();
-        (!topics.is_empty()).then_some(Finding::TopicsNotUsed { topics })
+            .as_ref()
+            .is_some_and(|running| running.is_settled);
+        self.beginning.restart();
+        self.has_same_beginning = false;
+        self.planning = None;
+        self.due_s = (!is_settled).then_some(LONGEST_BEGINNING_S);
     }
 }
 
-/// What a live session has noticed up to some time.
-#[derive(Clone, Debug)]
-pub struct LiveSnapshot {
-    noticed: Vec<Finding>,
-    faults: Vec<DataFault>,
-    identifier: Option<Identifier>,
-}
-
-impl LiveSnapshot {
-    /// Returns all findings. Cost: some 20 ms, see [`Identifier::findings`].
-    #[must_use]
-    pub fn findings(&self) -> Vec<Finding> {
-        // Averages of a constant channel change by rounding: the session looks at the messages instead.
-        let is_of_messages =
-            |found: &DataFinding| matches!(found, DataFinding::ConstantChannels { .. });
-        let found = self.identifier.iter().flat_map(Identifier::findings);
-        let found = found.filter(|found| !is_of_messages(found));
-        self.noticed
-            .iter()
-            .cloned()
-            .chain(found.map(Finding::Data))
-            .collect()
-    }
-
-    /// Returns what could not be used of the messages.
-    #[must_use]
-    pub fn faults(&self) -> &[DataFault] {
-        &self.faults
-    }
+fn not_known_yet() -> RecordingError {
+    RecordingError::data("the payload is not known yet: call again once it is")
 }

@@ -166,6 +166,27 @@ class Identifier(_Online):
         """
         self._native.hold_payload(is_held)
 
+    def tare(self) -> bool:
+        """Sets the zero of the wrench sensor, as after its drift, and keeps the payload's estimate.
+
+        The samples that follow determine the :meth:`wrench_offset` anew, the first of them within
+        0.2 s at a cutoff of 10 Hz. A payload change that was the zero's is taken back. Nothing may
+        touch the payload meanwhile; the arm may move.
+
+        Returns:
+            Whether that is possible: ``wrench_offset`` makes the zero an unknown, 32 windows have
+            determined the load, and the payload is not held.
+        """
+        return self._native.tare()
+
+    def knows_weight(self) -> bool:
+        """Returns whether the motion has determined what a contact is measured against.
+
+        That is mass and centre of mass of the load, and the offset where it is an unknown. Until
+        then, the wrench of a contact is relative to the attitudes so far.
+        """
+        return self._native.knows_weight()
+
     def contact_wrench(self, point: str, axes: str | None = None) -> WrenchEstimate | None:
         """Returns the wrench of a contact: the measured wrench less offset and load.
 

@@ -100,16 +100,23 @@ class Session:
         return self._native.payload_changes()
 
     def tare(self) -> None:
-        """Sets the zero of the wrench sensor, and holds the payload.
-
-        The samples that follow determine the zero, the first of them within 0.2 s at a cutoff of
-        10 Hz. Nothing may touch the payload meanwhile; the arm may move.
+        """Sets the zero of the wrench sensor; see :meth:`tactid.Identifier.tare`.
 
         Raises:
-            TactidError: The payload is not known yet.
+            TactidError: The payload is not known yet, or is held.
             ArgumentError: The option ``wrench_offset`` does not make the zero an unknown.
         """
         self._native.tare()
+
+    def hold_payload(self, is_held: bool) -> None:
+        """Says whether the payload stays what it is; see :meth:`tactid.Identifier.hold_payload`.
+
+        A session that starts again, by itself or by :meth:`reset`, holds nothing.
+
+        Raises:
+            TactidError: The payload that is to be held is not known yet.
+        """
+        self._native.hold_payload(is_held)
 
     def status(self) -> LiveStatus:
         """Returns what the session does at the moment."""

@@ -17,7 +17,7 @@ from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
 from rclpy.node import Node
 from rclpy.signals import SignalHandlerOptions
 from rclpy.time import Time
-from std_srvs.srv import Trigger
+from std_srvs.srv import SetBool, Trigger
 
 from tactid._base.errors import TactidError
 from tactid._base.files import write_atomically
@@ -67,6 +67,7 @@ class LiveNode(Node):
         self.create_service(Trigger, "~/reset", self._on_reset)
         self.create_service(Trigger, "~/save", self._on_save)
         self.create_service(Trigger, "~/tare", self._on_tare)
+        self.create_service(SetBool, "~/hold", self._on_hold)
         self._contact_ns = 0
         self._changes = 0
         self._reporting: threading.Thread | None = None
@@ -170,6 +171,7 @@ class LiveNode(Node):
         own = _diagnostic("status", level, words)
         facts = {
             "running": status.is_running,
+            "payload_held": status.is_payload_held,
             "topics": ", ".join(status.topics or self._inputs.topics),
             "messages": status.messages,
             "samples": status.samples,
@@ -216,26 +218,22 @@ class LiveNode(Node):
 
     def _on_save(self, _: Any, response: Any) -> Any:
         path = Path(str(self.get_parameter("save_to").value))
-        estimate = self._session.estimate()
-        try:
+
+        def save() -> None:
+            estimate = self._session.estimate()
             if estimate is None:
                 raise TactidError("nothing is identified yet")
             write_atomically(path, self._document(estimate))
-        except (TactidError, OSError) as error:
-            response.success, response.message = False, str(error)
-        else:
-            response.success, response.message = True, f"wrote {path.absolute()}"
-        return response
+
+        return _answer(response, save, f"wrote {path.absolute()}")
 
     def _on_tare(self, _: Any, response: Any) -> Any:
-        try:
-            self._session.tare()
-        except TactidError as error:
-            response.success, response.message = False, str(error)
-        else:
-            words = "the zero of the sensor is determined anew, and the payload is held"
-            response.success, response.message = True, words
-        return response
+        done = "the zero of the sensor is determined anew"
+        return _answer(response, self._session.tare, done)
+
+    def _on_hold(self, request: Any, response: Any) -> Any:
+        done = "what the payload does not explain is a contact" if request.data else "identifies"
+        return _answer(response, lambda: self._session.hold_payload(request.data), done)
 
     def _document(self, estimate: PayloadEstimate) -> str:
         """Returns the estimate as JSON, which the option ``known_tool`` reads."""
@@ -293,6 +291,17 @@ def _named_topics(options: Options) -> dict[str, list[str]]:
 
 def _diagnostic(name: str, level: bytes, words: object) -> DiagnosticStatus:
     return DiagnosticStatus(level=level, name=f"tactid: {name}", message=str(words))
+
+
+def _answer(response: Any, act: Callable[[], None], done: str) -> Any:
+    """Returns the response of a service that acts, with what is then done or what is wrong."""
+    try:
+        act()
+    except (TactidError, OSError) as error:
+        response.success, response.message = False, str(error)
+    else:
+        response.success, response.message = True, done
+    return response
 
 
 def _wrench(contact: LiveContact) -> WrenchStamped:

@@ -1,0 +1,97 @@
+//! What a live session has noticed, for another thread.
+
+use tactid_identify::{Finding as DataFinding, Identifier};
+use tactid_logs::Topic;
+use tactid_logs::messages::{JointState, WrenchStamped};
+
+use super::running::Running;
+use super::session::LiveSession;
+use crate::sources::is_of_tactid;
+use crate::{DataFault, Finding};
+
+/// A topic that was silent for longer is reported, s: ten periods of the slowest sensor that is of use.
+const LONGEST_SILENCE_S: f64 = 1.0;
+
+impl LiveSession {
+    /// Returns what is needed for the findings at a time, ns since the epoch, which takes longer than a control loop has.
+    #[must_use]
+    pub fn snapshot(&self, now_ns: u64) -> LiveSnapshot {
+        let mut noticed = self.silent_topics(now_ns);
+        noticed.extend(self.topics_not_used());
+        if self.restarts > 0 {
+            noticed.push(Finding::LiveRestarted {
+                count: self.restarts,
+            });
+        }
+        let running = self.running.as_ref();
+        noticed.extend(running.map(Running::noticed).unwrap_or_default());
+        LiveSnapshot {
+            noticed,
+            faults: running.map(Running::faults).unwrap_or_default(),
+            identifier: running.map(|running| running.identifier().clone()),
+        }
+    }
+
+    /// Reports topics that are used and have no messages at the moment.
+    fn silent_topics(&self, now_ns: u64) -> Vec<Finding> {
+        let used = self
+            .running
+            .iter()
+            .flat_map(|running| &running.sources.names);
+        let silent = used.filter_map(|name| {
+            let last_ns = self.topics.get(name)?.last_ns?;
+            let silent_s = now_ns.saturating_sub(last_ns) as f64 * 1e-9;
+            (silent_s > LONGEST_SILENCE_S).then(|| Finding::TopicSilent {
+                topic: name.clone(),
+                silent_s,
+            })
+        });
+        silent.collect()
+    }
+
+    /// Reports topics of joint states or wrenches that are not used, unless the request names those that are.
+    fn topics_not_used(&self) -> Option<Finding> {
+        let used = &self.running.as_ref()?.sources.names;
+        let is_open = |topic: &Topic| {
+            (topic.is::<JointState>() && self.request.joint_topic.is_none())
+                || (topic.is::<WrenchStamped>()
+                    && self.request.wrench_topic.is_none()
+                    && !is_of_tactid(&topic.name))
+        };
+        let met = self.topics.values().map(|met| &met.topic);
+        let others = met.filter(|topic| is_open(topic) && !used.contains(&topic.name));
+        let topics: Vec<String> = others.map(|topic| topic.name.clone()).collect();
+        (!topics.is_empty()).then_some(Finding::TopicsNotUsed { topics })
+    }
+}
+
+/// What a live session has noticed up to some time.
+#[derive(Clone, Debug)]
+pub struct LiveSnapshot {
+    noticed: Vec<Finding>,
+    faults: Vec<DataFault>,
+    identifier: Option<Identifier>,
+}
+
+impl LiveSnapshot {
+    /// Returns all findings. Cost: some 20 ms, see [`Identifier::findings`].
+    #[must_use]
+    pub fn findings(&self) -> Vec<Finding> {
+        // Averages of a constant channel change by rounding: the session looks at the messages instead.
+        let is_of_messages =
+            |found: &DataFinding| matches!(found, DataFinding::ConstantChannels { .. });
+        let found = self.identifier.iter().flat_map(Identifier::findings);
+        let found = found.filter(|found| !is_of_messages(found));
+        self.noticed
+            .iter()
+            .cloned()
+            .chain(found.map(Finding::Data))
+            .collect()
+    }
+
+    /// Returns what could not be used of the messages.
+    #[must_use]
+    pub fn faults(&self) -> &[DataFault] {
+        &self.faults
+    }
+}
