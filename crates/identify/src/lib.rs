@@ -111,8 +111,8 @@ pub use equations::{
 };
 pub use error::{IdentifyError, digits, three_digits};
 pub use finding::{
-    Disagreement, FarCenter, Finding, Hypothesis, NextAttitude, OutlyingPose, RestingPoses, Rests,
-    UnexplainedLoad, WrongAssumption, distance_of_runs, probability,
+    Disagreement, FarCenter, Finding, Hypothesis, NextAttitude, OtherLoad, OutlyingPose,
+    RestingPoses, Rests, UnexplainedLoad, WrongAssumption, distance_of_runs, probability,
 };
 pub use fingerprint::fingerprint;
 pub use fit::{Delay, GainErrors};

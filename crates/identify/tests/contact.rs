@@ -6,10 +6,11 @@ use crate::handling;
 use nalgebra::{Isometry3, Vector3};
 use rand::{RngExt, SeedableRng, rngs::SmallRng};
 use rand_distr::StandardNormal;
-use tactid_dynamics::{BaseKind, MassProperties, Wrench};
+use tactid_dynamics::{BaseKind, MassProperties, Notice, Severity, Wrench};
 use tactid_identify::{
-    ActsOn, BatchIdentifier, BatchSettings, ContactSample, ContactState, EquationSettings,
-    HALF_WIDTH_95, Identifier, LoadEstimate, PushOutcome, RecordedContact, WORLD,
+    ActsOn, BatchIdentifier, BatchResult, BatchSettings, ContactSample, ContactState,
+    EquationSettings, Finding, HALF_WIDTH_95, Identifier, LoadEstimate, PushOutcome,
+    RecordedContact, WORLD,
 };
 
 /// Standard deviations of the sensor's noise, N and N m.
@@ -147,6 +148,11 @@ impl Trial {
 
     /// Identifies the load from the whole recording.
     fn load(&self) -> LoadEstimate {
+        self.identified().load.unwrap()
+    }
+
+    /// Identifies the payload from the whole recording.
+    fn identified(&self) -> BatchResult {
         let settings = BatchSettings {
             shown_offset: true,
             ..BatchSettings::default()
@@ -156,7 +162,7 @@ impl Trial {
         for (instant, wrenches) in self.samples() {
             batch.push(&instant.sample(&wrenches)).unwrap();
         }
-        batch.solve().unwrap().load.unwrap()
+        batch.solve().unwrap()
     }
 
     /// Compensates the whole recording with a load.
@@ -322,13 +328,6 @@ fn a_recording_has_the_contact_as_the_sensor_measures_it() {
         (2, Vector3::new(0.5, -0.5, 0.7), [0.0; 2], true),
         (3, Vector3::new(0.0, 0.7, -0.7), [1e-4, 1e-3], false),
     ] {
-        // A contact that lasts for so much of a recording would be taken for a part of an offset
-        // there.
-        let offset = if is_of_another {
-            offset
-        } else {
-            Wrench::zero()
-        };
         let trial = Trial {
             contact: Some(([6.0, 10.0], direction * 15.0)),
             joints,
@@ -361,4 +360,64 @@ fn a_recording_has_the_contact_as_the_sensor_measures_it() {
     }
     let fraction = f64::from(inside) / f64::from(samples);
     assert!((0.94..0.97).contains(&fraction), "{fraction}");
+}
+
+/// A contact for a third of a recording is left out of the identification, which names its times,
+/// whatever the offset. One for more than half is a contradiction: the rest may be the exception.
+#[test]
+fn a_long_contact_in_a_recording_is_left_out_and_named() {
+    let offset = Wrench {
+        force: Vector3::new(4.0, -2.0, 3.0),
+        moment: Vector3::new(0.2, 0.3, -0.1),
+    };
+    let cases = [
+        (0, offset, [5.0, 10.0], Vector3::new(0.0, 0.0, 15.0)),
+        (1, Wrench::zero(), [4.0, 9.0], Vector3::new(4.0, 0.0, 3.0)),
+        (2, offset, [3.0, 11.0], Vector3::new(0.0, 9.0, 12.0)),
+    ];
+    for (seed, offset, times_s, force) in cases {
+        let trial = Trial {
+            contact: Some((times_s, force)),
+            offset,
+            joints: [1e-4, 1e-3],
+            ..Trial::moving(seed)
+        };
+        let found = trial.identified();
+        let mass_kg = found.estimate.body.mass_kg;
+        let std_dev_kg = found.estimate.std_devs[0];
+        assert!(
+            (mass_kg - 3.2).abs() < 3.0 * std_dev_kg,
+            "{mass_kg} {std_dev_kg}"
+        );
+        assert!(std_dev_kg < 0.01, "{std_dev_kg}");
+        let Finding::OtherLoad(part) = &found.findings[0] else {
+            panic!("{:?}", found.findings);
+        };
+        let [[from_s, to_s]] = part.parts[..] else {
+            panic!("{part:?}");
+        };
+        assert!((from_s - times_s[0]).abs() < 0.15 && (to_s - times_s[1]).abs() < 0.15);
+        assert!(
+            (part.force_rms - force.norm()).abs() < 0.05 * force.norm(),
+            "{part:?}"
+        );
+        let is_most = times_s[1] - times_s[0] > 7.0;
+        let severity = if is_most {
+            Severity::Contradicts
+        } else {
+            Severity::Doubts
+        };
+        assert_eq!(found.findings[0].severity(), severity);
+    }
+    let without = Trial {
+        offset,
+        ..Trial::moving(3)
+    }
+    .identified();
+    let other = |found: &Finding| matches!(found, Finding::OtherLoad(_));
+    assert!(
+        !without.findings.iter().any(other),
+        "{:?}",
+        without.findings
+    );
 }

@@ -8,8 +8,10 @@ use tactid_dynamics::{InertialParameters, Manipulator};
 use super::equation_batch::EquationBatch;
 use super::forecast::Forecast;
 use super::history::history;
+use super::other_load::{Parts, leave_out};
 use super::report::FitReport;
 use super::rests::{is_one_attitude, rests};
+use super::shown_offset::identified;
 use crate::contact::LoadEstimate;
 use crate::diagnosis::{
     ConsistentPayload, LEAST_WINDOWS, consistent_payload, data_findings, mass_finding,
@@ -59,6 +61,8 @@ struct Solution<'a> {
     explanation: Option<Explanation>,
     /// The offset that the data have shown and the fit has.
     offset: Option<WrongAssumption>,
+    /// Parts of the recording with another load, which the fit leaves out.
+    other_load: Option<Parts>,
 }
 
 impl BatchSettings {
@@ -278,12 +282,14 @@ impl BatchIdentifier {
         };
         let options = FitOptions {
             known_mass: Some(known.mass_of_load(mass)),
+            used: solution.other_load.as_ref().map(Parts::is_rest),
             ..solution.found.values.options(&solution.channels)
         };
         let equations = &solution.found.equations;
         let fit = least_squares::fit(equations, options);
-        fit.map(Some)
-            .ok_or_else(|| self.stream.too_few_windows(equations.len()))
+        let mut fit = fit.ok_or_else(|| self.stream.too_few_windows(equations.len()))?;
+        leave_out(solution.other_load.as_ref(), &mut fit);
+        Ok(Some(fit))
     }
 
     /// Returns what was noticed, given the fit that is reported, the payload that is consistent
@@ -335,6 +341,9 @@ impl BatchIdentifier {
             of_rests => findings.extend(of_rests.map(Finding::ConsistsOfRests)),
         }
         findings.extend(of_model);
+        if let Some(parts) = &solution.other_load {
+            parts.report(fit, &mut findings);
+        }
         findings
     }
 
@@ -353,13 +362,15 @@ impl BatchIdentifier {
             return Ok(given);
         };
         let with_offset = self.solution(given.channels.clone().with_offsets(true))?;
-        Ok(match self.identified(shown, &with_offset.found.fit) {
-            Some(offset) => Solution {
-                offset: Some(offset),
-                ..with_offset
+        Ok(
+            match identified(shown, &with_offset.found.fit, self.stream.offset_frame()) {
+                Some(offset) => Solution {
+                    offset: Some(offset),
+                    ..with_offset
+                },
+                None => given,
             },
-            None => given,
-        })
+        )
     }
 
     /// Fits the parameters, and the further unknowns of the settings, with the offsets of some
@@ -367,9 +378,14 @@ impl BatchIdentifier {
     fn solution(&self, channels: Channels) -> Result<Solution<'_>, IdentifyError> {
         let equations = self.batch.equations();
         let (gravity, unknowns) = (self.stream.gravity(), self.equations.unknowns);
-        let options = FitOptions::new(&channels);
+        let other_load = Parts::find(equations, &self.stream);
+        let options = FitOptions {
+            used: other_load.as_ref().map(Parts::is_rest),
+            ..FitOptions::new(&channels)
+        };
         let found = further::fit(equations, options, &gravity, unknowns);
-        let found = found.ok_or_else(|| self.stream.too_few_windows(equations.len()))?;
+        let mut found = found.ok_or_else(|| self.stream.too_few_windows(equations.len()))?;
+        leave_out(other_load.as_ref(), &mut found.fit);
         // Fewer windows, or one attitude, show no assumption to be wrong: none is corrected by
         // them. In one attitude under gravity, an offset and the weight are one.
         let is_weighed = self.stream.gravity().norm() > 0.0 && is_one_attitude(equations);
@@ -382,35 +398,20 @@ impl BatchIdentifier {
             found,
             explanation,
             offset: None,
-        })
-    }
-
-    /// Returns a shown offset as a fit has identified it; `None` where the motion does not
-    /// distinguish it from the payload.
-    fn identified(&self, shown: &WrongAssumption, fit: &Fit) -> Option<WrongAssumption> {
-        let offset = fit.wrench_offset(self.stream.offset_frame())?;
-        let std_devs = offset
-            .std_devs
-            .filter(|each| each.iter().all(|s| s.is_finite()))?;
-        Some(WrongAssumption {
-            values: offset.values().to_vec(),
-            std_devs: std_devs.to_vec(),
-            is_applied: true,
-            ..shown.clone()
+            other_load,
         })
     }
 
     /// Returns the estimate without any information: every value is unobservable.
     #[must_use]
     pub fn unknown(&self) -> PayloadEstimate {
-        let nothing = body_of(&SVector::zeros());
-        let of_values = &ValueStdDevs::UNKNOWN;
-        let frame = self.frame.clone();
+        let (frame, nothing) = (self.frame.clone(), body_of(&SVector::zeros()));
+        let is_physical = is_physical(&nothing);
         self.counted(estimate(
             frame,
             nothing,
-            is_physical(&nothing),
-            of_values,
+            is_physical,
+            &ValueStdDevs::UNKNOWN,
             None,
         ))
     }

@@ -4,9 +4,11 @@ mod equation_batch;
 mod forecast;
 mod history;
 mod identifier;
+mod other_load;
 pub mod preview;
 mod report;
 mod rests;
+mod shown_offset;
 
 pub use equation_batch::EquationBatch;
 pub use forecast::Forecast;

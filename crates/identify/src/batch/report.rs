@@ -141,7 +141,10 @@ fn validate(
     options: FitOptions<'_>,
     held_out: &[bool],
 ) -> [Vec<f64>; 2] {
-    let seen: Vec<bool> = held_out.iter().map(|held| !held).collect();
+    let weighted = held_out.iter().zip(&whole.weights);
+    let seen: Vec<bool> = weighted
+        .map(|(held, weight)| !held && *weight > 0.0)
+        .collect();
     let options = FitOptions {
         used: Some(&seen),
         known_mass: whole.known_mass,

@@ -2,6 +2,7 @@
 
 mod assumption_words;
 mod load_words;
+mod other_load;
 mod rest_words;
 mod resting_poses;
 mod run_words;
@@ -21,6 +22,7 @@ use crate::checks::{
 };
 use crate::sampling::Sampling;
 
+pub use self::other_load::OtherLoad;
 pub use self::resting_poses::{FarCenter, NextAttitude, OutlyingPose, RestingPoses, Rests};
 pub use self::run_words::{distance_of_runs, probability};
 pub(crate) use self::wrong_assumption::CHANNELS;
@@ -276,6 +278,9 @@ pub enum Finding {
     /// Several recordings of one payload differ by more than their noise. The combined intervals
     /// include what varies.
     RunsDisagree(Disagreement),
+    /// In parts of the recording, the load is not that of the rest: something touched the payload,
+    /// or it was another one.
+    OtherLoad(OtherLoad),
     /// Some windows are outliers, for example because of an impact, and have next to no weight.
     Outliers {
         /// Number of outliers.
@@ -337,6 +342,7 @@ impl Notice for Finding {
             }
             Self::PositionsJump(jumps) => jumps.are_of_two_sources(),
             Self::ConsistsOfRests(found) if found.is_one_attitude() => true,
+            Self::OtherLoad(found) => found.is_most(),
             Self::ConstantChannels {
                 is_left_out: true, ..
             } => return Severity::Notes,

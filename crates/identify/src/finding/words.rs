@@ -61,6 +61,7 @@ pub(super) fn sentences(finding: &Finding, reader: Reader) -> String {
             within_box,
         } => inconsistent(*distance, *within_box, reader),
         Finding::RunsDisagree(found) => runs_disagree(found),
+        Finding::OtherLoad(found) => found.words(),
         Finding::Outliers { outliers, windows } => outlying_windows(*outliers, *windows),
         Finding::PosesAtRest(_)
         | Finding::OutlyingPose(_)

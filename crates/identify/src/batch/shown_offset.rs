@@ -1,0 +1,24 @@
+//! An offset of the wrenches that the data have shown.
+
+use crate::equations::OffsetFrame;
+use crate::finding::WrongAssumption;
+use crate::fit::Fit;
+
+/// Returns a shown offset as a fit has identified it, in a frame; `None` where the motion does not
+/// distinguish it from the payload.
+pub(super) fn identified(
+    shown: &WrongAssumption,
+    fit: &Fit,
+    frame: &OffsetFrame,
+) -> Option<WrongAssumption> {
+    let offset = fit.wrench_offset(frame)?;
+    let std_devs = offset
+        .std_devs
+        .filter(|each| each.iter().all(|s| s.is_finite()))?;
+    Some(WrongAssumption {
+        values: offset.values().to_vec(),
+        std_devs: std_devs.to_vec(),
+        is_applied: true,
+        ..shown.clone()
+    })
+}
