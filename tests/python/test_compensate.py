@@ -16,6 +16,7 @@ from recordings import EPOCH_NS, STORE, description, joint_states, state, wrench
 
 NOISE = np.array([0.3] * 3 + [0.02] * 3)
 OFFSET = np.array([4, -2, 3, 0.2, 0.3, -0.1])
+ALL, FORCES = slice(6), slice(3)
 
 
 def _touched(time: np.ndarray) -> np.ndarray:
@@ -24,10 +25,13 @@ def _touched(time: np.ndarray) -> np.ndarray:
     return np.where(during[:, None], [9.0, 0, -12, 0, 0.5, 0], 0.0)
 
 
-def _record(folder: Path, seed: int, contact: float, storage: StoragePlugin) -> Path:
+def _record(
+    folder: Path, seed: int, contact: float, storage: StoragePlugin, channels: slice = ALL
+) -> Path:
     s = state(Arm(), 10.0, 200.0)
     noise = np.random.default_rng(seed).normal(size=s.wrench.shape) * NOISE
-    measured = s.wrench + OFFSET + noise + contact * _touched(s.time)
+    measured = np.zeros_like(s.wrench)
+    measured[:, channels] = (s.wrench + OFFSET + noise + contact * _touched(s.time))[:, channels]
     messages = [description(), *joint_states(s), *wrenches(s.time, measured)]
     return write_bag(folder, messages, storage=storage)
 
@@ -142,6 +146,17 @@ def test_a_copy_of_the_log_has_the_wrenches(
         assert done.returncode == 2
         assert reason in done.stderr
     assert {each.name for each in tmp_path.iterdir()} == {"out"}
+
+
+def test_a_sensor_without_moments_has_a_greatest_force(
+    bags: tuple[Path, Path], payload: Path, command: TactidCommand, tmp_path: Path
+) -> None:
+    bag = _record(tmp_path / "forces", 1, 1.0, StoragePlugin.MCAP, FORCES)
+    done = command("compensate", bag, "--payload", payload, "--out", "out")
+    assert done.returncode == 0, done.stderr
+    assert "greatest force of the contact is 15" in done.stderr
+    assert "greatest moment" not in done.stderr
+    assert done.stdout.count("not measured") == 6
 
 
 def test_what_a_copy_lacks_of_another_topic_is_named(

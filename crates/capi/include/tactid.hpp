@@ -1,6 +1,6 @@
 // Copyright the authors of tactid. Licensed under MIT or Apache-2.0, at your option.
 //
-// The C interface of tactid for C++17: owns the handle, and answers with results instead of exceptions.
+// The C interface of tactid for C++17: owns the handle, and returns results instead of throwing exceptions.
 // tactid.h documents units, frames, signs and threads. Methods that are `noexcept` throw nothing and, where tactid.h says
 // so, allocate nothing.
 #ifndef TACTID_HPP
@@ -95,13 +95,13 @@ class Identifier {
   }
 
   /// Completes the update by the most recent window.
-  void finish() noexcept { tactid_identifier_finish(handle_.get()); }
+  tactid_status finish() noexcept { return tactid_identifier_finish(handle_.get()); }
 
-  /// Returns what is known now.
-  tactid_estimate estimate() const noexcept {
+  /// Returns what is known now; nothing after an error of tactid itself.
+  std::optional<tactid_estimate> estimate() const noexcept {
     auto estimate = sized<tactid_estimate>();
-    tactid_identifier_estimate(handle_.get(), &estimate);
-    return estimate;
+    const bool is_written = !failed(tactid_identifier_estimate(handle_.get(), &estimate));
+    return is_written ? std::optional(estimate) : std::nullopt;
   }
 
   /// Returns the offset of the wrenches; nothing where it is not known.

@@ -1,10 +1,10 @@
-//! How a call answers.
+//! What a call returns.
 
 use std::ffi::CStr;
 
 use tactid_identify::IdentifyError;
 
-/// How a call answers; negative values are errors, and nothing has changed then.
+/// What a call returns; negative values are errors, and no estimate has changed then.
 #[repr(i32)]
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum tactid_status {

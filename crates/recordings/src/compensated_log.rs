@@ -29,7 +29,7 @@ type Six = [f64; 6];
 /// Wrenches at a time, as a picture shows them.
 #[derive(Clone, Copy, Debug)]
 pub struct WrittenWrench {
-    /// Time since that of the first sample's clock zero, s.
+    /// Time since that of [`CompensationReport::start_ns`], s.
     pub time_s: f64,
     /// Measured wrench through the filter, N and N m.
     pub measured: Six,
@@ -44,9 +44,9 @@ pub struct WrittenWrench {
 pub struct WrenchSummary {
     /// Number of samples, and of those that have wrenches.
     pub samples: [u64; 2],
-    /// Rms of the measured wrench through the filter, N and N m.
+    /// Rms of the measured wrench through the filter, N and N m; NaN where a channel is not measured.
     pub measured_rms: Six,
-    /// Rms of the wrench of the contact, N and N m.
+    /// Rms of the wrench of the contact, N and N m; NaN where a channel is not measured.
     pub contact_rms: Six,
     /// Sample with the largest force of a contact, and that with the largest moment.
     pub greatest: Option<[WrittenWrench; 2]>,
@@ -254,14 +254,14 @@ fn after_stamp_ns(log: &LogReader, topics: &[String]) -> Result<i64, RecordingEr
 }
 
 impl WrittenWrench {
-    /// Size of the force of the contact, N.
+    /// Size of the force of the contact, N; a channel that is not measured counts as zero.
     fn force_n(&self) -> f64 {
-        self.contact[..3].iter().map(|x| x * x).sum::<f64>().sqrt()
+        size(&self.contact[..3])
     }
 
-    /// Size of the moment of the contact, N m.
+    /// Size of the moment of the contact, N m; a channel that is not measured counts as zero.
     fn moment_nm(&self) -> f64 {
-        self.contact[3..].iter().map(|x| x * x).sum::<f64>().sqrt()
+        size(&self.contact[3..])
     }
 
     /// Returns this one or another, whichever is larger.
@@ -272,6 +272,12 @@ impl WrittenWrench {
             self
         }
     }
+}
+
+/// Returns the length of a vector without the entries that are NaN.
+fn size(vector: &[f64]) -> f64 {
+    let measured = vector.iter().filter(|entry| !entry.is_nan());
+    measured.map(|entry| entry * entry).sum::<f64>().sqrt()
 }
 
 impl WrenchSummary {

@@ -19,6 +19,9 @@ const LONGEST_BEGINNING_S: f64 = 30.0;
 /// A plan that succeeded is made once more from a beginning that is so many times as long.
 const LONGER: f64 = 2.5;
 
+/// Problem where the thread that plans has panicked; a later beginning may do without it.
+const PLAN_FAILED: &str = "an error of tactid itself, which standard error describes: please report it";
+
 /// Time to the next attempt after one that failed, s.
 const RETRY_S: f64 = 2.0;
 
@@ -87,8 +90,8 @@ type Planning = (u64, JoinHandle<Result<Running, RecordingError>>);
 /// Identifies a payload from messages while they come.
 ///
 /// Nothing has to be known of them: what a request leaves open (topics, robot, frames, delay, offset, cutoff) is chosen
-/// from the first seconds, as [`identify_log`](crate::identify_log) does, and once more from 30 s. The estimate then is
-/// that of all messages since the beginning. Memory is bounded.
+/// from the first seconds, as [`identify_log`](crate::identify_log) does, and again from longer beginnings, the last of
+/// 30 s. The estimate then is that of all messages since the beginning. Memory is bounded.
 pub struct LiveSession {
     pub(super) request: Arc<Request>,
     settings: LiveSettings,
@@ -319,7 +322,7 @@ impl LiveSession {
                 self.start_again();
                 (self.is_replaced, self.due_s, self.problem) = (false, None, None);
             }
-            MOST_WITHOUT_SAMPLE if !self.is_replaced => {
+            MOST_WITHOUT_SAMPLE.. if !self.is_replaced => {
                 self.start_again();
                 self.is_replaced = true;
             }
@@ -358,7 +361,7 @@ impl LiveSession {
             return Ok(());
         };
         let planned = planned.join();
-        match planned.unwrap_or_else(|panic| std::panic::resume_unwind(panic)) {
+        match planned.unwrap_or_else(|_| Err(RecordingError::data(PLAN_FAILED))) {
             Ok(mut running) => {
                 for message in self.beginning.since(pushed) {
                     running.take(message)?;

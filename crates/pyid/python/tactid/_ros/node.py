@@ -70,6 +70,7 @@ class LiveNode(Node):
         self.create_service(SetBool, "~/hold", self._on_hold)
         self._contact_ns = 0
         self._changes = 0
+        self._contradiction: str | None = None
         self._reporting: threading.Thread | None = None
 
     def run(self, executor: SingleThreadedExecutor) -> None:
@@ -119,7 +120,7 @@ class LiveNode(Node):
 
     def _publish(self) -> None:
         estimate = self._session.estimate()
-        if estimate is None:
+        if estimate is None or self._contradiction is not None:
             return
         message = InertiaStamped()
         message.header.stamp = _stamp(self._session.status().last_ns)
@@ -145,6 +146,8 @@ class LiveNode(Node):
 
     def _report(self, known: list[DiagnosticStatus]) -> None:
         findings, faults = self._session.notices()
+        contradictions = (str(finding) for finding in findings if finding.contradicts_result)
+        self._contradiction = next(contradictions, None)
         array = DiagnosticArray()
         array.header.stamp = self.get_clock().now().to_msg()
         of_findings = [
@@ -163,7 +166,9 @@ class LiveNode(Node):
         estimate = self._session.estimate()
         if estimate is not None:
             level, words = DiagnosticStatus.OK, estimate.summary
-            if status.problem is not None:
+            if self._contradiction is not None:
+                level, words = DiagnosticStatus.ERROR, self._contradiction
+            elif status.problem is not None:
                 level, words = DiagnosticStatus.WARN, status.problem
         else:
             waits = "waiting for messages"
@@ -213,6 +218,7 @@ class LiveNode(Node):
 
     def _on_reset(self, _: Any, response: Any) -> Any:
         self._session.reset()
+        self._contradiction = None
         response.success, response.message = True, "begins again with the next message"
         return response
 

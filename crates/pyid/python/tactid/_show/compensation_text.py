@@ -1,5 +1,7 @@
 """The table of a compensation: the wrench before and after, and the greatest contact."""
 
+import math
+
 from rich.table import Table
 
 from tactid._results.compensation import CompensatedLog
@@ -23,8 +25,12 @@ def rich_table(written: CompensatedLog) -> Table:
         column.justify = "right"
     rows = zip(CHANNELS, written.measured_rms, written.contact_rms, strict=True)
     for (name, unit), before, after in rows:
-        table.add_row(name, f"{before:.4g}", f"{after:.4g}", unit)
+        table.add_row(name, _number(before), _number(after), unit)
     return table
+
+
+def _number(value: float) -> str:
+    return "not measured" if math.isnan(value) else f"{value:.4g}"
 
 
 def lines(written: CompensatedLog) -> list[str]:
@@ -38,8 +44,15 @@ def lines(written: CompensatedLog) -> list[str]:
         ("N", "N m"),
         strict=False,
     ):
-        size = sum(value * value for value in contact[part]) ** 0.5
-        around = f"standard deviation {max(std_devs[part]):.2g} {unit}"
+        measured = [
+            (value, std_dev)
+            for value, std_dev in zip(contact[part], std_devs[part], strict=True)
+            if not math.isnan(value)
+        ]
+        if not measured:
+            continue
+        size = math.hypot(*(value for value, _ in measured))
+        around = f"standard deviation {max(std_dev for _, std_dev in measured):.2g} {unit}"
         found.append(
             f"The greatest {name} of the contact is {size:.3g} {unit} at {time:.3f} s ({around})."
         )
