@@ -186,6 +186,7 @@ def test_a_contact_is_what_the_load_does_not_explain(
         identifier = tactid.Identifier(robot, ["tool0"], gravity=[0, 0, 0], wrench_acts_on="sensor")
         assert identifier.contact_wrench("tool0") is None
         assert identifier.estimate_before_change() is None
+        assert not identifier.hold_payload()
         for rows in np.split(np.arange(3000), [2000]):
             rest = at_rest(len(rows))
             identifier.push(time[rows], q[rows], qd[rows], -wrench[rows, None], **rest)

@@ -166,7 +166,7 @@ def test_a_simulated_arm_is_pushed() -> None:
     # A tare takes nothing away from a payload whose weight the motion has determined.
     before = identifier.estimate().mass
     assert identifier.knows_weight()
-    identifier.hold_payload()
+    assert identifier.hold_payload()
     assert not identifier.tare()
     identifier.hold_payload(False)
     assert identifier.tare()

@@ -6,7 +6,8 @@
 // - Units are SI. Vectors and matrices are rows of doubles; quaternions are x, y, z, w.
 // - A struct begins with its `size`, which the caller sets to `sizeof`. Members that later versions add stand
 //   at its end, and zero in any member means its default: `tactid_options options = {.size = sizeof options};`.
-// - A call answers with a status; negative ones are errors, and nothing has changed then. Nothing aborts or throws.
+// - A call returns a status; negative ones are errors, and no estimate has changed then. Nothing throws, and nothing
+//   aborts but an allocation that fails.
 // - All memory but the identifier is the caller's. Pointers are read during a call alone.
 // - Calls with different identifiers are independent. One identifier is used by one thread at a time; calls that take it
 //   as `const` may run at the same time as each other.
@@ -77,6 +78,31 @@
 #define TACTID_EFFORT_EXTERNAL 2
 
 /**
+ * Wrenches are those on the payload: the default.
+ */
+#define TACTID_ACTS_ON_PAYLOAD 0
+
+/**
+ * Wrenches are those on the sensor, which most force-torque sensors report.
+ */
+#define TACTID_ACTS_ON_SENSOR 1
+
+/**
+ * Nothing but a constant was subtracted from the wrenches: the default.
+ */
+#define TACTID_WRENCH_RAW 0
+
+/**
+ * The weight of the configured payload was subtracted, but not the forces that accelerate it.
+ */
+#define TACTID_WRENCH_WITHOUT_WEIGHT 1
+
+/**
+ * The weight of the configured payload and the forces that accelerate it were subtracted.
+ */
+#define TACTID_WRENCH_CONTACT 2
+
+/**
  * The load is that of the payload that is held, as far as the measurements show.
  */
 #define TACTID_SETTLED 0
@@ -89,7 +115,7 @@
 #define TACTID_CHANGING 1
 
 /**
- * How a call answers; negative values are errors, and nothing has changed then.
+ * What a call returns; negative values are errors, and no estimate has changed then.
  */
 enum tactid_status
 #if defined(__cplusplus) || __STDC_VERSION__ >= 202311L
@@ -171,7 +197,7 @@ typedef struct tactid_identifier tactid_identifier;
 
 /**
  * How samples are measured and used. Zero in any member but `size` means its default. Names are
- * those of the options of tactid in Python where both have one.
+ * those of the options of tactid in Python where both have one, and so are those in findings.
  */
 typedef struct tactid_options {
   /**
@@ -218,7 +244,7 @@ typedef struct tactid_options {
   /**
    * What efforts contain: one of `TACTID_EFFORT_...`.
    */
-  uint32_t effort_content;
+  uint32_t efforts_are;
   /**
    * Name of the link along whose axes the wrenches are expressed, or `world`. Default: the axes
    * of each sensor's own frame. Moments are about the origin of the sensor's frame in any case.
@@ -235,15 +261,16 @@ typedef struct tactid_options {
    */
   double effort_noise;
   /**
-   * The body whose load was subtracted from the wrenches before they are given here, as
-   * controllers do for their configured payload, in the tip's frame: mass, kg; centre of mass,
-   * m; inertia about it, kg m² (xx, xy, xz, yy, yz, zz). Default: none.
+   * The payload that is configured in the controller, which subtracts it from the wrenches as
+   * `wrench_is` says, in the tip's frame: mass, kg; centre of mass, m; inertia about it, kg m²
+   * (xx, xy, xz, yy, yz, zz). Default: none.
    */
-  const double *subtracted_body;
+  const double *configured_payload;
   /**
-   * Nonzero: the forces that accelerate that body were subtracted beside its weight.
+   * What was subtracted from the wrenches: one of `TACTID_WRENCH_...`. All but the default need
+   * `configured_payload`.
    */
-  uint32_t subtracted_with_inertia;
+  uint32_t wrench_is;
   /**
    * Channels of the only wrench sensor that measure nothing: bit k is channel k of three forces,
    * then three moments.
@@ -259,6 +286,26 @@ typedef struct tactid_options {
    * move relative to the tip or to the ground. Default: the link of `wrench_point`.
    */
   const char *wrench_point_axes;
+  /**
+   * Body on which the wrenches of the samples act: one of `TACTID_ACTS_ON_...`. Wrenches that
+   * calls return have the sign of those of the samples.
+   */
+  uint32_t wrench_acts_on;
+  /**
+   * Delay of the wrenches relative to the joints of the same sample, s, between -1 and 1: it is
+   * subtracted from their times, and estimates lag the samples by as much. Default: 0.
+   */
+  double delay_s;
+  /**
+   * A known body that the measured load contains besides the payload, as a gripper beyond the
+   * sensor, in the tip's frame: ten numbers as those of `configured_payload`. Default: none.
+   */
+  const double *known_tool;
+  /**
+   * Standard deviations of the ten numbers of `known_tool`, which are part of those of the
+   * payload. Default: it is exact.
+   */
+  const double *known_tool_std_devs;
 } tactid_options;
 
 /**
@@ -297,9 +344,8 @@ typedef struct tactid_sample {
    */
   size_t wrench_count;
   /**
-   * Wrench of each sensor **on the payload**, in the sensor's frame and about its origin: three
-   * forces, N, then three moments, N m. A sensor that reports what acts on itself has the
-   * opposite sign.
+   * Wrench of each sensor in its frame and about its origin: three forces, N, then three
+   * moments, N m. It acts on the payload unless the option `wrench_acts_on` says otherwise.
    */
   const double *wrenches;
   /**
@@ -569,9 +615,10 @@ tactid_status tactid_identifier_contact_wrench(const struct tactid_identifier *i
                                                struct tactid_wrench *contact);
 
 /**
- * Says whether the payload stays what it is (nonzero), as while a gripper is closed. Samples of
- * such a time neither update the estimate nor show a payload change, and whatever the load does
- * not explain is a contact. Allocates nothing.
+ * Holds the payload (nonzero), from when it has settled until the gripper opens, or ends that
+ * (zero). Samples of such a time neither update the estimate nor show a payload change, and
+ * whatever the load does not explain is a contact. A payload that fewer than 32 windows determine
+ * is not held: `TACTID_STATUS_UNKNOWN`. Allocates nothing.
  *
  * # Safety
  * `identifier` was created here.

@@ -119,8 +119,10 @@ class Identifier {
     return known(tactid_identifier_contact_wrench);
   }
 
-  /// Says whether the payload stays what it is, as while a gripper is closed.
-  void hold_payload(bool is_held) noexcept { tactid_identifier_hold_payload(handle_.get(), is_held); }
+  /// Holds the payload or ends that; returns whether that is possible, see `tactid_identifier_hold_payload`.
+  bool hold_payload(bool is_held) noexcept {
+    return tactid_identifier_hold_payload(handle_.get(), is_held) == TACTID_STATUS_OK;
+  }
 
   /// Sets the zero of the sensor; returns whether that is possible, see `tactid_identifier_tare`.
   bool tare() noexcept { return tactid_identifier_tare(handle_.get()) == TACTID_STATUS_OK; }

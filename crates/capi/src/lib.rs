@@ -24,9 +24,10 @@ use tactid_identify::{Identifier, Manipulator, PushOutcome, WrenchFrame};
 
 pub use estimate::{TACTID_IDENTIFIABLE, TACTID_UNCERTAIN, TACTID_UNOBSERVABLE, tactid_estimate};
 pub use options::{
-    TACTID_EFFORT_EXTERNAL, TACTID_EFFORT_MEASURED, TACTID_EFFORT_WITHOUT_GRAVITY,
-    TACTID_METHOD_COMBINED, TACTID_METHOD_COMBINED_WITH_EFFORT, TACTID_METHOD_EFFORT,
-    TACTID_METHOD_JOINT_SENSING, TACTID_METHOD_TACTILE, tactid_options,
+    TACTID_ACTS_ON_PAYLOAD, TACTID_ACTS_ON_SENSOR, TACTID_EFFORT_EXTERNAL, TACTID_EFFORT_MEASURED,
+    TACTID_EFFORT_WITHOUT_GRAVITY, TACTID_METHOD_COMBINED, TACTID_METHOD_COMBINED_WITH_EFFORT,
+    TACTID_METHOD_EFFORT, TACTID_METHOD_JOINT_SENSING, TACTID_METHOD_TACTILE,
+    TACTID_WRENCH_CONTACT, TACTID_WRENCH_RAW, TACTID_WRENCH_WITHOUT_WEIGHT, tactid_options,
 };
 pub use sample::tactid_sample;
 pub use status::tactid_status;
@@ -151,7 +152,9 @@ unsafe fn created(
         .map_err(|error| Failure::robot(error.to_string()))?;
     let needs_all = options.method != TACTID_METHOD_TACTILE;
     let samples = Samples::new(&robot, &joints, tip, &sensors, needs_all)?;
-    let identifier = Identifier::new(&robot, tip, &sensors, &settings)?;
+    // SAFETY: the caller's promise.
+    let online = unsafe { options.online_settings() }?;
+    let identifier = Identifier::with_settings(&robot, tip, &sensors, &settings, &online)?;
     // SAFETY: the caller's promise.
     let wrench_frame = unsafe { options.wrench_frame(&identifier, tip) }?;
     Ok(tactid_identifier {
@@ -324,9 +327,10 @@ pub unsafe extern "C" fn tactid_identifier_contact_wrench(
     })
 }
 
-/// Says whether the payload stays what it is (nonzero), as while a gripper is closed. Samples of
-/// such a time neither update the estimate nor show a payload change, and whatever the load does
-/// not explain is a contact. Allocates nothing.
+/// Holds the payload (nonzero), from when it has settled until the gripper opens, or ends that
+/// (zero). Samples of such a time neither update the estimate nor show a payload change, and
+/// whatever the load does not explain is a contact. A payload that fewer than 32 windows determine
+/// is not held: `TACTID_STATUS_UNKNOWN`. Allocates nothing.
 ///
 /// # Safety
 /// `identifier` was created here.
@@ -337,10 +341,9 @@ pub unsafe extern "C" fn tactid_identifier_hold_payload(
 ) -> tactid_status {
     guarded(|| {
         // SAFETY: the caller's promise.
-        unsafe { border::place(identifier) }?
-            .identifier
-            .hold_payload(is_held != 0);
-        Ok(tactid_status::Ok)
+        let identifier = unsafe { border::place(identifier) }?;
+        let is_so = identifier.identifier.hold_payload(is_held != 0);
+        Ok(tactid_status::known(is_so))
     })
 }
 
@@ -359,12 +362,8 @@ pub unsafe extern "C" fn tactid_identifier_tare(
 ) -> tactid_status {
     guarded(|| {
         // SAFETY: the caller's promise.
-        let is_set = unsafe { border::place(identifier) }?.identifier.tare();
-        Ok(if is_set {
-            tactid_status::Ok
-        } else {
-            tactid_status::Unknown
-        })
+        let identifier = unsafe { border::place(identifier) }?;
+        Ok(tactid_status::known(identifier.identifier.tare()))
     })
 }
 

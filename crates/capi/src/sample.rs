@@ -27,9 +27,8 @@ pub struct tactid_sample {
     pub effort: *const f64,
     /// Number of wrenches: that of the sensors.
     pub wrench_count: usize,
-    /// Wrench of each sensor **on the payload**, in the sensor's frame and about its origin: three
-    /// forces, N, then three moments, N m. A sensor that reports what acts on itself has the
-    /// opposite sign.
+    /// Wrench of each sensor in its frame and about its origin: three forces, N, then three
+    /// moments, N m. It acts on the payload unless the option `wrench_acts_on` says otherwise.
     pub wrenches: *const f64,
     /// State of a floating base in the inertial frame, 13 numbers: position, m; orientation as a
     /// quaternion x, y, z, w, from the base to the inertial frame; velocity of its origin, m/s;

@@ -43,6 +43,13 @@ pub enum tactid_status {
     Internal = -8,
 }
 
+impl tactid_status {
+    /// Returns whether what is asked for is known.
+    pub(crate) fn known(is_known: bool) -> Self {
+        if is_known { Self::Ok } else { Self::Unknown }
+    }
+}
+
 /// Returns what a status means.
 pub(crate) fn meaning(status: i32) -> &'static CStr {
     match status {

@@ -129,7 +129,7 @@ impl Trial {
         for (instant, wrenches) in self.samples() {
             if self.hold {
                 // Until the contact ends: later windows have none of its samples.
-                identifier.hold_payload(instant.time_s > 5.0 && instant.time_s < 10.0);
+                assert!(identifier.hold_payload(instant.time_s > 5.0 && instant.time_s < 10.0));
             }
             match identifier.push(&instant.sample(&wrenches)).unwrap() {
                 PushOutcome::PayloadChanged => seen.alarms.push(instant.time_s),

@@ -111,7 +111,7 @@ impl LiveSession {
         detached(py, || self.lock().tare())?.map_err(IntoPyErr::into_py_err)
     }
 
-    /// Says whether the payload stays what it is.
+    /// Holds the payload or ends that.
     fn hold_payload(&self, py: Python<'_>, is_held: bool) -> PyResult<()> {
         let held = detached(py, || self.lock().hold_payload(is_held))?;
         held.map_err(IntoPyErr::into_py_err)

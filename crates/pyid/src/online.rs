@@ -135,8 +135,8 @@ impl Identifier {
         detached(py, || lock(&self.0).time_since_change_s())
     }
 
-    /// Says whether the payload stays what it is.
-    fn hold_payload(&self, py: Python<'_>, is_held: bool) -> PyResult<()> {
+    /// Holds the payload or ends that, and returns whether that is possible.
+    fn hold_payload(&self, py: Python<'_>, is_held: bool) -> PyResult<bool> {
         detached(py, || lock(&self.0).hold_payload(is_held))
     }
 

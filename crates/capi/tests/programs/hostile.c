@@ -80,8 +80,21 @@ static void wrong_options(void) {
   CHECK(try_new(URDF, "tool0", JOINTS, 3, &options) == TACTID_STATUS_INVALID_OPTION);
   expect_error("cutoff_hz");
   const double body[10] = {1.0, NAN};
-  options = (tactid_options){.size = sizeof options, .subtracted_body = body};
+  options = (tactid_options){.size = sizeof options, .configured_payload = body, .wrench_is = 1};
   CHECK(try_new(URDF, "tool0", JOINTS, 3, &options) == TACTID_STATUS_INVALID_OPTION);
+  expect_error("not finite");
+  const double tool[10] = {1.0, 0.0, 0.0, 0.05};
+  options = (tactid_options){.size = sizeof options, .configured_payload = tool};
+  CHECK(try_new(URDF, "tool0", JOINTS, 3, &options) == TACTID_STATUS_INVALID_OPTION);
+  expect_error("raw");
+  options = (tactid_options){.size = sizeof options, .wrench_is = TACTID_WRENCH_CONTACT};
+  CHECK(try_new(URDF, "tool0", JOINTS, 3, &options) == TACTID_STATUS_INVALID_OPTION);
+  expect_error("missing");
+  options = (tactid_options){.size = sizeof options, .wrench_acts_on = 2};
+  CHECK(try_new(URDF, "tool0", JOINTS, 3, &options) == TACTID_STATUS_INVALID_OPTION);
+  options = (tactid_options){.size = sizeof options, .delay_s = 1.5};
+  CHECK(try_new(URDF, "tool0", JOINTS, 3, &options) == TACTID_STATUS_INVALID_OPTION);
+  expect_error("delay_s");
   options = (tactid_options){.size = sizeof options, .wrench_axes = "\xff"};
   CHECK(try_new(URDF, "tool0", JOINTS, 3, &options) == TACTID_STATUS_INVALID_TEXT);
   options = (tactid_options){.size = sizeof options, .wrench_point = "base"};
@@ -155,11 +168,11 @@ static void wrong_samples(void) {
   CHECK(tactid_identifier_load_wrench(identifier, &offset) == TACTID_STATUS_UNKNOWN);
   CHECK(tactid_identifier_load_wrench(NULL, &offset) == TACTID_STATUS_NULL_POINTER);
   CHECK(tactid_identifier_hold_payload(NULL, 1) == TACTID_STATUS_NULL_POINTER);
-  CHECK(tactid_identifier_hold_payload(identifier, 2) == TACTID_STATUS_OK);
+  CHECK(tactid_identifier_hold_payload(identifier, 2) == TACTID_STATUS_UNKNOWN);
   CHECK(tactid_identifier_tare(NULL) == TACTID_STATUS_NULL_POINTER);
   CHECK(tactid_identifier_tare(identifier) == TACTID_STATUS_UNKNOWN);
   CHECK(tactid_identifier_estimate(identifier, &estimate) == TACTID_STATUS_OK);
-  CHECK(estimate.is_held == 1 && estimate.knows_weight == 0);
+  CHECK(estimate.is_held == 0 && estimate.knows_weight == 0);
   // An older header has a shorter struct: nothing is written beyond it.
   size_t *shorter = malloc(sizeof *shorter + sizeof(double));
   *shorter = sizeof *shorter + sizeof(double);

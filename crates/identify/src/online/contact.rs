@@ -172,7 +172,8 @@ impl ContactObserver {
             .map(|root| parts.contact.dot(&root.solve(&parts.contact)));
         let is_rare = distance.is_none_or(|distance| distance > rare_distance(WRENCH));
         let mut state = ContactState::Settled;
-        if !is_held && (is_rare || !estimator.is_trusted()) {
+        let is_doubtful = is_rare || !estimator.is_trusted();
+        if !estimator.is_settled() || (is_doubtful && !is_held) {
             state = ContactState::Changing;
             let ambiguity = parts.contact * parts.contact.transpose();
             parts.of_load += ambiguity;

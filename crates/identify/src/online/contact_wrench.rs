@@ -8,14 +8,22 @@ use crate::solve::offsets::joint_covariance;
 use crate::{IdentifyError, WrenchOffset};
 
 impl Identifier {
-    /// Says whether the payload stays what it is, as while a gripper is closed. Windows with samples
-    /// of such a time neither update the estimate nor show a payload change, and whatever the load
-    /// does not explain is a [contact](Self::contact_wrench).
-    pub fn hold_payload(&mut self, is_held: bool) {
+    /// Holds the payload, from when its estimate has settled until the gripper opens, or ends that.
+    /// Windows with samples of such a time neither update the estimate nor show a payload change,
+    /// and whatever the load does not explain is a [contact](Self::contact_wrench).
+    ///
+    /// Returns whether that is so: a payload that fewer than 32 windows determine is not held,
+    /// because nothing more would be known of it.
+    #[must_use]
+    pub fn hold_payload(&mut self, is_held: bool) -> bool {
+        if is_held && !self.update.estimator().is_settled() {
+            return false;
+        }
         if self.is_held && !is_held {
             self.stream.start_windows();
         }
         self.is_held = is_held;
+        true
     }
 
     /// Returns whether the payload is [held](Self::hold_payload).

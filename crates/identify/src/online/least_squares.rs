@@ -176,7 +176,7 @@ impl OnlineLeastSquares {
     }
 
     /// Whether the noise is known, and enough windows since the last payload change, so that changes are detected.
-    fn is_settled(&self) -> bool {
+    pub(crate) fn is_settled(&self) -> bool {
         self.state.windows_since_start > INITIAL_WINDOWS
     }
 

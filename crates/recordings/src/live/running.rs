@@ -202,9 +202,10 @@ impl Running {
         self.identifier.tare()
     }
 
-    /// Says whether the payload stays what it is.
-    pub(super) fn hold_payload(&mut self, is_held: bool) {
-        self.identifier.hold_payload(is_held);
+    /// Holds the payload or ends that, and returns whether what is known of the payload allows it.
+    pub(super) fn hold_payload(&mut self, is_held: bool) -> bool {
+        let is_known = !is_held || self.identifier.knows_weight();
+        is_known && self.identifier.hold_payload(is_held)
     }
 
     /// Returns what was noticed of topics and steps, without what the identifier finds.

@@ -20,7 +20,8 @@ const LONGEST_BEGINNING_S: f64 = 30.0;
 const LONGER: f64 = 2.5;
 
 /// Problem where the thread that plans has panicked; a later beginning may do without it.
-const PLAN_FAILED: &str = "an error of tactid itself, which standard error describes: please report it";
+const PLAN_FAILED: &str =
+    "an error of tactid itself, which standard error describes: please report it";
 
 /// Time to the next attempt after one that failed, s.
 const RETRY_S: f64 = 2.0;
@@ -253,18 +254,15 @@ impl LiveSession {
         Ok(())
     }
 
-    /// Says whether the payload stays what it is: see [`Identifier::hold_payload`]. No plan is made any more from messages
-    /// before it. A session that starts again, by itself or by [`reset`](Self::reset), holds nothing.
+    /// Holds the payload or ends that: see [`Identifier::hold_payload`]. No plan is made any more from messages before it.
+    /// A session that starts again, by itself or by [`reset`](Self::reset), holds nothing.
     ///
     /// # Errors
     /// Returns [`RecordingError::Data`] for a payload that is not known yet.
     pub fn hold_payload(&mut self, is_held: bool) -> Result<(), RecordingError> {
-        match &mut self.running {
-            Some(running) if !is_held || running.identifier().knows_weight() => {
-                running.hold_payload(is_held);
-            }
-            None if !is_held => {}
-            _ => return Err(not_known_yet()),
+        let running = self.running.as_mut();
+        if !running.map_or(!is_held, |running| running.hold_payload(is_held)) {
+            return Err(not_known_yet());
         }
         if is_held {
             self.end_beginning();

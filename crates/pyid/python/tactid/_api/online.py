@@ -155,16 +155,20 @@ class Identifier(_Online):
         """Returns the time from the last payload change to the last sample, s, or infinity."""
         return self._native.time_since_change()
 
-    def hold_payload(self, is_held: bool = True) -> None:
-        """Says whether the payload stays what it is, as while a gripper is closed.
+    def hold_payload(self, is_held: bool = True) -> bool:
+        """Holds the payload, from when it has settled until the gripper opens, or ends that.
 
         Samples of such a time neither update the estimate nor show a payload change: whatever the
         load does not explain is a contact.
 
         Args:
             is_held: Whether the payload stays what it is from now on.
+
+        Returns:
+            Whether that is so: a payload that fewer than 32 windows determine is not held, because
+            nothing more would be known of it.
         """
-        self._native.hold_payload(is_held)
+        return self._native.hold_payload(is_held)
 
     def tare(self) -> bool:
         """Sets the zero of the wrench sensor, as after its drift, and keeps the payload's estimate.

@@ -109,7 +109,7 @@ class Session:
         self._native.tare()
 
     def hold_payload(self, is_held: bool) -> None:
-        """Says whether the payload stays what it is; see :meth:`tactid.Identifier.hold_payload`.
+        """Holds the payload or ends that; see :meth:`tactid.Identifier.hold_payload`.
 
         A session that starts again, by itself or by :meth:`reset`, holds nothing.
 
