@@ -47,6 +47,9 @@ def test_the_help_says_what_the_codes_mean(command: TactidCommand) -> None:
         text = " ".join(command(*arguments).stdout.replace("│", " ").split())
         assert "Exit codes: 0, the payload is identified; 1, the data contradict" in text
         assert "<bool>" not in text
+    of_live = command("live", "--help").stdout
+    assert "Speed of --replay" in of_live
+    assert "--ros-argument" not in of_live
 
 
 def test_every_command_ends_with_2_for_a_file_that_is_not_there(

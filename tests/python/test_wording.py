@@ -249,6 +249,7 @@ FINDINGS = [
     Finding("topic_silent", {"topic": "/wrench", "silent_s": 3.04}),
     Finding("topics_not_used", {"topics": ["/left", "/right"]}),
     Finding("live_restarted", {"count": 2}),
+    Finding("contact_throughout", {"fraction": 0.98}),
     Finding("delay_corrected", {"applied_s": 0.037, "estimated_s": 0.037, "std_dev_s": 1e-4}),
     Finding("delay_doubtful", {"delay_s": -0.488, "residual_ratio": 0.9, "is_at_end": False}),
     Finding("impossible_inertia", {"link": "arm", "moments": [-1e-8, 3.5e-8, 9.087e-8]}),
@@ -523,6 +524,11 @@ SENTENCES = {
         "The identification has started again 2 times, because messages no longer gave samples: a"
         " clock has jumped, or the joints have other names."
     ),
+    "contact_throughout": (
+        "In 98 % of the samples, the wrench of the contact is beyond four standard deviations:"
+        " unless something touched the payload nearly all the time, it is another one than the"
+        " given payload, or the zero or the sign of the sensor is another."
+    ),
     "delay_corrected": (
         "The wrenches are stamped 37.00 ms later than the motion: this delay was corrected"
         " (estimated 37.00 ± 0.20 ms)."
@@ -670,6 +676,7 @@ CONTRADICTIONS = (
 DOUBTS = (
     "efforts_beyond_limits",
     "heavy_load",
+    "contact_throughout",
     "too_few_poses",
     "recording_calibrated",
     "wrong_assumption",

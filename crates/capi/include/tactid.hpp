@@ -138,15 +138,16 @@ class Identifier {
   }
 
   /// Returns what the most recent samples show about the assumptions, a line each; empty where nothing is wrong.
-  std::string findings() const {
+  Result<std::string> findings() const {
     std::string text(4096, '\0');
     std::size_t needed = 1;
-    if (failed(tactid_identifier_findings(handle_.get(), text.data(), text.size(), &needed))) {
-      return {};
-    }
-    if (needed > text.size()) {
+    auto status = tactid_identifier_findings(handle_.get(), text.data(), text.size(), &needed);
+    if (!failed(status) && needed > text.size()) {
       text.resize(needed);
-      tactid_identifier_findings(handle_.get(), text.data(), text.size(), &needed);
+      status = tactid_identifier_findings(handle_.get(), text.data(), text.size(), &needed);
+    }
+    if (failed(status)) {
+      return Error{status, tactid_status_text(static_cast<int32_t>(status))};
     }
     text.resize(needed - 1);
     return text;

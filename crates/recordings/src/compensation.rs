@@ -16,6 +16,12 @@ use crate::recording::Recording;
 use crate::run::{Receiver, Run};
 use crate::{ActsOn, Arrays, Clock, DataFault, Finding, Observer, RecordingError, Request};
 
+/// Standard deviations beyond which an entry of a wrench is certainly that of a contact.
+const CERTAIN: f64 = 4.0;
+
+/// Fraction of the samples above which a contact is more likely an error of the load.
+const THROUGHOUT: f64 = 0.9;
+
 /// A payload that was identified before, with what its result says about the recording: the fields
 /// of the result that a compensation needs, by their names there.
 #[derive(Clone, Debug, Deserialize)]
@@ -204,13 +210,20 @@ pub(crate) fn compensate(
         damage: Vec::new(),
     };
     receiver.begin(&report)?;
-    let mut compensating = Compensating { contact, receiver };
+    let mut compensating = Compensating {
+        contact,
+        seen: Seen {
+            receiver,
+            samples: [0; 2],
+        },
+    };
     let run = Run::new(recording, &plan, &mut compensating, observer)?;
     if run.interrupted {
         return Err(RecordingError::Interrupted);
     }
     compensating.finish()?;
     report.findings = run.noticed(&plan);
+    report.findings.extend(compensating.seen.finding());
     report.faults = run.faults.to_vec();
     report.damage = run.damage;
     Ok(report)
@@ -252,7 +265,33 @@ fn checked<'a>(
 /// Samples in, wrenches out.
 struct Compensating<'a, R> {
     contact: RecordedContact,
+    seen: Seen<'a, R>,
+}
+
+/// Hands wrenches on, and counts those of a contact.
+struct Seen<'a, R> {
     receiver: &'a mut R,
+    /// Number of samples with a wrench, and of those with a certain contact.
+    samples: [u64; 2],
+}
+
+impl<R: WrenchReceiver> Seen<'_, R> {
+    fn take(&mut self, sample: ContactSample) -> Result<(), RecordingError> {
+        if let Some((_, [_, contact])) = &sample.wrenches {
+            let entries = contact.wrench.entries().into_iter().zip(contact.std_devs());
+            let is_certain = |(entry, std_dev): (f64, f64)| entry.abs() > CERTAIN * std_dev;
+            self.samples[0] += 1;
+            self.samples[1] += u64::from(entries.into_iter().any(is_certain));
+        }
+        self.receiver.take(sample)
+    }
+
+    /// Returns that there was a contact in almost all samples, where it was.
+    fn finding(&self) -> Option<Finding> {
+        let [all, certain] = self.samples;
+        let fraction = certain as f64 / all.max(1) as f64;
+        (fraction > THROUGHOUT).then_some(Finding::ContactThroughout { fraction })
+    }
 }
 
 impl<R: WrenchReceiver> Compensating<'_, R> {
@@ -261,7 +300,7 @@ impl<R: WrenchReceiver> Compensating<'_, R> {
         let mut outcome = Ok(());
         self.contact.finish(&mut |sample| {
             if outcome.is_ok() {
-                outcome = self.receiver.take(sample);
+                outcome = self.seen.take(sample);
             }
         });
         outcome
@@ -271,10 +310,10 @@ impl<R: WrenchReceiver> Compensating<'_, R> {
 impl<R: WrenchReceiver> Receiver for Compensating<'_, R> {
     fn push(&mut self, sample: &Sample<'_>) -> Result<(), RecordingError> {
         let mut outcome = Ok(());
-        let receiver = &mut *self.receiver;
+        let seen = &mut self.seen;
         self.contact.push(sample, &mut |sample| {
             if outcome.is_ok() {
-                outcome = receiver.take(sample);
+                outcome = seen.take(sample);
             }
         })?;
         outcome

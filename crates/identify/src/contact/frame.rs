@@ -27,13 +27,23 @@ impl WrenchFrame {
         point: &str,
         axes: Option<&str>,
     ) -> Result<Self, IdentifyError> {
-        let moves = |link: &str| IdentifyError::Option {
-            option: "wrench_frame",
-            what: format!("`wrench_frame`: the link `{link}` moves relative to the end-effector"),
+        let unfit = |option, what| IdentifyError::Option {
+            option,
+            what: format!("`{option}`: {what}"),
+        };
+        let frame_of = |option, link| {
+            let found = robot.frame(link);
+            found.map_err(|error| unfit(option, error.to_string()))
+        };
+        let moves = |option, link| {
+            unfit(
+                option,
+                format!("the link `{link}` moves relative to the end-effector"),
+            )
         };
         let tool_from_point = robot
-            .fixed_transform(tool, robot.frame(point)?)
-            .ok_or_else(|| moves(point))?;
+            .fixed_transform(tool, frame_of("point", point)?)
+            .ok_or_else(|| moves("point", point))?;
         let fixed_to_tool = |rotation| Self {
             tool_from_frame: Isometry3::from_parts(tool_from_point.translation, rotation),
             frame_from_world: None,
@@ -48,14 +58,16 @@ impl WrenchFrame {
         if link == WORLD && robot.frame(WORLD).is_err() {
             return Ok(fixed_to_world(UnitQuaternion::identity()));
         }
-        let frame = robot.frame(link)?;
+        let frame = frame_of("axes", link)?;
         if let Some(tool_from_link) = robot.fixed_transform(tool, frame) {
             return Ok(fixed_to_tool(tool_from_link.rotation));
         }
         let fixed = robot
             .fixed_transform(frame, robot.base_frame())
             .filter(|_| robot.base_kind() == BaseKind::Fixed);
-        Ok(fixed_to_world(fixed.ok_or_else(|| moves(link))?.rotation))
+        Ok(fixed_to_world(
+            fixed.ok_or_else(|| moves("axes", link))?.rotation,
+        ))
     }
 
     /// Returns the pose of the tool in this frame, given the rotation from the tool to the world.

@@ -72,9 +72,9 @@ impl Identifier {
     /// where they are `None`.
     ///
     /// # Errors
-    /// Returns [`IdentifyError::Model`] if the robot does not have a link, and
-    /// [`IdentifyError::Option`] if `point` moves relative to the end-effector, or `axes` relative
-    /// to both the end-effector and the ground.
+    /// Returns [`IdentifyError::Option`] for a link that the robot does not have, if `point` moves
+    /// relative to the end-effector, and if `axes` move relative to both the end-effector and the
+    /// ground.
     pub fn wrench_frame(
         &self,
         point: &str,

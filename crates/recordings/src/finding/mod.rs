@@ -283,6 +283,12 @@ pub enum Finding {
         /// Number of times.
         count: u64,
     },
+    /// The wrench of a contact is far from zero in almost all samples of a compensation: the payload
+    /// may be another than the one that was given.
+    ContactThroughout {
+        /// Fraction of the samples, without a unit.
+        fraction: f64,
+    },
     /// What the data say about the assumptions of the identification.
     #[serde(untagged)]
     Data(tactid_identify::Finding),

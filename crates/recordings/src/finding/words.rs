@@ -27,7 +27,8 @@ impl Notice for Finding {
             | Self::HeavyLoad { .. }
             | Self::TopicSilent { .. }
             | Self::TopicsNotUsed { .. }
-            | Self::LiveRestarted { .. } => Severity::Doubts,
+            | Self::LiveRestarted { .. }
+            | Self::ContactThroughout { .. } => Severity::Doubts,
             _ => Severity::Notes,
         }
     }
@@ -44,7 +45,7 @@ impl Notice for Finding {
             | Self::ForcesAndMomentsExchanged { .. }
             | Self::JointsExchanged { .. }
             | Self::RecordingCalibrated { .. } => Subject::Assumption,
-            Self::HeavyLoad { .. } => Subject::Measurements,
+            Self::HeavyLoad { .. } | Self::ContactThroughout { .. } => Subject::Measurements,
             Self::EffortNoisier { .. } | Self::FrictionChanged(_) | Self::GainsChanged(_) => {
                 Subject::Consequence
             }
@@ -104,6 +105,13 @@ impl Notice for Finding {
                     if topics.len() == 1 { "has" } else { "have" }
                 )
             }
+            Self::ContactThroughout { fraction } => format!(
+                "In {} of the samples, the wrench of the contact is beyond four standard \
+                 deviations: unless something touched the payload nearly all the time, it is \
+                 another one than the given payload, or the zero or the sign of the sensor is \
+                 another.",
+                percent(*fraction)
+            ),
             Self::NoStamps => {
                 "The messages have no stamps: their times are those of logging.".to_owned()
             }

@@ -3,8 +3,8 @@
 use std::ops::ControlFlow;
 
 use tactid_identify::{
-    Delay, EquationSettings, Identifier, IdentifyError, Method, OnlineSettings, PushOutcome,
-    WrenchEstimate, WrenchFrame, WrenchOffset,
+    Delay, EquationSettings, Identifier, Method, OnlineSettings, PushOutcome, WrenchEstimate,
+    WrenchFrame, WrenchOffset,
 };
 use tactid_logs::{LogReader, RawMessage};
 
@@ -230,13 +230,11 @@ fn frame_of_contact(
 ) -> Result<(String, WrenchFrame), RecordingError> {
     let link = requested.unwrap_or_else(|| plan.wrench_link());
     let frame = identifier.wrench_frame(link, None);
-    let frame = frame.map_err(|error| RecordingError::Option {
+    let frame = frame.map_err(|_| RecordingError::Option {
         option: "contact_frame",
-        what: match error {
-            IdentifyError::Option { .. } => {
-                format!("`contact_frame`: the link `{link}` moves relative to the tip")
-            }
-            other => format!("`contact_frame`: {other}"),
+        what: match plan.sources.robot.frame(link) {
+            Ok(_) => format!("`contact_frame`: the link `{link}` moves relative to the tip"),
+            Err(error) => format!("`contact_frame`: {error}"),
         },
     })?;
     Ok((link.to_owned(), frame))

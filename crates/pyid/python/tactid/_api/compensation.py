@@ -80,7 +80,7 @@ def compensate(  # noqa: D417 - arrays and options are documented by their decla
         ArgumentError: The payload is that of another tip or sensor or has no offset, or an option
             is wrong.
         LogError: The log cannot be read.
-        ModelError: The robot has no such link.
+        ModelError: The robot has no such tip or sensor.
         IdentificationError: Something that is needed is missing, such as a wrench.
     """
     given: tuple[Any, ...] = (robot, q, qd, effort, wrench, pose, twist, acceleration, sensors)
@@ -139,12 +139,19 @@ def _of_file(path: Path) -> Load:
             raise _error(f"is {path}: the file is too large for a result")
         document = json.loads(path.read_bytes())
         frame, setup = document["estimate"]["frame"], document.get("setup", {})
+        is_live = document.get("schema", "").startswith("tactid.live/")
         fields = _fields(document.get("load"), frame, setup, document)
-        return Load(fields, document.get("options", {}), bool(document.get("is_contradicted")))
+        load = Load(fields, document.get("options", {}), bool(document.get("is_contradicted")))
     except OSError as error:
         raise _error(f"is {path}: {error.strerror}") from None
     except (ValueError, KeyError, TypeError, AttributeError, RecursionError):
         raise _error(f"is {path}: expected the JSON file of an earlier result") from None
+    if is_live:
+        raise _error(
+            f"is {path}, which a live session has saved without an offset: give the result of a"
+            " recording, of `tactid identify --result`"
+        )
+    return load
 
 
 def _fields(

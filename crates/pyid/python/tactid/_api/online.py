@@ -210,8 +210,7 @@ class Identifier(_Online):
             The wrench; None before 32 windows determine the load, and after a gap.
 
         Raises:
-            ModelError: The robot has no such link.
-            ArgumentError: The link does not move with the tip.
+            ArgumentError: The robot has no such link, or it does not move with the tip.
         """
         wrenches = self._native.wrenches(point, axes)
         return None if wrenches is None else WrenchEstimate(*wrenches[1])
@@ -230,8 +229,7 @@ class Identifier(_Online):
             The wrench; None as for :meth:`contact_wrench`.
 
         Raises:
-            ModelError: The robot has no such link.
-            ArgumentError: The link does not move with the tip.
+            ArgumentError: The robot has no such link, or it does not move with the tip.
         """
         wrenches = self._native.wrenches(point, axes)
         return None if wrenches is None else WrenchEstimate(*wrenches[0])

@@ -47,9 +47,9 @@ def run_live(
 ) -> None:
     """Identifies the payload while the robot runs, as a ROS 2 node.
 
-    What is left open is chosen from the first seconds, and once more from 30 s. Arguments for ROS
-    follow --ros-args. The numbers of one option are separated by commas or by spaces: --gravity 0 0
-    -9.81.
+    What is left open is chosen from the first seconds, and again from the first 12.5 s and 30 s.
+    Arguments for ROS follow --ros-args. The numbers of one option are separated by commas or by
+    spaces: --gravity 0 0 -9.81.
     """
     if replay is None and rate is not None:
         raise ArgumentError("--rate is the speed of --replay, which is missing")

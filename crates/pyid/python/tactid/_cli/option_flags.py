@@ -131,7 +131,7 @@ def show(
         options: Parameters of the options, which follow those of the command itself.
         last: Names of parameters of the command that follow the options.
     """
-    signature = inspect.signature(command)
+    signature = inspect.signature(command, eval_str=True)
     own = [
         parameter.replace(kind=inspect.Parameter.KEYWORD_ONLY)
         for parameter in signature.parameters.values()

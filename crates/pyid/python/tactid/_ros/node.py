@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import threading
 import time
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -43,6 +43,13 @@ SAVED = "tactid-payload.json"
 _LEVELS = {"contradicts": DiagnosticStatus.ERROR, "doubts": DiagnosticStatus.WARN}
 """Levels of diagnostics by the severity of a finding; others are OK."""
 
+_FIXED = ParameterDescriptor(
+    dynamic_typing=True,
+    read_only=True,
+    description="An option of the identification; it is read when the node starts.",
+)
+"""What a parameter is that the session takes once."""
+
 
 class LiveNode(Node):
     """Identifies the payload from the topics of a robot.
@@ -55,9 +62,8 @@ class LiveNode(Node):
     def __init__(self, given: Options, read: Callable[[Mapping[str, Any]], Options]) -> None:
         super().__init__("tactid")
         self._options = self._with_parameters(given, read)
-        dynamic = ParameterDescriptor(dynamic_typing=True)
-        self.declare_parameter("save_to", SAVED, dynamic)
-        contact_frame = self.declare_parameter("contact_frame", None, dynamic).value
+        self.declare_parameter("save_to", SAVED, ParameterDescriptor(dynamic_typing=True))
+        contact_frame = self.declare_parameter("contact_frame", None, _FIXED).value
         self._session = Session(self._options, in_background=True, contact_frame=contact_frame)
         self._inputs = Inputs(self, _named_topics(self._options))
         self._payload = self.create_publisher(InertiaStamped, "~/payload", 10)
@@ -69,8 +75,11 @@ class LiveNode(Node):
         self.create_service(Trigger, "~/tare", self._on_tare)
         self.create_service(SetBool, "~/hold", self._on_hold)
         self._contact_ns = 0
+        self._payload_ns = 0
         self._changes = 0
+        self._level = DiagnosticStatus.OK
         self._contradiction: str | None = None
+        self._logged: str | None = None
         self._reporting: threading.Thread | None = None
 
     def run(self, executor: SingleThreadedExecutor) -> None:
@@ -98,10 +107,9 @@ class LiveNode(Node):
         self, given: Options, read: Callable[[Mapping[str, Any]], Options]
     ) -> Options:
         """Returns options with the parameters of the node in place of some."""
-        dynamic = ParameterDescriptor(dynamic_typing=True)
         parameters = {}
         for option in options_for("live"):
-            value = self.declare_parameter(option.name, None, dynamic).value
+            value = self.declare_parameter(option.name, None, _FIXED).value
             if value is not None:
                 parameters[option.name] = value
         return given.replace(**read(parameters).given)
@@ -119,11 +127,13 @@ class LiveNode(Node):
             self._status.publish(self._own_status(self._session.status()))
 
     def _publish(self) -> None:
-        estimate = self._session.estimate()
-        if estimate is None or self._contradiction is not None:
+        """Publishes the payload after a sample, unless the data contradict it."""
+        estimate, last_ns = self._session.estimate(), self._session.status().last_ns
+        if estimate is None or self._contradiction is not None or last_ns == self._payload_ns:
             return
+        self._payload_ns = last_ns
         message = InertiaStamped()
-        message.header.stamp = _stamp(self._session.status().last_ns)
+        message.header.stamp = _stamp(last_ns)
         message.header.frame_id = estimate.frame
         values = [float("nan") if value is None else value for value in estimate.reported_values]
         inertia = message.inertia
@@ -139,10 +149,18 @@ class LiveNode(Node):
         self._session.announce(self._inputs.update(status.topics if is_settled else []))
         own = self._own_status(status)
         self._status.publish(own)
+        self._log(own.level, self._contradiction or status.problem)
         if self._reporting is None or not self._reporting.is_alive():
             known = [own, *self._of_inputs()]
             self._reporting = threading.Thread(target=self._report, args=(known,), daemon=True)
             self._reporting.start()
+
+    def _log(self, level: bytes, words: str | None) -> None:
+        """Says on the terminal what is wrong, once."""
+        if words != self._logged and words is not None:
+            log = self.get_logger()
+            (log.error if level == DiagnosticStatus.ERROR else log.warning)(words)
+        self._logged = words
 
     def _report(self, known: list[DiagnosticStatus]) -> None:
         findings, faults = self._session.notices()
@@ -158,21 +176,25 @@ class LiveNode(Node):
             _diagnostic(f"{fault.topic}: {fault.kind}", DiagnosticStatus.WARN, fault)
             for fault in faults
         ]
+        self._level = max(
+            (each.level for each in (*known[1:], *of_findings, *of_faults)),
+            default=DiagnosticStatus.OK,
+        )
         array.status = [*known, *of_findings, *of_faults]
         self._diagnostics.publish(array)
 
     def _own_status(self, status: LiveStatus) -> DiagnosticStatus:
-        """Returns what the node does, with the estimate in words."""
+        """Returns what the node does: the estimate in words, or what is wrong.
+
+        Its level is that of the gravest of what was noticed at the last look around.
+        """
         estimate = self._session.estimate()
-        if estimate is not None:
-            level, words = DiagnosticStatus.OK, estimate.summary
-            if self._contradiction is not None:
-                level, words = DiagnosticStatus.ERROR, self._contradiction
-            elif status.problem is not None:
-                level, words = DiagnosticStatus.WARN, status.problem
+        wrong = self._contradiction or status.problem
+        level = max(self._level, DiagnosticStatus.WARN if wrong else DiagnosticStatus.OK)
+        if estimate is None:
+            level, words = DiagnosticStatus.WARN, wrong or "waiting for messages"
         else:
-            waits = "waiting for messages"
-            level, words = DiagnosticStatus.WARN, status.problem or waits
+            words = wrong or estimate.summary
         own = _diagnostic("status", level, words)
         facts = {
             "running": status.is_running,
@@ -185,13 +207,17 @@ class LiveNode(Node):
             "restarts": status.restarts,
         }
         if estimate is not None:
-            facts |= {"windows": estimate.windows, "payload_changes": estimate.payload_changes}
+            facts |= {
+                "windows": estimate.windows,
+                "payload_changes": estimate.payload_changes,
+                "payload_std_devs": _listed(estimate.std_devs),
+            }
         contact = self._session.contact_wrench()
         if contact is not None:
             facts |= {
                 "contact_frame": contact.frame,
                 "contact_latency_s": contact.latency_s,
-                "contact_std_devs": ", ".join(f"{each:.3g}" for each in contact.wrench.std_devs),
+                "contact_std_devs": _listed(contact.wrench.std_devs),
                 "contact_or_payload_change": contact.wrench.is_changing,
             }
         own.values = [KeyValue(key=key, value=str(value)) for key, value in facts.items()]
@@ -218,7 +244,7 @@ class LiveNode(Node):
 
     def _on_reset(self, _: Any, response: Any) -> Any:
         self._session.reset()
-        self._contradiction = None
+        self._contradiction, self._level = None, DiagnosticStatus.OK
         response.success, response.message = True, "begins again with the next message"
         return response
 
@@ -308,6 +334,10 @@ def _answer(response: Any, act: Callable[[], None], done: str) -> Any:
     else:
         response.success, response.message = True, done
     return response
+
+
+def _listed(numbers: Iterable[float]) -> str:
+    return ", ".join(f"{number:.3g}" for number in numbers)
 
 
 def _wrench(contact: LiveContact) -> WrenchStamped:
