@@ -123,6 +123,9 @@ fn the_history_is_the_estimate_over_time() {
     assert_eq!(result.history.len(), 62);
     assert!(last.std_devs.iter().all(|std_dev| *std_dev < 0.01));
     assert!((last.values[0] - 100.0).abs() < 0.01);
+    for (last, of_result) in last.std_devs.iter().zip(result.estimate.std_devs) {
+        assert!((last / of_result - 1.0).abs() < 1e-9, "{last} {of_result}");
+    }
     assert!(!result.recording.interrupted && result.recording.damage.is_empty());
 }
 

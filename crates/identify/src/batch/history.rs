@@ -18,11 +18,15 @@ const MAX_POINTS: usize = 600;
 
 /// Returns the estimate from the first windows alone, for growing numbers of windows, with the
 /// robust weights and the noise of the fit to all of them. The `known` bodies are subtracted.
+///
+/// What the result's standard deviations, `of_result`, contain beside that noise widens those of
+/// all points by the same factors, so that the last are those of the result.
 pub(crate) fn history(
     equations: &[Equation],
     fit: &Fit,
     known: &KnownBodies,
     bounding_box: Option<&BoundingBox>,
+    of_result: &[f64; 10],
 ) -> Vec<HistoryPoint> {
     let stride = equations.len().div_ceil(MAX_POINTS).max(1);
     let mut normal_equations = NormalEquations::with_known_mass(fit);
@@ -38,6 +42,17 @@ pub(crate) fn history(
                 values,
                 std_devs,
             });
+        }
+    }
+    if let Some(last) = points.last().map(|last| last.std_devs) {
+        for (k, (of_result, last)) in of_result.iter().zip(last).enumerate() {
+            let factor = of_result / last;
+            // An exact mass has none, and an unobservable value may have none either.
+            if factor.is_finite() && last.is_finite() {
+                points
+                    .iter_mut()
+                    .for_each(|point| point.std_devs[k] *= factor);
+            }
         }
     }
     points

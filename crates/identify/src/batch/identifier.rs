@@ -223,6 +223,7 @@ impl BatchIdentifier {
         let has_gripper = self.stream.gripper_to_subtract().is_some();
         let whole =
             InertialParameters::from_vector(parameters + known.parameters).mass_properties();
+        let history = history(equations, fit, &known, bounding_box, &estimate.std_devs);
         Ok(BatchResult {
             estimate: PayloadEstimate {
                 composite: whole.filter(|_| has_gripper),
@@ -231,7 +232,7 @@ impl BatchIdentifier {
             linear: LinearEstimate::of_fit(fit_without_mass, &known, of_recording.widening),
             load: self.load(fit, equations, has_gripper),
             principal_moments,
-            history: history(equations, fit, &known, bounding_box),
+            history,
             forecast: Forecast::new(equations, fit, &parameters, &of_fit),
             fit: of_fit,
             delay: self.remaining_delay(&solution),
