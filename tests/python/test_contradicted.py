@@ -15,7 +15,7 @@ from doubles import offset_finding
 from recorded_arm import FIXED, SENSOR, TIP_FROM_SENSOR
 from recordings import moving, state, wrenches, write_bag
 from tactid import Finding, Identification
-from tactid._show import remarks
+from tactid._show import combination_report, remarks
 from wrist import EARLY, identified
 
 FORMATS = ("urdf", "mujoco", "ros", "controller", "ur", "franka", "kuka", "abb")
@@ -99,6 +99,9 @@ def test_a_caller_gets_an_exception_unless_it_insists(shifted: Path) -> None:
             assert str(raised.value).endswith("`accept_contradicted` gives the result as it is.")
             assert form(accept_contradicted=True)
     assert "recording 2: The wrenches seem" in str(raised.value)
+    text = combination_report.render(both)
+    assert 'class="warn">The data contradict this result. recording 2: The wrenches seem' in text
+    assert "set_target_payload" not in text
     for form in formats_of(sound):
         assert form() == form(accept_contradicted=True)
 

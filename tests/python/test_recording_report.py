@@ -10,14 +10,16 @@ from typing import Any
 
 import numpy as np
 import pytest
+from matplotlib.figure import Figure
 
 import doubles
 import tactid
 from tactid import Channel, Finding, Identification
 from tactid._base.bodies import ellipsoid
+from tactid._base.naming import Style
 from tactid._base.output_files import check_report, figure_paths
 from tactid._base.values import MOMENT_NAMES, Interval, values_of
-from tactid._show import recording_plots, recording_report, remarks
+from tactid._show import drawing, page, recording_plots, recording_report, remarks
 
 MOMENT_CHANNELS = ["moment x", "moment y", "moment z"]
 
@@ -55,16 +57,30 @@ class Page(HTMLParser):
             self.rows[-1][-1] += data
 
 
+class Words(drawing.Figures):
+    """Figures that are left out of the page: most of the time goes into them."""
+
+    def html(self, _name: str, _figure: Figure, caption: str) -> str:
+        return page.figure(b"", caption)
+
+
+def text_of(found: Identification, within: float = 0.01, style: Style = "keyword") -> str:
+    """Returns the report without its pictures."""
+    return recording_report.render(found, within, style, Words())
+
+
 def page_of(found: Identification) -> Page:
-    page = Page(recording_report.render(found))
-    assert page.open == []
-    return page
+    shown = Page(text_of(found))
+    assert shown.open == []
+    return shown
 
 
 @cache
 def degenerate(name: str) -> str:
     """All words of the report of what went wrong."""
-    return " ".join(page_of(doubles.DEGENERATE[name]()).words)
+    shown = Page(recording_report.render(doubles.DEGENERATE[name]()))
+    assert shown.open == []
+    return " ".join(shown.words)
 
 
 def test_a_report_is_one_small_file_with_every_value(tmp_path: Path) -> None:
@@ -74,10 +90,10 @@ def test_a_report_is_one_small_file_with_every_value(tmp_path: Path) -> None:
     text = path.read_text()
     assert len(text) < 3_000_000
     assert text.count("data:image/png;base64,") == 5
-    page = Page(text)
-    words = " ".join(page.words)
+    shown = Page(text)
+    words = " ".join(shown.words)
     assert "pick & <place>.mcap" in words
-    cells = {row[0]: row[1:] for row in page.rows}
+    cells = {row[0]: row[1:] for row in shown.rows}
     for index, name in enumerate(tactid.VALUE_NAMES):
         value, around, low, high = map(float, cells[name][1:])
         assert low <= value <= high
@@ -90,17 +106,17 @@ def test_a_report_is_one_small_file_with_every_value(tmp_path: Path) -> None:
     assert "<inertial>" in words
     assert "12.3 ms ± 0.78 ms" in words
     assert "Every value is known within 0.5 % after another" in " ".join(
-        Page(recording_report.render(found, 0.005)).words
+        Page(text_of(found, 0.005)).words
     )
 
 
 def test_what_is_not_identifiable_is_no_number() -> None:
     found = doubles.turned_about_one_axis()
-    page = page_of(found)
-    unknown = [row[0] for row in page.rows if row[-1] == "unobservable"]
+    shown = page_of(found)
+    unknown = [row[0] for row in shown.rows if row[-1] == "unobservable"]
     inertia = [f"I{axes}" for axes in ("xx", "xy", "xz", "yy", "yz")]
     assert unknown == ["com z", *inertia, *MOMENT_NAMES]
-    words = " ".join(page.words)
+    words = " ".join(shown.words)
     for advice in remarks.motion_advice(found.estimate.not_identifiable):
         assert words.count(advice) == 1
     assert "The centre of mass is not known." in words
@@ -123,10 +139,32 @@ def test_remarks_damage_and_advice_are_shown() -> None:
 
 def test_friction_is_named_where_efforts_are_measured() -> None:
     sentence = "Friction in the joints is the usual reason for large residuals of joint efforts"
-    text = recording_report.render(doubles.effort(joints=1), style="command-line")
+    text = text_of(doubles.effort(joints=1), style="command-line")
     assert sentence in text
     assert "--unloaded" in text
-    assert sentence not in recording_report.render(doubles.tactile(duration=2.0))
+    assert sentence not in text_of(doubles.tactile(duration=2.0))
+
+
+def test_the_head_says_that_the_data_contradict_the_result() -> None:
+    sound = doubles.tactile(duration=2.0)
+    certain = doubles.offset_finding(12.0, mass_change=0.6)
+    text = text_of(replace(sound, findings=[certain]))
+    head = f'<p class="warn">The data contradict this result. {html.escape(str(certain))}</p>'
+    assert text.index("</h1>") < text.index(head) < text.index("<table>")
+    assert "<inertial" not in html.unescape(text)
+    assert "`accept_contradicted` gives the result as it is." in text
+    assert 'class="warn"' not in text_of(sound)
+
+
+def test_an_outlier_beyond_the_axis_has_an_arrow() -> None:
+    found = doubles.tactile(duration=4.0)
+    measured = found.fit.measured.copy()
+    (first, *_) = np.flatnonzero(recording_plots.outliers(found.fit))
+    measured[first, 0] += 1000.0
+    axes = recording_plots.figures(doubles.with_fit(found, measured=measured))["residuals"].axes[0]
+    (arrow,) = (line for line in axes.lines if line.get_marker() == "^" and len(line.get_xdata()))
+    assert found.fit.times_s[first] in arrow.get_xdata()
+    assert max(arrow.get_ydata()) < axes.get_ylim()[1]
 
 
 @pytest.mark.parametrize("name", doubles.DEGENERATE)

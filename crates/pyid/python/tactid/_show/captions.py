@@ -4,8 +4,8 @@ RECORDING = {
     "fit": "Each channel as it was measured, and as the estimate predicts it. Held-out windows "
     "were not used for the fit: there the two lines agree only if the estimate is right.",
     "residuals": "The residual over time, and its spectrum beside that of the signal. A flat "
-    "spectrum is noise; a peak is a vibration, a cable or a wrong delay. The dotted line is the "
-    "cutoff of the low-pass.",
+    "spectrum is noise; a peak is a vibration, a cable or a wrong delay. An arrow at the edge "
+    "points to an outlier beyond it; the dotted line is the cutoff of the low-pass.",
     "parameters": "The estimate from all data up to each time. The dashed line is the result.",
     "excitation": "Ten directions in the space of the parameters, each named by its largest "
     "components; the inertia is that about the frame's origin here, and mass*com x the first "
@@ -18,7 +18,8 @@ RECORDING = {
 AT_REST = RECORDING | {
     "fit": "Each channel in each pose as it was measured, and as the estimate predicts it.",
     "residuals": "The residual of each pose. One that is far larger than the others shows a "
-    "contact, or a pose that is not the given one.",
+    "contact, or a pose that is not the given one. An arrow at the edge points to the residual of "
+    "a pose that was left out, whose size stands beside it.",
 }
 
 COMBINATION = {

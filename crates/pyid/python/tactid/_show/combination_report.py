@@ -7,7 +7,13 @@ from tactid._base.naming import Style
 from tactid._base.output_files import FigureFormat
 from tactid._results.combination import CombinationData
 from tactid._show import captions, page
-from tactid._show.combination_text import ROW_TITLES, columns, lines, row_cells
+from tactid._show.combination_text import (
+    ROW_TITLES,
+    columns,
+    combined_remarks,
+    lines,
+    row_cells,
+)
 from tactid._show.drawing import Figures
 from tactid._show.forest_plot import forest
 from tactid._show.recording_report import payload_forms
@@ -51,7 +57,7 @@ def render(
         f"""<h1>The payload at <code>{frame}</code> from {len(result.runs)} recordings</h1>
 <p class="lead">Everything is in the frame <code>{frame}</code> and along its axes, the inertia
 about the centre of mass.</p>
-{_table(result)}
+{page.contradiction(result.is_contradicted, combined_remarks(result, style))}{_table(result)}
 <h2>Remarks</h2>
 <ul>{remarks}</ul>
 <h2>The recordings beside the whole</h2>
@@ -59,7 +65,7 @@ about the centre of mass.</p>
 <h2>Agreement</h2>
 {_distances(result)}
 <h2>Formats for other programs</h2>
-{payload_forms(result)}""",
+{payload_forms(result, style)}""",
     )
 
 

@@ -2,7 +2,7 @@
 
 import base64
 import html
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
 from tactid._native import VERSION
 
@@ -19,6 +19,7 @@ th:first-child, td:first-child, td.unit { text-align: left; } td.unit { color: v
 thead tr:last-child th, tr.last td { border-bottom: 1px solid var(--line); }
 thead tr:first-child th { text-align: center; }
 td.none { color: var(--warn); text-align: center; } td.value { font-weight: 600; }
+p.warn { border-left: 4px solid var(--warn); padding-left: .8rem; font-weight: 600; }
 div.wide { overflow-x: auto; } figure { margin: 1.5rem 0; } figure img { max-width: 100%; }
 dl { display: grid; grid-template-columns: max-content 1fr; gap: .15rem 1.5rem; }
 dt { color: var(--dim); } dd { margin: 0; font-variant-numeric: tabular-nums; }
@@ -43,6 +44,17 @@ def document(title: str, body: str) -> str:
 </body>
 </html>
 """
+
+
+def contradiction(is_contradicted: bool, remarks: Sequence[str]) -> str:
+    """Returns the head of a page whose result the data contradict; empty for another result.
+
+    The first of the ``remarks`` says what shows the result to be wrong.
+    """
+    if not is_contradicted:
+        return ""
+    said = html.escape(" ".join(["The data contradict this result.", *remarks[:1]]))
+    return f'<p class="warn">{said}</p>\n'
 
 
 def figure(png: bytes, caption: str) -> str:

@@ -1,5 +1,6 @@
 """Figures of a result: the fit, its residuals, the estimate over time, and the excitation."""
 
+import math
 from collections.abc import Callable, Sequence
 from typing import Any
 
@@ -96,8 +97,8 @@ def residuals(fit: FitReport, cutoff: float) -> Figure:
         _series(axes, fit, error[:, channel], color=ESTIMATE, linewidth=0.8)
         if limit > 0:
             axes.set_ylim(-1.15 * limit, 1.15 * limit)
-            shown = error[outlier, channel].clip(-1.1 * limit, 1.1 * limit)
-            _dots(axes, _places(fit)[outlier], shown)
+            _dots(axes, _places(fit)[outlier], error[outlier, channel], 1.1 * limit)
+            _sizes(axes, fit, error[:, channel], 1.1 * limit)
         _name(axes, fit, channel)
         regular = np.where(outlier, np.nan, error[:, channel])
         for spectral in spectra:
@@ -169,7 +170,7 @@ def excitation(fit: FitReport, observable: Sequence[bool]) -> Figure:
     axes.invert_yaxis()
     axes.grid(visible=False, axis="y")
     axes.set_xscale("log")
-    axes.set_xlim(relative[relative >= FLOOR].min() / 3, 1.2)
+    axes.set_xlim(min(relative[relative >= FLOOR].min() / 3, 0.09), 1.2)
     axes.set_xlabel("strength of excitation, relative to the strongest")
     if weak.any():
         named = [
@@ -286,16 +287,33 @@ def _name(axes: Axes, fit: FitReport, channel: int) -> None:
 def _legend(figure: Figure, lines: Sequence[Line2D], fit: FitReport) -> None:
     handles: list[Line2D | Patch] = list(lines)
     if outliers(fit).any():
-        handles.append(
-            Line2D([], [], color=OUTLIER, marker=".", linestyle="", label="weight below one half")
-        )
+        label = "left out" if _is_of_poses(fit) else "weight below one half"
+        handles.append(Line2D([], [], color=OUTLIER, marker=".", linestyle="", label=label))
     if fit.held_out.any():
         handles.append(Patch(facecolor=HELD_OUT, edgecolor=EARLIER, label="held out"))
     figure.legend(handles=handles, loc="outside lower center", ncols=len(handles))
 
 
-def _dots(axes: Axes, time: Array, values: Array) -> None:
-    axes.plot(time, values, ".", color=OUTLIER, markersize=5, zorder=3)
+def _dots(axes: Axes, places: Array, values: Array, limit: float = math.inf) -> None:
+    """Draws outliers, and those beyond a limit as arrows that point to them from the edge."""
+    beyond = np.where(np.abs(values) > limit, np.sign(values), 0)
+    for sign, marker in ((0, "."), (1, "^"), (-1, "v")):
+        shown = values[beyond == sign].clip(-limit, limit)
+        axes.plot(places[beyond == sign], shown, marker, color=OUTLIER, markersize=5, zorder=3)
+
+
+def _sizes(axes: Axes, fit: FitReport, values: Array, limit: float) -> None:
+    """Writes the size of what is beyond a limit beside its arrow, for poses, which are few."""
+    beyond = outliers(fit) & (np.abs(values) > limit) & _is_of_poses(fit)
+    for place, value in zip(_places(fit)[beyond], values[beyond], strict=True):
+        axes.annotate(
+            f"{value:.3g}",
+            (place, np.clip(value, -limit, limit)),
+            xytext=(5, 0),
+            textcoords="offset points",
+            va="bottom" if value < 0 else "top",
+            color=OUTLIER,
+        )
 
 
 def _shade_held_out(axes: Axes, fit: FitReport) -> None:

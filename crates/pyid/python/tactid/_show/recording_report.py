@@ -14,7 +14,7 @@ from tactid._base.errors import IdentificationError
 from tactid._base.naming import Style, option_name
 from tactid._base.output_files import FigureFormat
 from tactid._base.values import Z95, Interval, Values, digits_of
-from tactid._results.formats import Identified, controller_text
+from tactid._results.formats import controller_text
 from tactid._results.identification import IdentificationData, Recorded
 from tactid._results.records import FitReport
 from tactid._show import body_plot, captions, page, recording_plots, reported
@@ -43,6 +43,17 @@ MAKER_TITLES = {
     "kuka": "KUKA",
     "abb": "ABB",
 }
+
+HELD_OUT = """{} of {} windows are held out. Residuals there should be as small as in the fit.
+Windows with outliers count little in the weighted numbers, and as much as any other in the plain
+ones: where these are far worse, a contact or another disturbance is in the recording. A channel in
+which the motion changes nothing contains only noise, of which little is predicted."""
+
+ALL_POSES = """A pose that was left out counts in the plain numbers alone. A channel in which the
+attitudes change nothing contains only noise, of which little is predicted."""
+
+CONTRADICTED = """The data contradict the result, and another program would take it for right:
+correct what contradicts it and identify again. {option} gives the result as it is."""
 
 FRICTION = """Friction in the joints is the usual reason for large residuals of joint efforts: no
 interval contains its error. An unloaded recording of the same motion ({option}) subtracts most of
@@ -88,7 +99,7 @@ def render(
     if isinstance(result, IdentificationData):
         advice = _advice(result, within)
         fit = f"""<h2>Measured and predicted</h2>
-{_agreement(result.fit)}
+{_agreement(result.fit, at_rest=is_at_rest(result))}
 {shown["fit"]}
 <h2>Residuals</h2>
 {_friction(result, style)}
@@ -101,18 +112,18 @@ def render(
         f"""<h1>The payload at <code>{frame}</code></h1>
 <p class="lead">From <code>{html.escape(result.source_name)}</code>. Everything is in the frame
 <code>{frame}</code> and along its axes, the inertia about the centre of mass.</p>
-{_table(result)}
+{page.contradiction(result.is_contradicted, remarks(result, style))}{_table(result)}
 <h2>Remarks</h2>
 {_remarks(result, style)}
 <h2>Position and size</h2>
 {_body(result, values, half_widths, figures)}
 {fit}
 {over_time}
-<h2>Excitation by the motion</h2>
+<h2>Excitation by the {"poses" if is_at_rest(result) else "motion"}</h2>
 {advice}
 {shown.get("excitation", "")}
 <h2>Formats for other programs</h2>
-{payload_forms(result)}
+{payload_forms(result, style)}
 <h2>The identification</h2>
 {page.facts(_facts(result))}""",
     )
@@ -207,38 +218,45 @@ def _body(result: Recorded, values: Values, half_widths: Values, figures: Figure
     return f"<p>There is no ellipsoid to draw: {reason}.</p>{point}"
 
 
-def _agreement(fit: FitReport) -> str:
-    held_out = fit.held_out
+def _agreement(fit: FitReport, *, at_rest: bool) -> str:
     residuals = fit.measured - fit.predicted
     plain = np.sqrt(np.mean(residuals**2, axis=0)) if len(residuals) else fit.residual_rms
     groups = (
         (fit.residual_rms, fit.held_out_rms, _fractions(fit, weighted=True)),
         (plain, fit.held_out_plain_rms, _fractions(fit, weighted=False)),
     )
+    shown = 1 if at_rest else 2  # of poses, none are held out
     rows = []
     for index, channel in enumerate(fit.channels):
         cells = "".join(
-            f"<td>{_rms(float(fitted[index]))}</td>"
-            f'<td class="value">{_rms(float(held[index]))}</td>'
-            f'<td>{_percent(seen[index])}</td><td class="value">{_percent(unseen[index])}</td>'
+            "".join(pair[:shown])
             for fitted, held, (seen, unseen) in groups
+            for pair in (
+                _pair(_rms(float(fitted[index])), _rms(float(held[index]))),
+                _pair(_percent(seen[index]), _percent(unseen[index])),
+            )
         )
         rows.append(
             f"<tr><td>{html.escape(channel.name)}</td>"
             f'<td class="unit">{html.escape(channel.unit)}</td>{cells}</tr>\n'
         )
-    columns = "<th>fit</th><th>held out</th>" * 4
-    kinds = '<th colspan="2">rms residual</th><th colspan="2">variance predicted</th>' * 2
+    counts = np.count_nonzero(fit.held_out), len(fit.held_out)
+    columns = "".join(("<th>fit</th>", "<th>held out</th>")[:shown]) * 4
+    kinds = "".join(
+        f'<th colspan="{shown}">{kind}</th>' for kind in ("rms residual", "variance predicted")
+    )
+    groups_of = "".join(f'<th colspan="{2 * shown}">{name}</th>' for name in ("weighted", "plain"))
     return f"""<div class="wide"><table>
-<caption>{np.count_nonzero(held_out)} of {len(held_out)} windows are held out. Residuals there
-should be as small as in the fit. Windows with outliers count little in the weighted numbers, and as
-much as any other in the plain ones: where these are far worse, a contact or another disturbance is
-in the recording. A channel in which the motion changes nothing contains only noise, of which little
-is predicted.</caption>
-<thead><tr><th></th><th></th><th colspan="4">weighted</th><th colspan="4">plain</th></tr>
-<tr><th></th><th></th>{kinds}</tr>
+<caption>{ALL_POSES if at_rest else HELD_OUT.format(*counts)}</caption>
+<thead><tr><th></th><th></th>{groups_of}</tr>
+<tr><th></th><th></th>{kinds * 2}</tr>
 <tr><th>channel</th><th></th>{columns}</tr></thead>
 <tbody>{"".join(rows)}</tbody></table></div>"""
+
+
+def _pair(of_fit: str, of_held_out: str) -> tuple[str, str]:
+    """Returns a cell of the fit, and one of the held-out windows."""
+    return f"<td>{of_fit}</td>", f'<td class="value">{of_held_out}</td>'
 
 
 def _fractions(fit: FitReport, *, weighted: bool) -> tuple[list[float | None], list[float | None]]:
@@ -255,11 +273,15 @@ def _percent(fraction: float | None) -> str:
     return "–" if fraction is None else f"{round(100 * fraction, 2) + 0.0:.2f} %"
 
 
-def payload_forms(result: Identified) -> str:
+def payload_forms(result: reported.Result, style: Style) -> str:
     """Returns the payload in the formats of other programs as HTML, each to unfold.
 
-    Lines for the controllers of makers are there as far as the values they need are known.
+    Lines for the controllers of makers are there as far as the values they need are known. There
+    are none where the data contradict the result; of what can be no body, each says so itself.
     """
+    if result.is_contradicted and result.estimate.why_impossible is None:
+        option = option_name("accept_contradicted", style)
+        return f"<p>{html.escape(CONTRADICTED.format(option=option))}</p>"
     forms: dict[str, Callable[[], str]] = {
         "For a robot controller": partial(controller_text, result),
         "URDF": result.estimate.to_urdf,
