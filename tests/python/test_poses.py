@@ -13,7 +13,7 @@ from conftest import TactidCommand
 from recorded_arm import ur5e
 from tactid._api.poses import identify_pose_table
 from tactid._read.pose_table import read_poses
-from tactid._show import recording_plots, remarks
+from tactid._show import recording_plots, recording_report, remarks
 from test_cli import assert_refused
 
 Array = NDArray[np.float64]
@@ -128,6 +128,39 @@ def test_a_known_tool_is_subtracted() -> None:
     assert rest.body.mass == pytest.approx(whole.body.mass - 0.5)
 
 
+@pytest.mark.parametrize("wrench_is", ["without-weight", "contact"])
+def test_what_a_controller_has_subtracted_is_added_again(wrench_is: str, tmp_path: Path) -> None:
+    """At rest, both are the weight of the configured payload."""
+    pose, wrench = poses(12)
+    configured = [0.5, 0.01, 0, 0.03]
+    weight = -9.81 * configured[0] * rotations(pose[:, 3:])[:, 2]
+    less = wrench - np.hstack([weight, np.cross(configured[1:], weight)])
+    found = identify(pose, less, wrench_is=wrench_is, configured_payload=configured)
+    expected = identify(pose, wrench).estimate.values
+    np.testing.assert_allclose(found.estimate.values, expected, atol=1e-9)
+    assert "configured_payload 0.5 0.01 0 0.03" in str(found)
+    table = write(tmp_path / "poses.csv", pose, less, "qx,qy,qz,qw,fx,fy,fz,tx,ty,tz")
+    given = tactid.Options(
+        wrench_acts_on="sensor", wrench_is=wrench_is, configured_payload=configured
+    )
+    arrays = read_poses(table, given)
+    assert arrays is not None
+    of_table = identify_pose_table(table, arrays, given).estimate.values
+    np.testing.assert_allclose(of_table, expected, atol=1e-9)
+
+
+def test_a_pose_that_was_left_out_is_an_arrow_with_its_size() -> None:
+    pose, wrench = poses(12)
+    wrench[5, 2] -= 6.0  # on the sensor
+    found = identify(pose, wrench)
+    axes = recording_plots.figures(found)["residuals"].axes[2]
+    (arrow,) = (line for line in axes.lines if line.get_marker() == "^" and len(line.get_xdata()))
+    assert list(arrow.get_xdata()) == [6]
+    (size,) = axes.texts
+    assert float(size.get_text()) == pytest.approx(6.0, abs=0.05)
+    assert "held out" not in recording_report.render(found)
+
+
 def test_an_opposite_sign_is_named() -> None:
     pose, wrench = poses(8)
     result = tactid.identify_poses(pose=pose, wrench=wrench)
@@ -156,6 +189,8 @@ def test_a_pose_that_is_nan_is_left_out_and_counted() -> None:
         ({"wrench": np.full((8, 6), np.nan)}, "no pose has"),
         ({"gravity": [0, 0, 0]}, "`gravity` is zero"),
         ({"cutoff_hz": 3}, "does not apply to poses at rest"),
+        ({"wrench_is": "without-weight"}, "`configured_payload` is missing: at rest, a weight"),
+        ({"wrench_is": "contact"}, "`configured_payload` is missing"),
         ({"q": np.zeros((8, 6))}, "`q` is given without a robot"),
         ({"nonsense": 1}, "there is no keyword"),
     ],

@@ -20,7 +20,7 @@ use crate::known_tool::GivenTool;
 use crate::paper::PaperSettings;
 use crate::uses::{
     ALL, DELAY, EFFORT_CONTENT, EFFORTS, FRAME, LEAST_SQUARES, LOG, LOGS, METHODS, MODEL, OFFSET,
-    PAPER, RECORDING, SAMPLES, STREAM, TOOL, WRENCHES,
+    PAPER, RECORDING, SAMPLES, STREAM, TOOL, WEIGHT, WRENCHES,
 };
 
 /// Range of gravity, m/s²: up to twice that of Jupiter. A larger one is in another unit.
@@ -189,13 +189,13 @@ options! {
         /// (raw); the weight of the configured payload, but not the forces that accelerate it
         /// (without-weight), which is then added again, or, where no configured payload is given,
         /// identified as four more unknowns; or both the weight and these forces (contact).
-        #[option(SIGNS, SAMPLES, default = "raw", about = About::Wrenches)]
+        #[option(SIGNS, WEIGHT, default = "raw", about = About::Wrenches)]
         pub wrench_is: Option<WrenchIs>,
         /// Payload that is configured in the controller, which subtracts it from the wrenches
         /// (wrench_is): mass and centre of mass in the tip's frame, and its inertia about it where
         /// that is known.
         #[option(
-            SIGNS, SAMPLES,
+            SIGNS, WEIGHT,
             unit = "kg, m, kg m²",
             range = Range::FINITE,
             about = About::Wrenches

@@ -67,6 +67,15 @@ pub(crate) const SAMPLES: &[Use] = &[
     Use::Online,
     Use::PaperFilter,
 ];
+pub(crate) const WEIGHT: &[Use] = &[
+    Use::Log,
+    Use::Live,
+    Use::Arrays,
+    Use::Compensation,
+    Use::Poses,
+    Use::Online,
+    Use::PaperFilter,
+];
 pub(crate) const EFFORT_CONTENT: &[Use] = &[
     Use::Log,
     Use::Live,

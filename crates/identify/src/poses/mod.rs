@@ -401,12 +401,13 @@ fn check_settings(equations: &EquationSettings) -> Result<(), IdentifyError> {
             equations.method.name()
         )));
     }
-    let known_gravity = EquationSettings {
-        unknowns: Unknowns {
-            gravity: false,
-            ..equations.unknowns
-        },
-        ..equations.clone()
-    };
-    known_gravity.check_known()
+    if equations.unknowns.weight {
+        return Err(IdentifyError::Option {
+            option: "configured_payload",
+            what: "`configured_payload` is missing: at rest, a weight that was subtracted from the wrenches and that of \
+                   the payload are one"
+                .to_owned(),
+        });
+    }
+    Ok(())
 }
