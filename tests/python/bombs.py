@@ -5,12 +5,10 @@ wall and processor time, and the largest memory of the process. Exit code, proce
 are tested (``test_bombs.py``), and a command that takes longer than a minute is killed.
 """
 
-import json
 import sqlite3
 import struct
-import subprocess
-import sys
 import tempfile
+import time
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -23,6 +21,7 @@ from rich.table import Table
 
 import recorded_arm
 import tactid
+from commands import CommandServer, Done
 from index_bombs import INDICES
 from mcap_records import BEGIN, MAGIC, chunk, packed, record, text
 from sqlite_bombs import DATABASES
@@ -34,9 +33,6 @@ LIMIT_MB = 512.0
 
 DEADLINE_S = 60.0
 """Time after which a command is killed, s."""
-
-MEASURE = Path(__file__).with_name("measure.py")
-"""Script that runs a command and measures it."""
 
 FLOAT = ("std_msgs/msg/Float64", b"float64 data\n")
 TEXT = ("std_msgs/msg/String", b"string data\n")
@@ -327,18 +323,6 @@ class Case:
     arguments: list[str]
 
 
-@dataclass(frozen=True)
-class Cost:
-    """What a run has taken."""
-
-    code: int
-    wall_s: float
-    processor_s: float
-    memory_mb: float
-    text: str
-    """Standard output and error."""
-
-
 def cases(folder: Path) -> Iterator[Case]:
     """Writes the inputs, and gives the commands that read them."""
     (folder / "short.toml").write_text("duration_s = 0.5\n")
@@ -395,19 +379,9 @@ def cases(folder: Path) -> Iterator[Case]:
         yield Case("200 000 nested brackets", command)
 
 
-def run(case: Case) -> Cost:
+def run(case: Case, server: CommandServer, folder: Path) -> Done:
     """Runs a command and measures it."""
-    command = [sys.executable, "-m", "tactid", *case.arguments]
-    with tempfile.TemporaryFile("w+") as output, tempfile.NamedTemporaryFile("r") as usage:
-        # A process starts with the memory of the one that starts it, as the kernel counts it.
-        subprocess.run(
-            [sys.executable, "-I", "-S", str(MEASURE), str(DEADLINE_S), usage.name, *command],
-            stdout=output,
-            stderr=output,
-            check=True,
-        )
-        output.seek(0)
-        return Cost(**json.load(usage), text=output.read())
+    return server.run(case.arguments, folder, DEADLINE_S)
 
 
 def main() -> None:
@@ -417,12 +391,15 @@ def main() -> None:
     table.add_column("command")
     for name in ("exit code", "wall time / s", "processor time / s", "memory / MB"):
         table.add_column(name, justify="right")
+    server = CommandServer()
     with tempfile.TemporaryDirectory() as name:
         for case in cases(Path(name)):
-            cost = run(case)
-            numbers = (cost.wall_s, cost.processor_s, cost.memory_mb)
-            shown = [str(cost.code), *(f"{number:.1f}" for number in numbers)]
+            start_s = time.perf_counter()
+            cost = run(case, server, Path(name))
+            numbers = (time.perf_counter() - start_s, cost.processor_s, cost.memory_mb)
+            shown = [str(cost.returncode), *(f"{number:.1f}" for number in numbers)]
             table.add_row(case.name, case.arguments[0], *shown)
+    server.close()
     Console().print(table)
 
 

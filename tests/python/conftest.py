@@ -2,19 +2,18 @@
 
 import json
 import signal
-import subprocess
-import sys
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 import tactid
+from commands import CommandServer, Done
 from expectations import Identify, Record, assert_fits_schema
 from tactid._base.values import values_of
 
-TactidCommand = Callable[..., "subprocess.CompletedProcess[str]"]
+TactidCommand = Callable[..., Done]
 
 # A shell starts what runs in the background with Ctrl-C ignored, and processes inherit that.
 signal.signal(signal.SIGINT, signal.default_int_handler)
@@ -48,21 +47,17 @@ def log(experiment: tactid.Experiment, tmp_path_factory: pytest.TempPathFactory)
     return path
 
 
+@pytest.fixture(scope="session")
+def command_server() -> Iterator[CommandServer]:
+    server = CommandServer(["tactid._show.recording_report"])
+    yield server
+    server.close()
+
+
 @pytest.fixture
-def command(tmp_path: Path) -> TactidCommand:
+def command(tmp_path: Path, command_server: CommandServer) -> TactidCommand:
     """Runs ``tactid`` with arguments in a folder of its own."""
-
-    def run(*arguments: object) -> "subprocess.CompletedProcess[str]":
-        return subprocess.run(
-            [sys.executable, "-m", "tactid", *map(str, arguments)],
-            cwd=tmp_path,
-            capture_output=True,
-            text=True,
-            timeout=300,
-            check=False,
-        )
-
-    return run
+    return lambda *arguments: command_server.run([*map(str, arguments)], tmp_path)
 
 
 @pytest.fixture

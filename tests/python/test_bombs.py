@@ -3,6 +3,7 @@
 from pathlib import Path
 
 import bombs
+from commands import CommandServer
 
 MOST_LINES = 1100
 """Lines of an answer: ``info`` lists a thousand topics."""
@@ -14,14 +15,16 @@ MAX_LINE_LENGTH = 2000
 
 def test_small_inputs_take_little_memory_and_time(tmp_path: Path) -> None:
     wrong = []
+    server = CommandServer()
     for case in bombs.cases(tmp_path):
-        cost = bombs.run(case)
-        lines = cost.text.splitlines()
+        cost = bombs.run(case, server, tmp_path)
+        lines = [*cost.stdout.splitlines(), *cost.stderr.splitlines()]
         is_short = len(lines) < MOST_LINES and max(map(len, lines), default=0) < MAX_LINE_LENGTH
         is_small = cost.memory_mb < bombs.LIMIT_MB and cost.processor_s < MOST_PROCESSOR_S
         errors = [line for line in lines if line.startswith("tactid: error: ")]
         # Each input either is read, or ends in one error, which is the last line.
-        is_clear = len(errors) == (cost.code == 2) and errors == lines[-1:][: len(errors)]
-        if cost.code not in (0, 2) or not is_clear or not is_small or not is_short:
+        is_clear = len(errors) == (cost.returncode == 2) and errors == lines[-1:][: len(errors)]
+        if cost.returncode not in (0, 2) or not is_clear or not is_small or not is_short:
             wrong.append((case.name, case.arguments[0], cost, lines[-1:]))
+    server.close()
     assert wrong == []

@@ -11,13 +11,14 @@ from typing import Any
 import pytest
 
 import tactid
+from commands import Done
 from conftest import TactidCommand
 from expectations import LAYOUT, assert_fits_schema
 
 VALUES = {"mass": None, "com": {"x", "y", "z"}, "inertia": {"xx", "xy", "xz", "yy", "yz", "zz"}}
 
 
-def assert_refused(done: "subprocess.CompletedProcess[str]", *parts: str, stdout: str = "") -> None:
+def assert_refused(done: Done, *parts: str, stdout: str = "") -> None:
     """Exit code 2, and a single line that says it."""
     assert done.returncode == 2, done.stderr
     assert done.stdout == stdout

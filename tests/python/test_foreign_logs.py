@@ -1,7 +1,6 @@
 """Logs whose messages are not CDR: ROS 1 bags, and MCAP with messages of ROS 1 or in JSON."""
 
 import json
-import subprocess
 import sys
 from collections.abc import Callable, Iterator
 from pathlib import Path
@@ -14,6 +13,7 @@ from rosbags.rosbag1 import Writer as BagWriter
 from rosbags.typesys import Stores, get_typestore
 
 import tactid
+from conftest import TactidCommand
 from recorded_arm import FIXED, JOINTS, PAYLOAD, ur5e
 from recordings import state
 
@@ -98,9 +98,7 @@ def test_a_log_that_is_not_cdr_gives_the_payload(form: str, tmp_path: Path) -> N
     assert not result.faults
 
 
-def test_info_lists_the_topics_of_a_bag(
-    tmp_path: Path, command: Callable[..., "subprocess.CompletedProcess[str]"]
-) -> None:
+def test_info_lists_the_topics_of_a_bag(tmp_path: Path, command: TactidCommand) -> None:
     shown = command("info", bag(tmp_path)).stdout.split("\n")
     rows = [line.split() for line in shown if line.strip().startswith("/")]
     assert rows == [

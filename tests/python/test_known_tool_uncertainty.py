@@ -42,44 +42,47 @@ def motion(random: np.random.Generator, seconds: float = 8.0) -> tuple[Array, Ar
         angles += amplitude[:, None] * np.sin(turn)
         rates += (amplitude * omega)[:, None] * np.cos(turn)
         accelerations -= (amplitude * omega**2)[:, None] * np.sin(turn)
-    poses, regressors = [], []
-    for (a, b, c), (da, db, dc), (dda, ddb, ddc) in zip(
-        angles.T, rates.T, accelerations.T, strict=True
-    ):
-        sa, ca, sb, cb, sc, cc = np.sin(a), np.cos(a), np.sin(b), np.cos(b), np.sin(c), np.cos(c)
-        x = np.array([[1, 0, 0], [0, ca, -sa], [0, sa, ca]])
-        y = np.array([[cb, 0, sb], [0, 1, 0], [-sb, 0, cb]])
-        z = np.array([[cc, -sc, 0], [sc, cc, 0], [0, 0, 1]])
-        pose = np.eye(4)
-        pose[:3, :3] = x @ y @ z
-        poses.append(pose)
-        # In axes of the sensor: the rates of R = X Y Z, and their derivatives.
-        ex, ey, ez = np.eye(3)
-        yz, w_z = (y @ z).T @ ex, ez * dc
-        w_y = z.T @ ey * db
-        w = yz * da + w_y + w_z
-        rate_yz = -np.cross(w_y + w_z, yz)
-        rate_y = -np.cross(w_z, z.T @ ey)
-        dw = yz * dda + rate_yz * da + z.T @ ey * ddb + rate_y * db + ez * ddc
-        regressors.append(regressor(w, dw, pose[:3, :3].T @ np.array([0, 0, 9.81])))
-    return time, np.array(poses), np.array(regressors)
+    x, y, z = (turn_about(axis, angles[axis]) for axis in range(3))
+    poses = np.tile(np.eye(4), (len(time), 1, 1))
+    poses[:, :3, :3] = x @ y @ z
+    (da, db, dc), (dda, ddb, ddc) = rates[..., None], accelerations[..., None]
+    # In axes of the sensor: the rates of R = X Y Z, and their derivatives.
+    of_x, of_y, of_z = (y @ z)[:, 0], z[:, 1], np.eye(3)[2]
+    w_y, w_z = of_y * db, of_z * dc
+    w = of_x * da + w_y + w_z
+    rate_x, rate_y = -np.cross(w_y + w_z, of_x), -np.cross(w_z, of_y)
+    dw = of_x * dda + rate_x * da + of_y * ddb + rate_y * db + of_z * ddc
+    return time, poses, regressor(w, dw, 9.81 * poses[:, 2, :3])
+
+
+def turn_about(axis: int, angle: Array) -> Array:
+    """Returns the rotations about an axis, (N, 3, 3)."""
+    i, j = (axis + 1) % 3, (axis + 2) % 3
+    rotation = np.tile(np.eye(3), (len(angle), 1, 1))
+    rotation[:, i, i] = rotation[:, j, j] = np.cos(angle)
+    rotation[:, j, i] = np.sin(angle)
+    rotation[:, i, j] = -np.sin(angle)
+    return rotation
 
 
 def regressor(w: Array, dw: Array, a: Array) -> Array:
-    """Returns what force and moment about the origin are linear in."""
+    """Returns what force and moment about the origin are linear in, (N, 6, 10)."""
 
     def cross(v: Array) -> Array:
-        return np.array([[0, -v[2], v[1]], [v[2], 0, -v[0]], [-v[1], v[0], 0]])
+        return np.cross(v[:, None], np.eye(3)).transpose(0, 2, 1)
 
     def of_inertia(v: Array) -> Array:
-        x, y, z = v
-        return np.array([[x, y, z, 0, 0, 0], [0, x, 0, y, z, 0], [0, 0, x, 0, y, z]])
+        rows = np.zeros((len(v), 3, 6))
+        rows[:, 0, :3] = v
+        rows[:, 1, [1, 3, 4]] = v
+        rows[:, 2, [2, 4, 5]] = v
+        return rows
 
-    rows = np.zeros((6, 10))
-    rows[:3, 0] = a
-    rows[:3, 1:4] = cross(dw) + cross(w) @ cross(w)
-    rows[3:, 1:4] = -cross(a)
-    rows[3:, 4:] = of_inertia(dw) + cross(w) @ of_inertia(w)
+    rows = np.zeros((len(w), 6, 10))
+    rows[:, :3, 0] = a
+    rows[:, :3, 1:4] = cross(dw) + cross(w) @ cross(w)
+    rows[:, 3:, 1:4] = -cross(a)
+    rows[:, 3:, 4:] = of_inertia(dw) + cross(w) @ of_inertia(w)
     return rows
 
 

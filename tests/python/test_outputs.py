@@ -138,7 +138,7 @@ def test_a_command_says_what_it_replaces_and_never_what_tactid_has_not_written(
     command: TactidCommand, inputs: Path
 ) -> None:
     identify = ("identify", "run.mcap", "--urdf", "robot.urdf", "--estimates", "e.mcap")
-    identify += ("--result", "r.json", "--report", "r.html", "--figures", "pdf")
+    identify += ("--result", "r.json", "--report", "r.html", "--figures", "png")
     first = command(*identify)
     assert "earlier run" not in first.stderr
     assert (inputs / "r.html").exists(), first.stderr

@@ -1,7 +1,6 @@
 """Recordings in tables: columns by name and unit, and what is wrong with a file."""
 
 import json
-import subprocess
 import sys
 from collections.abc import Callable, Sequence
 from pathlib import Path
@@ -332,7 +331,7 @@ def test_an_array_of_texts_or_ragged_lists_is_refused(rows: np.ndarray, tmp_path
 
 
 def test_info_shows_what_columns_are_known_as(
-    rows: np.ndarray, tmp_path: Path, command: Callable[..., "subprocess.CompletedProcess[str]"]
+    rows: np.ndarray, tmp_path: Path, command: TactidCommand
 ) -> None:
     path, _ = rtde(tmp_path, rows)
     shown = command("info", path)

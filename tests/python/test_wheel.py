@@ -58,8 +58,7 @@ def test_a_fresh_environment_identifies_without_a_rust_toolchain(
     version: str, wheel: Path, tmp_path: Path
 ) -> None:
     """What it finds is equal to the digit to what another version of Python finds."""
-    run = fresh_environment(version, tmp_path / "environment")
-    run("pip", "install", "--quiet", "--no-compile", "--only-binary", ":all:", wheel)
+    run = fresh_environment(version, tmp_path / "environment", wheel)
     run("python", "-c", IMPORT_ALL)
     (tmp_path / "short.toml").write_text(EXPERIMENT, encoding="utf-8")
     log = tmp_path / "run.mcap"
@@ -72,14 +71,21 @@ def test_a_fresh_environment_identifies_without_a_rust_toolchain(
     assert found == json.loads(here)["estimate"]
 
 
-def fresh_environment(version: str, folder: Path) -> Run:
-    """Makes a virtual environment of a version of Python, and runs programs in it and no others."""
+def fresh_environment(version: str, folder: Path, wheel: Path) -> Run:
+    """Makes a virtual environment of a version of Python with a wheel and what that needs.
+
+    Returns what runs programs of it and no others.
+    """
     python = interpreter(version)
     if python is None:
         pytest.skip(f"there is no Python {version} here")
-    subprocess.run([python, "-m", "venv", folder], check=True)
+    # The pip of these tests installs into it, because one of its own takes seconds.
+    subprocess.run([python, "-m", "venv", "--without-pip", folder], check=True)
+    pip = [sys.executable, "-m", "pip", "--python", folder, "--disable-pip-version-check"]
+    install = ["install", "--quiet", "--no-compile", "--only-binary", ":all:", wheel]
+    subprocess.run([*pip, *install], check=True)
     programs = folder / "bin"
-    environment = {**os.environ, "PATH": str(programs), "PIP_DISABLE_PIP_VERSION_CHECK": "1"}
+    environment = {**os.environ, "PATH": str(programs)}
     environment.pop("PYTHONPATH", None)
     assert shutil.which("cargo", path=environment["PATH"]) is None
     return lambda name, *arguments: output_of([programs / name, *arguments], environment)
