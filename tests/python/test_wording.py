@@ -99,6 +99,10 @@ FINDINGS = [
         },
     ),
     Finding("inconsistent", {"distance": 7.0, "within_box": True}),
+    Finding(
+        "other_load",
+        {"parts": [[8.0, 12.04]], "fraction": 0.203, "force_rms": 15.1, "moment_rms": 1.44},
+    ),
     Finding("outliers", {"outliers": 3, "windows": 100}),
     Finding(
         "acceleration_not_used",
@@ -323,6 +327,11 @@ SENTENCES = {
         "No physically consistent body within the box explains the data within their noise. The"
         " result is the nearest one, 7.0 standard deviations away, and the intervals are widened"
         " until it is plausible: check the frames, the box, gravity and the offsets of the sensors."
+    ),
+    "other_load": (
+        "The wrenches from 8.0 s to 12.0 s, 20 % of the time, are not those of the load in the rest"
+        " of the recording, by 15 N and 1.4 N m (rms): something touched the payload, or it was"
+        " another one. They are left out, and the result is that of the rest."
     ),
     "outliers": (
         "3 of 100 windows are outliers, as an impact causes them, and have next to no weight."
@@ -695,6 +704,7 @@ DOUBTS = (
     "other_load",
     "nothing_held",
     "outlying_pose",
+    "other_load",
     "known_mass_not_kept",
     "constant_channels",
     "load_unexplained",

@@ -107,8 +107,8 @@ impl From<IdentifyError> for Failure {
         let status = match error {
             IdentifyError::Model(_) => tactid_status::InvalidRobot,
             IdentifyError::Option { .. } | IdentifyError::Method(_) => tactid_status::InvalidOption,
-            IdentifyError::State(_) | IdentifyError::Wrenches(_) => tactid_status::WrongCount,
-            IdentifyError::TooLittle(_) => tactid_status::Internal,
+            IdentifyError::State(_) | IdentifyError::Wrenches { .. } => tactid_status::WrongCount,
+            IdentifyError::TooLittle(_) | IdentifyError::NoPose => tactid_status::Internal,
         };
         Self {
             status,

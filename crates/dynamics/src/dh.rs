@@ -1,5 +1,7 @@
 //! Construction of a [`Manipulator`] from a Denavit-Hartenberg table.
 
+use std::sync::Arc;
+
 use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
 
 use crate::manipulator::{BaseKind, Joint, JointKind, Manipulator, check_body};
@@ -122,7 +124,7 @@ impl Manipulator {
                 UnitQuaternion::from_axis_angle(&Vector3::x_axis(), link.alpha),
             );
             parent_body = model.add_body(parent_body, joint);
-            model.joint_names.push(link.joint.clone());
+            Arc::make_mut(&mut model.joint_names).push(link.joint.clone());
             parent_link = model.add_link(
                 &link.link,
                 parent_link,

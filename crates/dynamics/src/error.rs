@@ -1,5 +1,7 @@
 //! Errors of building a model and of using it.
 
+use std::sync::Arc;
+
 use thiserror::Error;
 
 use crate::names::list_similar;
@@ -133,7 +135,7 @@ impl ModelError {
 #[derive(Debug, Error, PartialEq)]
 pub enum StateError {
     /// A slice does not have one entry for each independent joint.
-    #[error("{what} has {given} entries, but the robot has {expected} joints: {joints}")]
+    #[error("{what} has {given} entries, but the robot has {expected} joints: {}", joints.join(", "))]
     Length {
         /// The quantity at fault, for instance `position`.
         what: &'static str,
@@ -141,8 +143,8 @@ pub enum StateError {
         given: usize,
         /// Number of entries required.
         expected: usize,
-        /// Names of the joints in their order.
-        joints: String,
+        /// Names of the joints in their order. An error allocates nothing.
+        joints: Arc<Vec<String>>,
     },
     /// A part of a [`StateSeries`](crate::StateSeries) has neither the entries of all states nor
     /// the entries of one state for all of them.

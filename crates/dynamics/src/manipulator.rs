@@ -1,5 +1,7 @@
 //! The immutable model of a robot: a base and a tree of moving bodies.
 
+use std::sync::Arc;
+
 use nalgebra::{Isometry3, Unit, Vector3};
 
 use crate::inertia::impossible_moments;
@@ -135,7 +137,7 @@ pub struct Manipulator {
     pub(crate) links: Vec<Link>,
     /// Position in `links` of each [`FrameId`].
     positions: Vec<usize>,
-    pub(crate) joint_names: Vec<String>,
+    pub(crate) joint_names: Arc<Vec<String>>,
     /// What is wrong in the description, except for missing masses.
     pub(crate) findings: Vec<ModelFinding>,
 }
@@ -148,7 +150,7 @@ impl Manipulator {
             bodies: vec![Body::new(0, None)],
             links: Vec::new(),
             positions: Vec::new(),
-            joint_names: Vec::new(),
+            joint_names: Arc::default(),
             findings: Vec::new(),
         };
         robot.insert_link(0, root, (0, 0), Isometry3::identity(), own);
@@ -369,7 +371,7 @@ impl Manipulator {
             what,
             given,
             expected: self.dof(),
-            joints: self.joint_names.join(", "),
+            joints: self.joint_names.clone(),
         })
     }
 }

@@ -1,5 +1,7 @@
 //! Motion (1)-(20) against numerical derivatives of poses along a trajectory.
 
+use std::sync::Arc;
+
 use crate::common::{
     self, State, assert_close, derivative, rng, robots, second_derivative, six, vector,
 };
@@ -218,7 +220,7 @@ fn wrong_lengths_are_refused() {
                 .find(|&length| length != 1)
                 .unwrap(),
             expected: 1,
-            joints: "joint".to_owned(),
+            joints: Arc::new(vec!["joint".to_owned()]),
         };
         assert_eq!(motion(&mut workspace, &base, joints), Err(expected));
         let error = base_acceleration(&mut workspace, &base, joints).unwrap_err();

@@ -26,8 +26,16 @@ pub enum IdentifyError {
     #[error("{0}; `method` chooses the method")]
     Method(String),
     /// A sample does not have one wrench for each sensor.
-    #[error("{0}")]
-    Wrenches(String),
+    #[error("a sample has {given} wrenches, but there are {expected} sensors")]
+    Wrenches {
+        /// Number of wrenches of the sample.
+        given: usize,
+        /// Number of sensors.
+        expected: usize,
+    },
+    /// There is no pose with measurements.
+    #[error("no pose has a wrench and an attitude that can be used")]
+    NoPose,
     /// There are too few windows, or most have too few samples: the recording is too short, or the
     /// cutoff does not suit its length or its sample rate.
     #[error("{0}; `cutoff_hz` sets the cutoff")]
@@ -43,7 +51,7 @@ impl IdentifyError {
             Self::Option { option, .. } => Some(option),
             Self::Method(_) => Some("method"),
             Self::TooLittle(_) => Some("cutoff_hz"),
-            Self::Model(_) | Self::State(_) | Self::Wrenches(_) => None,
+            Self::Model(_) | Self::State(_) | Self::Wrenches { .. } | Self::NoPose => None,
         }
     }
 

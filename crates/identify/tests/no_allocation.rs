@@ -4,7 +4,7 @@ use crate::common::{Experiment, Noise, TOOL, identifier, payload};
 use allocation_counter::measure;
 use rand::{SeedableRng, rngs::SmallRng};
 use tactid_dynamics::MassProperties;
-use tactid_identify::{EquationSettings, Method, WORLD};
+use tactid_identify::{EquationSettings, Method, Sample, WORLD};
 
 /// A payload change allocates nothing: the noise is estimated, the change is detected, and the
 /// estimate starts again.
@@ -86,5 +86,38 @@ fn push_and_estimate_allocate_nothing() {
             assert_eq!(identifier.estimate().windows, 13);
         });
         assert_eq!(allocations.count_total, 0);
+    }
+}
+
+/// A sample of a wrong size is refused without an allocation; only its message allocates.
+#[test]
+fn an_error_allocates_nothing() {
+    let experiment = Experiment {
+        duration_s: 0.01,
+        ..Experiment::default()
+    };
+    let instants = experiment.run();
+    let mut identifier = identifier(&experiment, &EquationSettings::default());
+    let sample = instants[0].sample();
+    let wrong = [
+        Sample {
+            joint_position: &[0.0],
+            ..sample
+        },
+        Sample {
+            wrenches: &[],
+            ..sample
+        },
+    ];
+    for sample in wrong {
+        let mut refused = None;
+        let allocations = measure(|| refused = identifier.push(&sample).err());
+        assert_eq!(allocations.count_total, 0);
+        let message = refused.unwrap().to_string();
+        assert!(
+            message.contains("joint_1, ")
+                || message.contains("0 wrenches, but there are 2 sensors"),
+            "{message}"
+        );
     }
 }

@@ -130,7 +130,7 @@ impl IntoPyErr for IdentifyError {
         let option = self.option();
         match self {
             Self::Model(error) => error.with_message(message),
-            Self::State(_) | Self::Option { .. } | Self::Wrenches(_) => {
+            Self::State(_) | Self::Option { .. } | Self::Wrenches { .. } | Self::NoPose => {
                 ArgumentError::new_err((message, option))
             }
             Self::Method(_) | Self::TooLittle(_) => IdentificationError::new_err((message, option)),

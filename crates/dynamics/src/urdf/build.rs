@@ -1,6 +1,7 @@
 //! Construction of a [`Manipulator`] from the links and joints that urdf-rs has read.
 
 use std::collections::{BTreeMap, HashSet};
+use std::sync::Arc;
 
 use nalgebra::{Isometry3, Unit, Vector3};
 use urdf_rs::JointType;
@@ -175,7 +176,7 @@ impl<'a> Builder<'a> {
         moving.is_mimic = matches!(followed, Some(Ok(_)));
         moving.coordinate = robot.joint_names.len();
         if !moving.is_mimic {
-            robot.joint_names.push(moving.name.clone());
+            Arc::make_mut(&mut robot.joint_names).push(moving.name.clone());
         }
         let body = robot.add_body(parent, moving);
         match followed {

@@ -204,9 +204,7 @@ impl Model {
             return Ok(());
         }
         let (given, expected) = (sample.wrenches.len(), self.sensor_count);
-        Err(IdentifyError::Wrenches(format!(
-            "a sample has {given} wrenches, but there are {expected} sensors"
-        )))
+        Err(IdentifyError::Wrenches { given, expected })
     }
 
     /// Computes the entries of an instant, which enter means over windows: the targets of all rows,

@@ -172,7 +172,7 @@ impl RestIdentifier {
     /// Solves for the payload.
     ///
     /// # Errors
-    /// Returns [`IdentifyError::Wrenches`] without a sample, and [`IdentifyError::Option`] for one
+    /// Returns [`IdentifyError::NoPose`] without a sample, and [`IdentifyError::Option`] for one
     /// attitude alone where the sensor has an unknown offset.
     pub fn solve(&self) -> Result<BatchResult, IdentifyError> {
         let poses = self.means();
@@ -268,9 +268,7 @@ impl RestIdentifier {
 
     fn check(&self, attitudes: &[usize]) -> Result<(), IdentifyError> {
         match attitudes.iter().max() {
-            None => Err(IdentifyError::Wrenches(
-                "no pose has a wrench and an attitude that can be used".to_owned(),
-            )),
+            None => Err(IdentifyError::NoPose),
             Some(1) if self.has_offset && self.unknowns.gravity => Err(IdentifyError::Option {
                 option: "gravity",
                 what: "two attitudes do not determine the direction of gravity beside an offset of the sensor: \

@@ -250,6 +250,7 @@ class LinearEstimate(Record):
 @dataclass(frozen=True, eq=False)
 class LiveStatus(Record):
     is_running: bool
+    is_payload_held: bool
     topics: Sequence[str]
     messages: int
     samples: int
