@@ -21,6 +21,7 @@ mod turning;
 mod batch;
 mod checks;
 mod contact;
+mod contact_or_payload;
 mod effort_intervals;
 mod findings;
 mod further_unknowns;

@@ -152,6 +152,12 @@ impl<const N: usize> Rls<N> {
         self.of_all_rows().regularised(&self.start).root()
     }
 
+    /// Returns the sum of the squared residuals of all rows at the least-squares solution.
+    #[must_use]
+    pub fn residual_squares(&self) -> f64 {
+        self.of_all_rows().residual_squares
+    }
+
     /// Returns the covariance `s² (AᵀA)⁻¹` of the estimate, or `None` until there are more rows
     /// than parameters, and they excite every direction. It is also `None` where an entry is beyond
     /// the range of numbers.
@@ -227,7 +233,7 @@ mod tests {
             let batch = a.clone().svd(true, true).solve(&b, 1e-14).unwrap();
             prop_assert!((rls.parameters() - &batch).norm() < 1e-9 * (1.0 + batch.norm()));
             let squares = (&a * &batch - &b).norm_squared();
-            prop_assert!((rls.of_all_rows().residual_squares - squares).abs() < 1e-9 * squares);
+            prop_assert!((rls.residual_squares() - squares).abs() < 1e-9 * squares);
             let covariance = (a.transpose() * &a).try_inverse().unwrap() * (squares / 27.0);
             let difference = (rls.covariance().unwrap() - &covariance).norm();
             prop_assert!(difference < 1e-8 * covariance.norm());

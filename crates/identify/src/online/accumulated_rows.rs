@@ -155,6 +155,11 @@ impl AccumulatedRows {
         self.windows += 1;
     }
 
+    /// Returns the sum of the squared residuals of all rows at the parameters that fit them best.
+    pub(crate) fn residual_squares(&self) -> f64 {
+        self.rls.residual_squares()
+    }
+
     /// Returns the parameters that fit all rows best, however uncertain they are. Their residuals
     /// are noise.
     pub(crate) fn best_fit(&self) -> Vector {

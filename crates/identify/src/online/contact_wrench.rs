@@ -16,7 +16,7 @@ impl Identifier {
     /// because nothing more would be known of it.
     #[must_use]
     pub fn hold_payload(&mut self, is_held: bool) -> bool {
-        if is_held && !self.update.estimator().is_settled() {
+        if is_held && !self.update.confirm_payload() {
             return false;
         }
         if self.is_held && !is_held {
@@ -143,7 +143,7 @@ impl Identifier {
         let estimator = self.update.estimator();
         let estimate = estimator.joint_estimate();
         let frame = self.stream.offset_frame();
-        let offsets = estimate.offsets?.mapped(frame.map());
+        let offsets = estimator.known_offsets()?.mapped(frame.map());
         let std_devs = offsets.std_devs(&estimate.covariance, &estimator.null_space());
         Some(frame.offset(&(offsets.values * self.sign), Some(std_devs)))
     }

@@ -328,16 +328,21 @@ impl Identifier {
                 self.times.change(time_s);
                 PushOutcome::PayloadChanged
             }
+            Assessment::Contradicted => {
+                self.times.since_s = time_s;
+                outcome
+            }
             Assessment::PayloadReturned => {
                 self.times.return_to_before();
                 PushOutcome::PayloadReturned
             }
         };
         // A payload change is reported together with the estimate that starts again.
-        if outcome != PushOutcome::Used {
+        let starts_again = outcome != PushOutcome::Used || assessment == Assessment::Contradicted;
+        if starts_again {
             self.recent.clear();
         }
-        if outcome != PushOutcome::Used || !is_dense {
+        if starts_again || !is_dense {
             self.finish();
         }
         outcome

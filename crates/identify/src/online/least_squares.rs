@@ -3,8 +3,9 @@
 use tactid_nlms::SettingError;
 
 use super::changes::{Changes, is_evident, score};
+use super::explanations::{Explanations, Verdict};
 use super::innovation::{Prediction, WhitenedWindow};
-use super::noise_tracker::INITIAL_WINDOWS;
+use super::noise_tracker::{INITIAL_WINDOWS, MIN_WINDOWS};
 use super::stage::Stage;
 use super::trusted::{JointEstimate, State, Trusted};
 use crate::equations::window::NOISE_CORRELATION;
@@ -15,17 +16,8 @@ use crate::solve::subspace::{Matrix, NullSpace, Vector};
 use crate::solve::uncertainty::students_widening;
 use crate::solve::weights::{rare_distance, robust_weight};
 
-/// Number of windows from which the noise is estimated for the first time: 48 rows of a wrench, for ten
-/// parameters and the noise of six channels. So many in a row also show that the payload before a change is held again, and
-/// so many changes in a row that the noise is larger than before.
-const MIN_WINDOWS: usize = 8;
-
 /// Leverage of a window relative to the mean since the estimate began below which the robot counts as at rest.
 const REST_LEVERAGE: f64 = 0.02;
-
-/// Number of windows since the estimate began, 3 s at a cutoff of 10 Hz, within which an alarm may also mean that
-/// the noise is larger than estimated.
-const TRIAL_WINDOWS: usize = 100;
 
 /// What a new window means for the estimate.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -35,6 +27,9 @@ pub(crate) enum Assessment {
     /// The window shows a payload change. It is not used, all earlier ones are discarded, and the update begins
     /// with [`Stage::Solve`].
     PayloadChanged,
+    /// The windows since a payload change contradict any payload, of which none has been reported: as
+    /// [`PayloadChanged`](Self::PayloadChanged).
+    Contradicted,
     /// Windows up to this one show the payload before the last change again, whose estimate continues. The update
     /// begins with [`Stage::Solve`].
     PayloadReturned,
@@ -69,22 +64,24 @@ impl WindowWeights {
 /// estimation, each a method here, which [`StagedUpdate`](super::staged_update::StagedUpdate) calls in order.
 #[derive(Clone, Debug)]
 pub(crate) struct OnlineLeastSquares {
-    state: State,
+    pub(super) state: State,
     /// The estimate as of the last window that nothing contradicted.
-    trusted: Trusted,
-    /// Number of payload changes that were detected since the last window with a trusted estimate.
-    alarms: usize,
+    pub(super) trusted: Trusted,
+    /// Number of times that the estimate started again since the last window with a trusted estimate: after a payload
+    /// change, and where no payload explained the windows since.
+    pub(super) alarms: usize,
+    /// What explains the windows since the estimate last started again.
+    pub(super) explanations: Explanations,
+    pub(super) verdict: Verdict,
     /// Whether the last window contradicts the present estimate.
-    is_contradicted: bool,
-    /// Buffer for the last window as the trusted estimate predicts it.
-    comparison: (WhitenedWindow, Prediction),
+    pub(super) is_contradicted: bool,
     /// The first windows, from which the noise is estimated at first.
     initial: Vec<Equation>,
     /// Buffer for a window without the offsets.
     centred: Equation,
     /// Number of windows.
-    windows: usize,
-    changes: Changes,
+    pub(super) windows: usize,
+    pub(super) changes: Changes,
     /// The most recent window. Its differences are whitened when they are needed.
     window: WhitenedWindow,
     prediction: Prediction,
@@ -93,7 +90,7 @@ pub(crate) struct OnlineLeastSquares {
     /// Sandwich covariance in observable directions.
     sandwich: Matrix,
     /// Covariance that is reported: wider than the sandwich.
-    covariance: Matrix,
+    pub(super) covariance: Matrix,
 }
 
 impl OnlineLeastSquares {
@@ -108,7 +105,8 @@ impl OnlineLeastSquares {
             trusted: Trusted::new(channels),
             alarms: 0,
             is_contradicted: false,
-            comparison: (WhitenedWindow::new(count), Prediction::new(count)),
+            explanations: Explanations::new(count),
+            verdict: Verdict::Payload,
             initial: vec![Equation::new(count); INITIAL_WINDOWS],
             centred: Equation::new(count),
             windows: 0,
@@ -129,20 +127,16 @@ impl OnlineLeastSquares {
         if self.windows == 0 && equation.rows.iter().all(|row| row.target == 0.0) {
             return Assessment::Accepted(Stage::ComputeCovariance);
         }
+        if let Some(assessment) = self.doubt(equation) {
+            return assessment;
+        }
         let mut centred = std::mem::replace(&mut self.centred, Equation::new(0));
         let assessment = self.assess_with(equation, &mut centred);
         self.centred = centred;
-        match assessment {
-            Assessment::Accepted(_) if self.alarms > 0 && self.explains_again(equation) => {
-                self.return_to_trusted();
-                Assessment::PayloadReturned
-            }
-            Assessment::Accepted(_) => {
-                self.trust_unless_contradicted();
-                assessment
-            }
-            other => other,
+        if matches!(assessment, Assessment::Accepted(_)) {
+            self.trust_unless_contradicted();
         }
+        assessment
     }
 
     /// Assesses a window with a buffer for the window without offsets.
@@ -165,41 +159,9 @@ impl OnlineLeastSquares {
         assessment
     }
 
-    /// Takes the present estimate as the one that nothing contradicts, if so: payload changes are detected, and no
-    /// window since the last one shows any evidence of one.
-    fn trust_unless_contradicted(&mut self) {
-        if self.is_trusted() {
-            let estimate = self.joint_estimate();
-            self.trusted.set(&self.state, estimate);
-            self.alarms = 0;
-        }
-    }
-
     /// Whether the noise is known, and enough windows since the last payload change, so that changes are detected.
     pub(crate) fn is_settled(&self) -> bool {
         self.state.windows_since_start > INITIAL_WINDOWS
-    }
-
-    /// Returns whether windows up to this one show the payload before the last change, and contradict the estimate since
-    /// then.
-    fn explains_again(&mut self, equation: &Equation) -> bool {
-        let Some(trusted) = self.trusted.estimate().copied() else {
-            return false;
-        };
-        let offsets = trusted.offsets.map(|offsets| offsets.values);
-        let State { rows, noise, .. } = self.trusted.state();
-        let (window, prediction) = &mut self.comparison;
-        window.copy_from(equation);
-        for ((_, target), offset) in window.rows.iter_mut().zip(offsets.iter().flatten()) {
-            *target -= offset;
-        }
-        noise.whiten(&mut window.rows);
-        prediction.predict(&window.rows, &trusted.parameters);
-        let innovation = rows.innovation(&window.rows, prediction, &trusted.covariance);
-        let distance = innovation.distance_beyond_model;
-        let explains = !is_evident(score(distance, window.rows.len(), noise));
-        let returning = self.trusted.returning(explains, !self.is_contradicted);
-        returning >= MIN_WINDOWS
     }
 
     /// Assesses a window whose channels have no offset.
@@ -270,8 +232,7 @@ impl OnlineLeastSquares {
         let slow = score(slow, channels, &self.state.noise);
         self.is_contradicted = is_predictable && is_evident(sudden);
         if is_predictable && is_settled && self.changes.detects(sudden, slow) {
-            self.restart();
-            return Assessment::PayloadChanged;
+            return self.restart();
         }
         self.state
             .noise
@@ -290,59 +251,6 @@ impl OnlineLeastSquares {
     /// the number of parameters.
     fn mean_leverage(&self) -> f64 {
         10.0 * NOISE_CORRELATION / (self.state.windows_since_start * self.window.rows.len()) as f64
-    }
-
-    /// Whether the noise before a payload change holds for the windows after it, too: whatever no body explains is then a
-    /// contact. After many changes in a row, or in the first seconds, the noise may have been underestimated instead.
-    fn knows_noise(&self) -> bool {
-        self.trusted.estimate().is_some()
-            && self.windows >= TRIAL_WINDOWS
-            && self.alarms <= MIN_WINDOWS
-    }
-
-    /// Discards all windows after a payload change, and keeps what is known of the offsets, and of the noise. Noise that may
-    /// have been underestimated is increased.
-    fn restart(&mut self) {
-        self.alarms += 1;
-        if self.knows_noise() {
-            self.state.noise.copy_from(&self.trusted.state().noise);
-        } else if self.state.windows_since_start < TRIAL_WINDOWS {
-            self.state.noise.increase();
-        }
-        let State {
-            rows,
-            centering,
-            parameters,
-            ..
-        } = &mut self.state;
-        rows.restart_at(parameters);
-        let trusted = self.trusted.estimate();
-        centering.restart(trusted.and_then(JointEstimate::known_offsets));
-        self.changes.restart();
-        self.trusted.restart();
-        self.state.windows_since_start = 0;
-    }
-
-    /// Returns to the last estimate that nothing contradicted, and answers whether that takes a payload change back.
-    fn return_to_trusted(&mut self) -> bool {
-        self.state.copy_from(self.trusted.state());
-        self.changes.restart();
-        self.trusted.restart();
-        std::mem::take(&mut self.alarms) > 0
-    }
-
-    /// Holds the load at the last estimate that nothing contradicted, and has the offsets determined anew by the windows
-    /// that follow. Returns whether a payload change is taken back; the update then begins with [`Stage::Solve`]. `None`,
-    /// and nothing done, where the offsets are no unknowns, or no load is known.
-    pub(crate) fn forget_offsets(&mut self) -> Option<bool> {
-        if !self.state.centering.is_needed() || self.trusted.estimate().is_none() {
-            return None;
-        }
-        let is_taken_back = self.return_to_trusted();
-        let factor = self.score_factor();
-        self.state.rows.keep_offset_rows(factor);
-        self.state.centering.restart(None);
-        Some(is_taken_back)
     }
 
     /// Whether the most recent window updates the noise.
@@ -393,7 +301,7 @@ impl OnlineLeastSquares {
     }
 
     /// Variance of the residuals of rows in units of the noise of a window.
-    fn score_factor(&self) -> f64 {
+    pub(super) fn score_factor(&self) -> f64 {
         self.state.noise.inflation() * self.state.noise.lasting_error_factor()
     }
 
@@ -407,7 +315,7 @@ impl OnlineLeastSquares {
     /// It is larger than the sandwich covariance by what the uncertainty of the noise itself adds. In unobservable
     /// directions it has the [plausible size](Information::unobservable) of the parameters.
     pub(crate) fn covariance(&self) -> Option<Matrix> {
-        (self.windows >= MIN_WINDOWS).then_some(self.covariance)
+        (self.windows >= MIN_WINDOWS && self.is_known()).then_some(self.covariance)
     }
 
     /// Returns the parameters with the constant offsets of the first six channels, in their units, where these are unknowns.
@@ -432,7 +340,7 @@ impl OnlineLeastSquares {
 
     /// Whether nothing contradicts the present estimate, and changes of the payload are detected.
     pub(crate) fn is_trusted(&self) -> bool {
-        self.is_settled() && !self.changes.has_evidence()
+        self.is_settled() && self.verdict == Verdict::Payload && !self.changes.has_evidence()
     }
 
     /// Returns the inverse of the covariance for white noise. In unobservable directions it is that of the plausible

@@ -19,14 +19,24 @@ use crate::solve::subspace::Vector;
 pub(crate) const MEMORY_WINDOWS: f64 = 500.0;
 
 /// Factor on the variance after a false alarm of the change detectors: the standard deviation
-/// doubles.
-const VARIANCE_GROWTH: f64 = 4.0;
+/// doubles. Noise that has grown by no more since a payload change, with the motion or the load,
+/// contradicts no payload.
+pub(crate) const VARIANCE_GROWTH: f64 = 4.0;
 
 /// Number of windows from which the noise is estimated all at once for the last time, after 1 s at
 /// a cutoff of 10 Hz. Only an estimate from more windows than that assigns robust weights and
 /// detects payload changes. A variance that has grown after a false alarm counts for so many, so
 /// that new windows correct it soon.
 pub(crate) const INITIAL_WINDOWS: usize = 32;
+
+/// Number of windows from which the noise is estimated for the first time: 48 rows of a wrench, for
+/// ten parameters and the noise of six channels. The payload after a change explains as many, and so
+/// many in a row show that the payload before it is held again.
+pub(crate) const MIN_WINDOWS: usize = 8;
+
+/// Number of windows, 3 s at a cutoff of 10 Hz, within which an alarm may also mean that the noise is
+/// larger than estimated, and a payload change be a contact.
+pub(crate) const TRIAL_WINDOWS: usize = 100;
 
 /// Number of windows that the correlation of all channels of a kind counts for in that of each of
 /// them. After so many windows, the noise power of one channel at low frequencies is known to 40 %

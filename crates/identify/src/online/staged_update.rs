@@ -72,9 +72,14 @@ impl StagedUpdate {
                 self.before_change = self.trusted;
                 Stage::Solve
             }
-            Assessment::PayloadReturned => Stage::Solve,
+            Assessment::Contradicted | Assessment::PayloadReturned => Stage::Solve,
         });
         assessment
+    }
+
+    /// Says that nothing touches the payload: see [`OnlineLeastSquares::confirm_payload`].
+    pub(crate) fn confirm_payload(&mut self) -> bool {
+        self.estimator.confirm_payload()
     }
 
     /// Holds the load and forgets the offsets, at once: see [`OnlineLeastSquares::forget_offsets`].

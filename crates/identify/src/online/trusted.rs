@@ -105,8 +105,6 @@ pub(crate) struct Trusted {
     state: State,
     /// `None` before the first window from which changes are detected.
     estimate: Option<JointEstimate>,
-    /// Number of windows in a row that agree with this estimate and contradict the present one.
-    returning: usize,
 }
 
 impl Trusted {
@@ -115,7 +113,6 @@ impl Trusted {
         Self {
             state: State::new(channels),
             estimate: None,
-            returning: 0,
         }
     }
 
@@ -133,22 +130,5 @@ impl Trusted {
     pub(crate) fn set(&mut self, state: &State, estimate: JointEstimate) {
         self.state.copy_from(state);
         self.estimate = Some(estimate);
-    }
-
-    /// Discards the count of windows that agree with this estimate.
-    pub(crate) fn restart(&mut self) {
-        self.returning = 0;
-    }
-
-    /// Counts a window by whether this estimate explains it, and whether the present one does.
-    /// Returns the number of windows in a row that this estimate alone explains; those that both
-    /// explain do not interrupt them.
-    pub(crate) fn returning(&mut self, explains: bool, is_explained: bool) -> usize {
-        self.returning = match (explains, is_explained) {
-            (true, false) => self.returning + 1,
-            (true, true) => self.returning,
-            (false, _) => 0,
-        };
-        self.returning
     }
 }

@@ -27,6 +27,15 @@ pub(crate) struct Offsets {
 }
 
 impl Offsets {
+    /// Returns offsets that are known, whatever the parameters.
+    pub(crate) fn known(known: &KnownOffsets) -> Self {
+        Self {
+            values: known.values,
+            gradients: SMatrix::zeros(),
+            of_means: known.covariance,
+        }
+    }
+
     /// Returns what a solution leaves of the mean rows of so many windows; `None` unless there are
     /// six.
     pub(crate) fn new(
@@ -315,6 +324,23 @@ impl Centering {
             of_means: rest * known.covariance * rest.transpose()
                 + gain * of_means * gain.transpose() * noise.factor,
         })
+    }
+
+    /// Returns the squared Mahalanobis distance of the offsets that parameters leave of the windows
+    /// from the known ones. The variance of a model error adds to theirs, in units of the noise of
+    /// a window. `None` where nothing is known of the offsets, or before any window.
+    pub(crate) fn shift(
+        &self,
+        parameters: &Vector,
+        noise: &WrenchNoise,
+        model_error: f64,
+    ) -> Option<f64> {
+        let known = self.known.as_ref()?;
+        let (regressors, targets) = self.mean()?;
+        let of_means = NOISE_CORRELATION / self.weight * noise.factor + model_error;
+        let covariance = known.covariance + noise.covariance * of_means;
+        let shift = targets - regressors * parameters - known.values;
+        Some(shift.dot(&covariance.cholesky()?.solve(&shift)))
     }
 
     /// Returns the mean regressors and targets of the six channels of a wrench; `None` without

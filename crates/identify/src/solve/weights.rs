@@ -1,7 +1,7 @@
 //! Robust weights of windows, by the squared Mahalanobis distance of their residuals.
 
 /// Quantile of the normal distribution beyond which 0.1 % lie.
-const RARE_QUANTILE: f64 = 3.09;
+pub(crate) const RARE_QUANTILE: f64 = 3.09;
 
 /// A window whose residual is this many times that of a rare one is an outlier.
 pub(crate) const OUTLIER: f64 = 5.0;

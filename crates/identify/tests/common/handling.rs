@@ -14,8 +14,13 @@ use crate::arm::{Instant, JOINTS, Run, TOOL, arm, joints_at};
 const STOPPING_S: f64 = 1.0;
 
 /// Returns the time along the motion, and its first two derivatives, of an arm that begins to stop
-/// at `stop_s`.
-fn warped(time_s: f64, stop_s: f64) -> [f64; 3] {
+/// at `stop_s`, and to move again at `resume_s`.
+fn warped(time_s: f64, [stop_s, resume_s]: [f64; 2]) -> [f64; 3] {
+    if time_s > resume_s {
+        let [along, rate, slope] = warped(time_s - resume_s, [0.0, f64::INFINITY]);
+        let stood = stop_s + 0.5 * STOPPING_S;
+        return [stood + time_s - resume_s - along, 1.0 - rate, -slope];
+    }
     let u = ((time_s - stop_s) / STOPPING_S).clamp(0.0, 1.0);
     let angle = std::f64::consts::PI * u;
     let moved = 0.5 * STOPPING_S * (u + angle.sin() / std::f64::consts::PI);
@@ -36,6 +41,16 @@ pub(crate) fn stopping(
     stop_s: f64,
     pushed: impl Fn(f64, &Isometry3<f64>) -> Wrench,
 ) -> Vec<Instant> {
+    pausing(run, [stop_s, f64::INFINITY], pushed)
+}
+
+/// Returns the samples as [`stopping`] does, of an arm that begins to stop at a time, s, and to
+/// move again at another.
+pub(crate) fn pausing(
+    run: &Run,
+    rest_s: [f64; 2],
+    pushed: impl Fn(f64, &Isometry3<f64>) -> Wrench,
+) -> Vec<Instant> {
     let robot = arm(BaseKind::Fixed);
     let tool = robot.frame(TOOL).unwrap();
     let mut workspace = Workspace::new(&robot);
@@ -44,7 +59,7 @@ pub(crate) fn stopping(
     let count = (run.duration_s * run.rate_hz).round() as usize;
     let instant = |k: usize| {
         let time_s = k as f64 / run.rate_hz;
-        let [along, rate, slope] = warped(time_s, stop_s);
+        let [along, rate, slope] = warped(time_s, rest_s);
         let [position, velocity, acceleration] = joints_at(&sines, along);
         let velocities = velocity.map(|v| v * rate);
         let accelerations = std::array::from_fn::<f64, JOINTS, _>(|j| {
