@@ -49,7 +49,8 @@ def test_a_played_recording_gives_its_payload(bag: Path) -> None:
 
 def test_arrays_and_messages_of_the_same_samples_give_the_same(tmp_path: Path) -> None:
     """Online, samples that come as arrays and as messages give the same to nine digits."""
-    messages = [each for batch in played(record(tmp_path / "bag", 4.0, 200), None) for each in batch]
+    bag = record(tmp_path / "bag", duration=4.0, joint_hz=200)
+    messages = [each for batch in played(bag, None) for each in batch]
     times = {ns for name, _, _, ns in messages if name == "/joint_states"}
     # The wrenches at the times of the joint states alone, so that none is averaged.
     messages = [each for each in messages if each[0] != "/wrench" or each[3] in times]

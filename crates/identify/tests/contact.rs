@@ -390,16 +390,16 @@ fn a_long_contact_in_a_recording_is_left_out_and_named() {
             "{mass_kg} {std_dev_kg}"
         );
         assert!(std_dev_kg < 0.01, "{std_dev_kg}");
-        let Finding::OtherLoad(part) = &found.findings[0] else {
+        let Finding::OtherLoad(other) = &found.findings[0] else {
             panic!("{:?}", found.findings);
         };
-        let [[from_s, to_s]] = part.parts[..] else {
-            panic!("{part:?}");
+        let [[from_s, to_s]] = other.parts[..] else {
+            panic!("{other:?}");
         };
         assert!((from_s - times_s[0]).abs() < 0.15 && (to_s - times_s[1]).abs() < 0.15);
         assert!(
-            (part.force_rms - force.norm()).abs() < 0.05 * force.norm(),
-            "{part:?}"
+            (other.force_rms - force.norm()).abs() < 0.05 * force.norm(),
+            "{other:?}"
         );
         let is_most = times_s[1] - times_s[0] > 7.0;
         let severity = if is_most {
@@ -414,9 +414,9 @@ fn a_long_contact_in_a_recording_is_left_out_and_named() {
         ..Trial::moving(3)
     }
     .identified();
-    let other = |found: &Finding| matches!(found, Finding::OtherLoad(_));
+    let is_other = |found: &Finding| matches!(found, Finding::OtherLoad(_));
     assert!(
-        !without.findings.iter().any(other),
+        !without.findings.iter().any(is_other),
         "{:?}",
         without.findings
     );

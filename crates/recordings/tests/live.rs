@@ -337,7 +337,7 @@ fn a_session_measures_contacts() {
 /// A push of 40 N that lasts until the end is a contact, and no payload change, where the payload is
 /// held; nothing is then learnt, and no zero is set.
 #[test]
-fn a_held_payload_tells_a_long_contact_from_a_change() {
+fn a_long_contact_of_a_held_payload_is_no_change() {
     let (_folder, mut instants, _) = recorded(5.0, |_| {});
     for instant in &mut instants[800..] {
         instant.wrenches[0].force.z += 40.0;

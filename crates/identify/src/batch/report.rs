@@ -11,9 +11,9 @@ use crate::result::{GravityEstimate, WeightEstimate, WrenchOffset};
 use crate::serial::{Table, TenValues};
 
 /// Number of sections of a recording, of which some are held out for validation.
-const VALIDATION_SECTIONS: usize = 25;
+pub(super) const VALIDATION_SECTIONS: usize = 25;
 /// One section in so many is held out.
-const HELD_OUT_EVERY: usize = 5;
+pub(super) const HELD_OUT_EVERY: usize = 5;
 
 /// How well the payload explains what was measured.
 #[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]

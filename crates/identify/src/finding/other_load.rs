@@ -4,9 +4,6 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use tactid_dynamics::words::{general, listed};
 
-/// Most parts of a recording that are named each.
-const MOST_NAMED: usize = 4;
-
 /// Parts of a recording in which the load is not that of the rest.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct OtherLoad {
@@ -29,14 +26,11 @@ impl OtherLoad {
 
     pub(super) fn words(&self) -> String {
         let named = |&[from_s, to_s]: &[f64; 2]| format!("from {from_s:.1} s to {to_s:.1} s");
-        let when = if self.parts.len() > MOST_NAMED {
-            let [first, last] = [self.parts.first(), self.parts.last()];
-            let ends = first
-                .zip(last)
-                .map_or([0.0; 2], |(first, last)| [first[0], last[1]]);
-            format!("in {} parts {}", self.parts.len(), named(&ends))
-        } else {
-            listed(&self.parts.iter().map(named).collect::<Vec<_>>())
+        let when = match &self.parts[..] {
+            [[from_s, _], _, _, .., [_, to_s]] => {
+                format!("in {} spans {}", self.parts.len(), named(&[*from_s, *to_s]))
+            }
+            few => listed(&few.iter().map(named).collect::<Vec<_>>()),
         };
         let consequence = if self.is_most() {
             "The result is that of the rest, which is no more than half: it may be another load \

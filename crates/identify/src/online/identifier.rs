@@ -21,10 +21,6 @@ use crate::solve::report::estimate;
 use crate::solve::subspace::Matrix;
 use crate::{ActsOn, Finding, IdentifyError, KnownTool, PayloadEstimate, Range};
 
-/// Fewest samples from the end of one window to the end of the next for which the update is divided into stages:
-/// twice the stages. With fewer samples, all stages run with the sample that ends the window.
-const MIN_SAMPLES_TO_DEFER: u32 = 2 * Identifier::DEFERRED_STAGES as u32;
-
 /// What is known of the load and of the wrenches beside the settings of the equations. The names are those of the options
 /// of a recording, and mean the same.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -321,7 +317,8 @@ impl Identifier {
             .observe_noise(equation, self.update.estimator());
         self.update.set_gripper(self.stream.gripper_to_subtract());
         self.windows += 1;
-        let is_dense = std::mem::take(&mut self.samples) >= MIN_SAMPLES_TO_DEFER;
+        // With fewer samples from window to window, all stages run with the one that ends it.
+        let is_dense = std::mem::take(&mut self.samples) >= 2 * Self::DEFERRED_STAGES as u32;
         let outcome = match assessment {
             Assessment::Accepted(_) => outcome,
             Assessment::PayloadChanged => {
