@@ -39,6 +39,7 @@ FINDINGS = [
             "std_devs": [0.1, 0.1, 0.1, 0.01, 0.01, 0.01],
             "assumed": [0.0] * 6,
             "frame": "tool0",
+            "along_m_s2": None,
             "residual_ratio": 0.1,
             "mass_kg": 2.0,
             "mass_std_dev_kg": 0.01,
@@ -831,6 +832,17 @@ def test_advice_names_the_least_motion_that_determines_all() -> None:
         ("load_unexplained", {"joint": "elbow"}, "30 % of the effort of elbow (rms 3.0 of 10.0"),
         ("load_unexplained", {"load_rms": 0.0}, "explain the load, which is zero (rms 3.0 of 0.0"),
         ("wrong_assumption", {}, "force (1.50 ± 0.20, 0.00 ± 0.20, 0.20 ± 0.20) N, moment (0.000"),
+        (
+            "wrong_assumption",
+            {"cause": "axes", "values": [-1.0] * 6},
+            "All channels of the wrench have the opposite sign (its residuals are 10 % as large)."
+            " `wrench_acts_on` says on which body the wrenches act.",
+        ),
+        (
+            "wrong_assumption",
+            {"cause": "weight", "values": [1.2, 0.0, 0.0, 0.05], "along_m_s2": [0.0, 0.0, -9.81]},
+            "along the assumed gravity, (0, 0, -9.81) m/s², although gravity is another one; the",
+        ),
         (
             "delay_corrected",
             {"applied_s": -0.012, "estimated_s": -0.0121},

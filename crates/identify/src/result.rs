@@ -197,6 +197,9 @@ pub struct WeightEstimate {
     /// Standard deviations of the values, kg and m, infinite where the motion does not determine a
     /// value.
     pub std_devs: [f64; 4],
+    /// The gravity, in world axes, m/s², along which the weight was subtracted by a controller that
+    /// does not know how its base is mounted; `None` where that is gravity itself.
+    pub along_m_s2: Option<[f64; 3]>,
 }
 
 /// The estimate at one time of a recording.

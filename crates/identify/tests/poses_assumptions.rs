@@ -29,10 +29,18 @@ fn wrong_assumptions_are_named_and_right_ones_are_not() {
             };
             (*attitude, wrench)
         });
-        let swapped = identify(&swapped.collect::<Vec<_>>()).unwrap();
-        assert_eq!(causes(&swapped).first(), Some(&Hypothesis::Axes));
-        let first = swapped.findings.first().map(Notice::severity);
-        assert_eq!(first, Some(Severity::Contradicts), "{:?}", swapped.findings);
+        let swapped = swapped.collect::<Vec<_>>();
+        for settings in [settings(true), unknown_gravity(GRAVITY)] {
+            let swapped = identify_with(&swapped, &settings).unwrap();
+            let Some(Finding::WrongAssumption(found)) = swapped.findings.first() else {
+                panic!("{:?}", swapped.findings);
+            };
+            assert_eq!(found.cause, Hypothesis::Axes);
+            // No sign is turned.
+            assert!(found.values.iter().all(|sign| *sign == 1.0), "{found:?}");
+            let first = swapped.findings.first().map(Notice::severity);
+            assert_eq!(first, Some(Severity::Contradicts), "{:?}", swapped.findings);
+        }
     }
     let slope = about(Vector3::x(), 0.5);
     let tilted = right
@@ -93,6 +101,34 @@ fn intervals_hold_with_an_unknown_gravity() {
         }
     }
     check_coverage(&inside, DRAWS);
+}
+
+/// The weight of a payload that a controller subtracts along a gravity of its own contradicts the
+/// result, be the true direction of gravity given as that or unknown.
+#[test]
+fn a_weight_along_another_gravity_contradicts() {
+    let down = about(Vector3::x(), 1.2) * GRAVITY;
+    let right = poses(12, &mut SmallRng::seed_from_u64(3));
+    let felt = right.iter().map(|(attitude, wrench)| {
+        let weight = attitude.inverse() * (0.5 * down);
+        let at = Vector3::new(0.0, 0.0, 0.02);
+        let wrench = Wrench {
+            force: wrench.force + weight,
+            moment: wrench.moment + at.cross(&weight),
+        };
+        (*attitude, wrench)
+    });
+    let felt = felt.collect::<Vec<_>>();
+    let settings = EquationSettings {
+        gravity: Some(down),
+        ..settings(true)
+    };
+    for settings in [settings, unknown_gravity(down)] {
+        let result = identify_with(&felt, &settings).unwrap();
+        let mut severities = result.findings.iter().map(Notice::severity);
+        let is_contradicted = severities.any(|each| each == Severity::Contradicts);
+        assert!(is_contradicted, "{:#?}", result.findings);
+    }
 }
 
 /// A given direction of gravity that is wrong, as on a wall or a slope, is named first, and

@@ -200,24 +200,78 @@ fn a_sign_is_found_beside_a_large_offset() {
     assert_both(fault, [Hypothesis::Offset, Hypothesis::Axes]);
 }
 
-/// A controller subtracts a weight in the direction in which gravity acts, not in the one that is
-/// assumed.
+/// Tilts the base as [`tilt_base`] does, by random angles, and subtracts the weight of a body as a
+/// controller does that knows this, or that does not.
+fn subtract_from_tilted(given: &mut Recording, draws: &mut Draws, is_known: bool) {
+    let tilt = Vector3::new(draws.between(0.3, 1.2), draws.between(-0.5, 0.5), 0.0);
+    tilt_base(given, tilt);
+    let gravity = if is_known {
+        Rotation3::new(tilt) * DOWN
+    } else {
+        DOWN
+    };
+    let mass_kg = draws.between(0.4, 1.5);
+    let weights = given.in_tool(gravity * mass_kg);
+    let at = draws.vector() * 0.03;
+    for (wrench, weight) in given.wrenches.iter_mut().zip(&weights) {
+        wrench.force += weight;
+        wrench.moment += at.cross(weight);
+    }
+}
+
+/// A controller subtracts a weight in the direction in which gravity acts, or in the one that is
+/// assumed, because it does not know how its base is mounted.
 #[test]
 fn a_weight_is_found_beside_another_gravity() {
-    let fault = |given: &mut Recording, draws: &mut Draws| {
-        let tilt = Vector3::new(draws.between(0.3, 1.2), draws.between(-0.5, 0.5), 0.0);
-        let tilted = Rotation3::new(tilt) * DOWN;
-        let payload = given.setup.payload();
-        let changes = given.in_tool((DOWN - tilted) * payload.mass_kg);
-        let weights = given.in_tool(tilted * draws.between(0.4, 1.5));
-        let at = draws.vector() * 0.03;
-        let both = changes.iter().zip(&weights);
-        for (wrench, (change, weight)) in given.wrenches.iter_mut().zip(both) {
-            wrench.force += change + weight;
-            wrench.moment += payload.center_of_mass.cross(change) + at.cross(weight);
-        }
-    };
-    assert_both(fault, [Hypothesis::Gravity, Hypothesis::Weight]);
+    for is_known in [true, false] {
+        let fault = |given: &mut Recording, draws: &mut Draws| {
+            subtract_from_tilted(given, draws, is_known);
+        };
+        assert_both(fault, [Hypothesis::Gravity, Hypothesis::Weight]);
+    }
+}
+
+/// Beside a gravity whose direction is identified, a weight along the given gravity is named and
+/// contradicts the result; with this weight among the unknowns, the result is right.
+#[test]
+fn a_weight_along_the_given_gravity_is_named_and_identified() {
+    for (setup, seed) in others(5) {
+        let (mut given, mut draws) = (setup.recorded(seed), Draws::new(seed));
+        subtract_from_tilted(&mut given, &mut draws, false);
+        of_a_real_sensor(&mut given, &mut draws);
+        let solved =
+            |weight| given.identify_with(unknown_gravity(weight), BatchSettings::default());
+        let result = solved(false);
+        let found = causes(&result);
+        let first = found
+            .first()
+            .map(|found| (found.cause, found.along_m_s2.is_some()));
+        assert_eq!(
+            first,
+            Some((Hypothesis::Weight, true)),
+            "{seed}: {:?}",
+            result.findings
+        );
+        let mut severities = result.findings.iter().map(Notice::severity);
+        assert!(severities.any(|each| each == Severity::Contradicts));
+        let result = solved(true);
+        // Cross-talk is no noise.
+        let error_kg = (result.estimate.body.mass_kg - setup.mass_kg).abs();
+        assert!(error_kg < 0.03 * setup.mass_kg, "{seed}: {error_kg}");
+        let weight = result.fit.subtracted_weight.unwrap();
+        assert_eq!(weight.along_m_s2, Some(DOWN.into()), "{seed}");
+    }
+}
+
+/// Settings with gravity, and a subtracted weight where asked for, among the unknowns.
+fn unknown_gravity(weight: bool) -> EquationSettings {
+    EquationSettings {
+        unknowns: Unknowns {
+            weight,
+            gravity: true,
+        },
+        ..EquationSettings::default()
+    }
 }
 
 /// Asserts that a fault is the first cause and contradicts the result where the direction of
@@ -226,19 +280,11 @@ fn assert_named_beside_unknown_gravity(
     cause: Hypothesis,
     fault: impl Fn(&mut Recording, &mut Draws),
 ) {
-    let unknowns = Unknowns {
-        gravity: true,
-        weight: false,
-    };
-    let equations = EquationSettings {
-        unknowns,
-        ..EquationSettings::default()
-    };
     for (setup, seed) in others(5) {
         let (mut given, mut draws) = (setup.recorded(seed), Draws::new(seed));
         fault(&mut given, &mut draws);
         of_a_real_sensor(&mut given, &mut draws);
-        let result = given.identify_with(equations.clone(), BatchSettings::default());
+        let result = given.identify_with(unknown_gravity(false), BatchSettings::default());
         let first = causes(&result).first().map(|found| found.cause);
         assert_eq!(first, Some(cause), "{seed}: {:?}", result.findings);
         let mut severities = result.findings.iter().map(Notice::severity);
@@ -252,7 +298,7 @@ fn assert_named_beside_unknown_gravity(
 fn an_unknown_gravity_hides_no_weight() {
     for tilt in [0.0, 0.4] {
         let subtracted = |given: &mut Recording, draws: &mut Draws| {
-            tilt_base(given, tilt);
+            tilt_base(given, Vector3::x() * tilt);
             let gravity = Rotation3::new(Vector3::x() * tilt) * DOWN;
             let mass_kg = given.setup.mass_kg * draws.between(0.3, 0.6);
             // Of the payload itself, whose mass is configured as too small.
@@ -268,23 +314,40 @@ fn an_unknown_gravity_hides_no_weight() {
 }
 
 /// A gravity whose direction is identified does not explain what accelerates a payload whose
-/// wrenches have the opposite sign.
+/// wrenches have the opposite sign. Beside an offset, the sign is that of the mass.
 #[test]
 fn an_unknown_gravity_hides_no_sign() {
     for tilt in [0.0, 1.4] {
-        let negated = |given: &mut Recording, _: &mut Draws| {
-            tilt_base(given, tilt);
-            for wrench in &mut given.wrenches {
-                (wrench.force, wrench.moment) = (-wrench.force, -wrench.moment);
-            }
-        };
+        let negated = |given: &mut Recording, _: &mut Draws| negate(given, tilt, Vector3::zeros());
         assert_named_beside_unknown_gravity(Hypothesis::Axes, negated);
+    }
+    for tilt in [0.0, 0.5] {
+        let (mut given, mut draws) = (UR10.recorded(4), Draws::new(4));
+        negate(&mut given, tilt, Vector3::new(0.4, -3.1, 5.4));
+        of_a_real_sensor(&mut given, &mut draws);
+        let result = given.identify_with(unknown_gravity(false), BatchSettings::default());
+        let findings = &result.findings;
+        let found: Vec<_> = causes(&result).iter().map(|found| found.cause).collect();
+        assert!(found.contains(&Hypothesis::Offset), "{tilt}: {findings:?}");
+        assert!(!found.contains(&Hypothesis::Weight), "{tilt}: {findings:?}");
+        let is_sign = |finding: &Finding| matches!(finding, Finding::NegativeMass { .. });
+        let is_named = found.contains(&Hypothesis::Axes) || findings.iter().any(is_sign);
+        assert!(is_named, "{tilt}: {findings:?}");
     }
 }
 
-/// Tilts the base by an angle, rad, about the x axis of the world.
-fn tilt_base(given: &mut Recording, angle: f64) {
-    let tilted = Rotation3::new(Vector3::x() * angle) * DOWN;
+/// Tilts the base about the x axis by an angle, rad, and gives the wrenches the opposite sign and an
+/// offset of the force, N.
+fn negate(given: &mut Recording, tilt: f64, offset: Vector3<f64>) {
+    tilt_base(given, Vector3::x() * tilt);
+    for wrench in &mut given.wrenches {
+        (wrench.force, wrench.moment) = (-wrench.force - offset, -wrench.moment);
+    }
+}
+
+/// Tilts the base by a rotation vector in the world, rad.
+fn tilt_base(given: &mut Recording, tilt: Vector3<f64>) {
+    let tilted = Rotation3::new(tilt) * DOWN;
     let payload = given.setup.payload();
     let changes = given.in_tool((DOWN - tilted) * payload.mass_kg);
     for (wrench, change) in given.wrenches.iter_mut().zip(changes) {

@@ -111,18 +111,60 @@ fn delay(found: &WrongAssumption, explained: &str) -> String {
 
 /// Says which channels are exchanged.
 fn axes(found: &WrongAssumption, explained: &str) -> String {
+    let are_all_opposite = are_all_opposite(found);
     let changed = found.names.iter().zip(&found.values).zip(CHANNELS);
     let changed: Vec<String> = changed
-        .filter(|((name, sign), channel)| name != channel || **sign < 0.0)
-        .map(|((name, sign), channel)| {
-            let sign = if *sign < 0.0 { "-" } else { "" };
+        .map(|((name, sign), channel)| (name, *sign < 0.0 && !are_all_opposite, channel))
+        .filter(|(name, is_opposite, channel)| name != channel || *is_opposite)
+        .map(|(name, is_opposite, channel)| {
+            let sign = if is_opposite { "-" } else { "" };
             format!("{channel} is the recorded {sign}{name}")
         })
         .collect();
-    format!(
-        "Axes of the wrench are exchanged or have the opposite sign ({explained}): {}.",
-        listed(&changed)
-    )
+    match (are_all_opposite, changed.is_empty()) {
+        (true, true) => {
+            format!("All channels of the wrench have the opposite sign ({explained}).")
+        }
+        (true, false) => format!(
+            "All channels of the wrench have the opposite sign, and axes are exchanged \
+             ({explained}): {}.",
+            listed(&changed)
+        ),
+        (false, _) => format!(
+            "Axes of the wrench are exchanged or have the opposite sign ({explained}): {}.",
+            listed(&changed)
+        ),
+    }
+}
+
+/// Returns whether all channels have the opposite sign.
+fn are_all_opposite(found: &WrongAssumption) -> bool {
+    found.values.iter().all(|sign| *sign < 0.0)
+}
+
+/// Says how the channels of a wrench are corrected.
+fn of_axes(found: &WrongAssumption, reader: Reader) -> String {
+    let places = "Bring the channels of the wrench to their places.";
+    if !are_all_opposite(found) {
+        return places.to_owned();
+    }
+    let sign = match reader {
+        Reader::Online => "Negate `wrench` before `push`.".to_owned(),
+        _ => format!(
+            "{} says on which body the wrenches act.",
+            reader.option("wrench_acts_on")
+        ),
+    };
+    let are_exchanged = found
+        .names
+        .iter()
+        .zip(CHANNELS)
+        .any(|(name, channel)| name != channel);
+    if are_exchanged {
+        format!("{sign} {places}")
+    } else {
+        sign
+    }
 }
 
 /// Says which gravity explains the wrenches.
@@ -158,13 +200,33 @@ fn weight(found: &WrongAssumption, entries: &[String], explained: &str) -> Strin
     } else {
         "subtracted from"
     };
-    format!(
-        "The weight of a body seems to be {done} the wrenches, of {} kg at ({}) m: the static \
-         load corresponds to {} kg, the dynamic load to {} kg ({explained}).",
+    let body = format!(
+        "of {} kg at ({}) m",
         with_interval(subtracted_kg.abs(), std_dev_kg),
-        center.join(", "),
-        general(found.mass_kg - subtracted_kg, 3),
-        with_interval(found.mass_kg, found.mass_std_dev_kg)
+        center.join(", ")
+    );
+    let mass_kg = with_interval(found.mass_kg, found.mass_std_dev_kg);
+    if let Some(along) = found.along_m_s2 {
+        let [x, y, z] = along.map(|entry| general(entry + 0.0, 6));
+        let along = format!(
+            "along the assumed gravity, ({x}, {y}, {z}) m/s², although gravity is another one"
+        );
+        return if std_dev_kg.is_finite() && found.mass_std_dev_kg.is_finite() {
+            format!(
+                "The weight of a body seems to be {done} the wrenches, {body}, {along}; the mass of \
+                 the load is then {mass_kg} kg ({explained})."
+            )
+        } else {
+            format!(
+                "The weight of a body seems to be subtracted from the wrenches {along}: at rest, \
+                 nothing tells its mass from that of the load ({explained})."
+            )
+        };
+    }
+    format!(
+        "The weight of a body seems to be {done} the wrenches, {body}: the static load corresponds \
+         to {} kg, the dynamic load to {mass_kg} kg ({explained}).",
+        general(found.mass_kg - subtracted_kg, 3)
     )
 }
 
@@ -177,6 +239,22 @@ fn of_weight(found: &WrongAssumption, reader: Reader) -> String {
     );
     let accepts = reader.choice("wrench_is", "without-weight");
     let controller = "A controller does so for its configured payload:";
+    if found.along_m_s2.is_some() {
+        let mounting = "A controller does so that does not know how its base is mounted: state that \
+                        there";
+        let is_shown = found
+            .std_devs
+            .first()
+            .is_some_and(|std_dev| std_dev.is_finite());
+        return match reader {
+            Reader::Online => format!("{mounting}."),
+            _ if !is_shown => format!("{mounting}, and record again."),
+            _ => format!(
+                "{mounting}; or {} with {accepts} identifies gravity and this weight.",
+                reader.choice("gravity", "unknown")
+            ),
+        };
+    }
     match reader {
         Reader::Online => format!("{controller} {accepts} accepts it, with {payload}."),
         _ if found.values.first().is_some_and(|mass_kg| *mass_kg > 0.0) => format!(
@@ -276,6 +354,6 @@ fn remedy(found: &WrongAssumption, reader: Reader) -> String {
         Hypothesis::JointZeros => {
             "Check the zeros of these joints, and that the URDF is that of this robot.".to_owned()
         }
-        Hypothesis::Axes => "Bring the channels of the wrench to their places.".to_owned(),
+        Hypothesis::Axes => of_axes(found, reader),
     }
 }

@@ -395,6 +395,7 @@ mod tests {
                 std_devs: vec![0.1; 6],
                 assumed: vec![0.0; 6],
                 frame: "tool0".into(),
+                along_m_s2: None,
                 residual_ratio: 0.1,
                 mass_kg: 2.0,
                 mass_std_dev_kg: 0.01,

@@ -5,6 +5,7 @@ use std::sync::Arc;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+use super::{LARGEST_MASS_CHANGE, LARGEST_SHIFT_M};
 use crate::solve::uncertainty::HALF_WIDTH_95;
 
 /// An assumption that may be wrong.
@@ -55,6 +56,10 @@ pub struct WrongAssumption {
     pub assumed: Vec<f64>,
     /// Frame of the sensor, in which it does not move; the tool frame where there are several.
     pub frame: Arc<str>,
+    /// For a weight that was subtracted along the assumed gravity, although gravity is another one:
+    /// this gravity in world axes, m/s².
+    #[serde(default)]
+    pub along_m_s2: Option<[f64; 3]>,
     /// Residual with this cause relative to that without it, without a unit.
     pub residual_ratio: f64,
     /// Mass of the whole load with all causes that were found, kg.
@@ -80,9 +85,23 @@ pub(crate) const CHANNELS: [&str; 6] = [
 ];
 
 impl WrongAssumption {
+    /// Returns whether the result is wrong without this cause.
+    pub(super) fn contradicts(&self) -> bool {
+        // Exchanged channels are no matter of degree, nor is a weight that is along another
+        // direction than gravity: without accelerations, no mass is known then.
+        self.cause == Hypothesis::Axes
+            || self.along_m_s2.is_some()
+            || self.value_change > 1.0
+            || self.mass_change > LARGEST_MASS_CHANGE
+            || self.shift_m > LARGEST_SHIFT_M
+            // A change of six degrees is larger than the error of a mount, and lets a tenth of the
+            // weight act sideways.
+            || self.gravity_change() > 2.0 * LARGEST_MASS_CHANGE
+    }
+
     /// Returns the least difference of gravity from the assumed one that its interval allows,
     /// relative to the size of that, without a unit; zero for another cause.
-    pub(super) fn gravity_change(&self) -> f64 {
+    fn gravity_change(&self) -> f64 {
         if self.cause != Hypothesis::Gravity {
             return 0.0;
         }

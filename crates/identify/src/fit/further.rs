@@ -1,5 +1,7 @@
 //! Unknowns of a wrench beside the parameters and its offset: the weight of a body that was
-//! subtracted, and the direction of gravity.
+//! subtracted, and the direction of gravity. Where both are unknown, the weight was subtracted
+//! along gravity or, by a controller that does not know how its base is mounted, along the given
+//! one: the better of two fits is right.
 //!
 //! Each window has a few more columns for them. Weighted least squares in all unknowns gives the
 //! same parameters as least squares in the equations from which these columns are eliminated
@@ -51,6 +53,8 @@ pub(crate) struct FurtherValues {
     /// Mass, kg, and first moments, kg m, in the tool frame, of the body whose weight was
     /// subtracted.
     pub(crate) weight: Vector4<f64>,
+    /// The given gravity, m/s², if the weight was subtracted along it instead of along gravity.
+    pub(crate) along: Option<Vector3<f64>>,
     /// Gravity in the inertial frame, m/s².
     pub(crate) gravity: Vector3<f64>,
     /// Covariance of mass and first moments, infinite on the diagonal of what is not determined.
@@ -68,20 +72,42 @@ pub(crate) fn fit<'a>(
     gravity: &Vector3<f64>,
     unknowns: Unknowns,
 ) -> Option<FurtherFit<'a>> {
-    let mut values = FurtherValues::new(unknowns, gravity);
     if !unknowns.any() {
         return Some(FurtherFit {
             fit: least_squares::fit(equations, options)?,
             equations: Cow::Borrowed(equations),
-            values,
+            values: FurtherValues::new(unknowns, gravity),
             elimination: None,
         });
     }
+    let along_gravity = fit_along(equations, options, gravity, unknowns, None)?;
+    if !(unknowns.weight && unknowns.gravity) {
+        return Some(along_gravity);
+    }
+    let size = |found: &FurtherFit| found.fit.noise.covariance_root().diagonal().product();
+    let along_given = fit_along(equations, options, gravity, unknowns, Some(*gravity));
+    let better = along_given.filter(|found| size(found) < size(&along_gravity));
+    better.or(Some(along_gravity))
+}
+
+/// Fits with a weight that acts along the given gravity, if there is one, else along gravity, and
+/// with an unknown beside the parameters at least.
+fn fit_along<'a>(
+    equations: &'a [Equation],
+    options: FitOptions<'_>,
+    gravity: &Vector3<f64>,
+    unknowns: Unknowns,
+    along: Option<Vector3<f64>>,
+) -> Option<FurtherFit<'a>> {
+    let mut values = FurtherValues::new(unknowns, gravity);
+    values.along = along;
     let projection = options.channels.projection.as_ref();
-    if unknowns.gravity {
+    // A weight along the given gravity would hide that of the payload.
+    if unknowns.gravity && along.is_none() {
         values.gravity = static_gravity(equations, gravity, projection);
     }
-    let turned = |now: &Vector3<f64>| turned(equations, &(now - gravity), projection);
+    let turned =
+        |now: &Vector3<f64>| turned(equations, &(now - gravity), projection, along.is_none());
     let mut found = least_squares::fit(&turned(&values.gravity), options)?;
     let (mut reduced, mut last) = (Vec::new(), None);
     // Residuals of a wrong model can be correlated so closely that whitening by them leaves only
@@ -137,6 +163,7 @@ impl FurtherValues {
         Self {
             unknowns,
             weight: Vector4::zeros(),
+            along: None,
             gravity: *gravity,
             weight_covariance: SMatrix::zeros(),
             gravity_std_devs: Vector3::zeros(),
@@ -170,6 +197,7 @@ impl FurtherValues {
         self.unknowns.weight.then(|| WeightEstimate {
             values: [mass_kg, center[0], center[1], center[2]],
             std_devs: [covariance[(0, 0)], variance(1), variance(2), variance(3)].map(std_dev),
+            along_m_s2: self.along.map(Into::into),
         })
     }
 
@@ -188,7 +216,7 @@ impl FurtherValues {
         let entries = tangents * of_angles * tangents.transpose();
         // An infinite variance of an angle times a zero entry of a tangent is none.
         let variance = |k: usize| {
-            let entry = entries[(k, k)];
+            let entry = entries[(k, k)] + of_second_order(self.gravity[k], of_angles.trace());
             if entry.is_nan() { f64::INFINITY } else { entry }
         };
         self.gravity_std_devs = Vector3::from_fn(|k, _| variance(k).max(0.0).sqrt());
@@ -202,6 +230,12 @@ impl FurtherValues {
         });
         squares.sum::<f64>().sqrt()
     }
+}
+
+/// Returns the variance of an entry of gravity, m²/s⁴, of second order in two angles with this sum
+/// of variances, rad²: gravity turns away from where it is, by half of their square.
+pub(crate) fn of_second_order(entry: f64, variance: f64) -> f64 {
+    0.75 * (entry * variance).powi(2)
 }
 
 /// Returns the direction in which the weight of the payload acts where accelerations are neglected,
@@ -232,11 +266,13 @@ pub(crate) fn static_gravity(
     direction.map_or(*gravity, |direction| direction * gravity.norm())
 }
 
-/// Returns equations whose gravity differs by a vector in the inertial frame, m/s².
+/// Returns equations whose gravity differs by a vector in the inertial frame, m/s², and with it, if
+/// it `turns_weight`, that of a weight that was subtracted.
 pub(crate) fn turned(
     equations: &[Equation],
     change: &Vector3<f64>,
     projection: Option<&Matrix6<f64>>,
+    turns_weight: bool,
 ) -> Vec<Equation> {
     let mut equations = equations.to_vec();
     for equation in &mut equations {
@@ -247,7 +283,9 @@ pub(crate) fn turned(
         for (row, change) in equation.rows.iter_mut().zip(columns.row_iter()) {
             let mut of_weight = row.regressor.fixed_rows_mut::<4>(0);
             of_weight -= change.transpose();
-            row.gravity += change.transpose();
+            if turns_weight {
+                row.gravity += change.transpose();
+            }
         }
     }
     equations

@@ -140,9 +140,16 @@ pub(super) fn candidates() -> impl Iterator<Item = Matrix6<f64>> {
         let sign = |k: usize| if bits >> k & 1 == 1 { -1.0 } else { 1.0 };
         Matrix6::from_diagonal(&nalgebra::Vector6::from_fn(|k, _| sign(k)))
     });
-    let columns = ORDERS
+    let orders = ORDERS.map(|order| ordered(order, 0));
+    let pairs = orders
         .into_iter()
-        .flat_map(|force| ORDERS.map(|moment| of_both(&ordered(force, 0), &ordered(moment, 0))));
+        .flat_map(move |force| orders.map(|moment| (force, moment)));
+    // Those of an even order that turn force and moment alike are among the exchanged ones.
+    let is_turn =
+        |(force, moment): &(Matrix3<f64>, _)| force == moment && force.determinant() > 0.0;
+    let columns = pairs
+        .filter(move |pair| !is_turn(pair))
+        .map(|(force, moment)| of_both(&force, &moment));
     exchanged
         .chain(columns)
         .chain(signs)

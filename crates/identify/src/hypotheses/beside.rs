@@ -36,10 +36,41 @@ impl Search<'_> {
             }
             _ => {}
         }
-        let fits = starts
-            .iter()
-            .filter_map(|start| Fitted::new(self.windows, start, &active));
-        fits.min_by(|a, b| a.squares.total_cmp(&b.squares))
+        let mut both = [Hypothesis::Weight, Hypothesis::Gravity].iter();
+        if both.all(|each| active.contains(each)) && hypothesis != Hypothesis::Axes {
+            starts.extend(Self::with_other_weight(&start()));
+        }
+        self.simplest_best(&starts, &active)
+    }
+
+    /// Returns the starts with a weight along the gravity that is assumed in the place of one along
+    /// gravity, as a controller subtracts it that does not know how its base is mounted, or the
+    /// other way round.
+    ///
+    /// Of gravity, such a weight hides the sign of what is along the assumed one: the start near
+    /// that is the first one.
+    fn with_other_weight(start: &Model) -> [Model; 2] {
+        [start.given_gravity, start.gravity].map(|gravity| Model {
+            is_along_given: !start.is_along_given,
+            gravity,
+            ..start.clone()
+        })
+    }
+
+    /// Returns the fit from some starts with the least residuals; of those that are as likely, the
+    /// one that changes the fewest channels. With an unknown gravity, only accelerations tell axes
+    /// from those with all signs turned.
+    fn simplest_best(&self, starts: &[Model], active: &[Hypothesis]) -> Option<Fitted> {
+        let fits = starts.iter();
+        let fits = fits.filter_map(|start| Fitted::new(self.windows, start, active));
+        let fits: Vec<Fitted> = fits.collect();
+        let least = fits.iter();
+        let least = least
+            .min_by(|a, b| a.squares.total_cmp(&b.squares))?
+            .clone();
+        let is_as_likely = |fitted: &Fitted| self.gain(fitted, &least, &least, 0.0) > -1.0;
+        let best = fits.into_iter().filter(is_as_likely);
+        best.min_by_key(|fitted| changed_channels(&fitted.model.axes))
     }
 
     /// Returns the best axes beside the causes of a fit. An unknown gravity may have taken the
@@ -54,6 +85,13 @@ impl Search<'_> {
             opposite.model.gravity = -present.model.gravity;
             let all = axes::candidates().chain([Matrix6::identity()]);
             models.extend(self.best_axes(&opposite, all));
+            // An inexact direction hides the best axes.
+            if present.model.axes == Matrix6::identity() {
+                models.push(Model {
+                    axes: -Matrix6::identity(),
+                    ..opposite.model
+                });
+            }
         }
         models.retain(|model| model.axes != Matrix6::identity());
         models
@@ -81,8 +119,12 @@ impl Search<'_> {
         let mut start = present.model.clone();
         match dropped {
             Hypothesis::Offset => start.offset = fresh.offset,
-            Hypothesis::Weight => start.weight = fresh.weight,
-            Hypothesis::Gravity => start.gravity = fresh.gravity,
+            Hypothesis::Weight => {
+                (start.weight, start.is_along_given) = (fresh.weight, fresh.is_along_given);
+            }
+            Hypothesis::Gravity => {
+                (start.gravity, start.is_along_given) = (fresh.gravity, fresh.is_along_given);
+            }
             Hypothesis::SensorPlace => start.place = fresh.place,
             Hypothesis::SensorRotation => start.rotation = fresh.rotation,
             Hypothesis::AxisGains => start.gains = fresh.gains,
@@ -90,6 +132,22 @@ impl Search<'_> {
             Hypothesis::JointZeros => start.zeros = fresh.zeros,
             Hypothesis::Axes => start.axes = fresh.axes,
         }
-        Fitted::new(self.windows, &start, &active)
+        let mut starts = vec![start];
+        if dropped == Hypothesis::Weight && active.contains(&Hypothesis::Gravity) {
+            // Beside a weight of twice the payload, gravity and the mass have the opposite sign.
+            starts.push(Model {
+                gravity: -starts[0].gravity,
+                ..starts[0].clone()
+            });
+        }
+        self.simplest_best(&starts, &active)
     }
+}
+
+/// Returns how many channels are not in their places with their sign.
+fn changed_channels(axes: &Matrix6<f64>) -> usize {
+    axes.diagonal()
+        .iter()
+        .filter(|entry| **entry != 1.0)
+        .count()
 }

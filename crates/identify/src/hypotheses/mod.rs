@@ -149,6 +149,7 @@ fn identified(
     }
     if let Some(values) = values {
         model.weight = values.weight;
+        model.is_along_given = values.along.is_some();
         model.gravity = values.gravity;
         let Unknowns { weight, gravity } = values.unknowns;
         active.extend(weight.then_some(Hypothesis::Weight));

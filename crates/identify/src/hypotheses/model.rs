@@ -18,6 +18,8 @@ pub(super) struct Model {
     pub(super) offset: Vector6<f64>,
     /// Mass, kg, and first moments, kg m, in the tool frame, whose weight is added to the wrench.
     pub(super) weight: Vector4<f64>,
+    /// Whether this weight acts along the gravity that is assumed, whatever gravity is.
+    pub(super) is_along_given: bool,
     /// Gravity in the inertial frame, m/s². Its size does not change in a fit: at rest, that and
     /// the mass are one thing, and beside accelerations, another size is a weight.
     pub(super) gravity: Vector3<f64>,
@@ -113,6 +115,7 @@ impl Model {
             parameters,
             offset: Vector6::zeros(),
             weight: Vector4::zeros(),
+            is_along_given: false,
             gravity: given_gravity,
             given_gravity,
             place: Vector3::zeros(),
@@ -198,10 +201,13 @@ impl Model {
         regressor
     }
 
-    /// Returns the wrench in the tool frame of the weight of each kg and of each kg m with this
-    /// gravity.
+    /// Returns the wrench in the tool frame of each kg and of each kg m of the weight.
     fn of_weight(&self, window: &Window) -> SMatrix<f64, 6, 4> {
-        window.gravity + self.of_change(window)
+        if self.is_along_given {
+            window.gravity
+        } else {
+            window.gravity + self.of_change(window)
+        }
     }
 
     /// Returns what the change of gravity adds to the wrench of a weight.
@@ -316,10 +322,10 @@ impl Model {
         columns
     }
 
-    /// Returns the wrench in the tool frame that a gravity of the opposite sign exerts on the load,
-    /// less the weight that is subtracted.
+    /// Returns the wrench in the tool frame that a gravity of the opposite sign exerts on what it
+    /// acts on.
     fn of_acceleration(&self, acceleration: &Vector3<f64>) -> Vector6<f64> {
-        acceleration_columns(acceleration) * (self.parameters.fixed_rows::<4>(0) - self.weight)
+        acceleration_columns(acceleration) * self.weighed()
     }
 
     /// Returns the derivative of a wrench with respect to a rotation of the sensor, given the
@@ -359,7 +365,7 @@ impl Model {
             first += count;
         }
         // The force is linear in the mass and in the weight, both of which have moved.
-        let ratio = moved.felt_mass() / self.felt_mass();
+        let ratio = moved.weighed()[0] / self.weighed()[0];
         let is_near = ratio.abs() > SLIGHT && ratio.is_finite();
         let turned = self.gravity + of_gravity / if is_near { ratio } else { 1.0 };
         let direction = turned.try_normalize(0.0);
@@ -367,9 +373,14 @@ impl Model {
         moved
     }
 
-    /// Mass whose weight is felt, kg.
-    fn felt_mass(&self) -> f64 {
-        self.parameters[0] - self.weight[0]
+    /// Returns the mass, kg, and the first moments, kg m, whose weight turns with gravity.
+    fn weighed(&self) -> Vector4<f64> {
+        let load = self.parameters.fixed_rows::<4>(0);
+        if self.is_along_given {
+            load.into()
+        } else {
+            load - self.weight
+        }
     }
 
     /// Divides the gains by their median: most axes are right.

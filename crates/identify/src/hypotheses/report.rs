@@ -59,6 +59,8 @@ pub(super) fn causes(
             values,
             std_devs,
             frame: stream.offset_frame().name().clone(),
+            along_m_s2: (cause.hypothesis == Hypothesis::Weight && found.model.is_along_given)
+                .then(|| stream.gravity().into()),
             residual_ratio: cause.residual_ratio,
             mass_kg: found.model.parameters[0],
             mass_std_dev_kg: covariance[(0, 0)].sqrt(),

@@ -114,6 +114,7 @@ fn other_direction(poses: &Poses<'_>, kept: &[bool], given: &RestFit) -> Option<
         std_devs: gravity.std_devs.to_vec(),
         assumed: poses.gravity.as_slice().to_vec(),
         frame: poses.frame.name().clone(),
+        along_m_s2: None,
         residual_ratio: (other.squares(&other) / given.squares(&other)).sqrt(),
         mass_kg,
         mass_std_dev_kg: std_devs[0],

@@ -8,10 +8,10 @@ use super::visits::Visit;
 use crate::equations::{Equation, Geometry, OffsetFrame, Unknowns, WRENCH, acceleration_columns};
 use crate::fit::CONVERGED_ENOUGH;
 use crate::fit::elimination::tangents;
-use crate::fit::further::{static_gravity, turned};
+use crate::fit::further::{of_second_order, static_gravity, turned};
 use crate::fit::least_squares::MAX_PASSES;
 use crate::result::GravityEstimate;
-use crate::solve::subspace::Vector;
+use crate::solve::subspace::{Matrix, Vector};
 
 /// The mean equations of poses, and what is unknown beside the payload.
 #[derive(Clone)]
@@ -81,6 +81,7 @@ impl Poses<'_> {
             &self.equations,
             &(gravity - self.gravity),
             self.frame.projection().as_ref(),
+            true,
         );
         let rows: Vec<Rows> = equations
             .iter()
@@ -122,12 +123,15 @@ impl PoseFit {
     /// Returns gravity with the standard deviations of its entries, where its direction is unknown.
     pub(super) fn gravity_estimate(&self) -> Option<GravityEstimate> {
         let tangents = tangents(&self.gravity);
+        let of_angle = |place: usize| self.fit.std_dev(&Matrix::identity().row(place).into());
+        let of_angles = ANGLES.map(|place| of_angle(place).powi(2)).iter().sum();
         let std_dev = |entry: usize| {
             let mut gradient = RowSVector::<f64, 10>::zeros();
             gradient
                 .fixed_columns_mut::<2>(ANGLES[0])
                 .copy_from(&tangents.row(entry));
-            self.fit.std_dev(&gradient)
+            let variance = self.fit.std_dev(&gradient).powi(2);
+            (variance + of_second_order(self.gravity[entry], of_angles)).sqrt()
         };
         self.fit.has_angles().then(|| GravityEstimate {
             values: self.gravity.into(),

@@ -410,6 +410,7 @@ class ValueDifference(Record):
 class WeightEstimate(Record):
     values: NDArray[np.float64]
     std_devs: NDArray[np.float64]
+    along_m_s2: NDArray[np.float64] | None = ...
 
 @dataclass(frozen=True, eq=False)
 class WrenchOffset(Record):

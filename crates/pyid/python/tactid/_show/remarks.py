@@ -297,7 +297,11 @@ def _with_intervals(found: GravityEstimate | WeightEstimate) -> str:
 def subtracted_weight(result: IdentificationData) -> str:
     """Says which weight was subtracted from the wrenches; empty where it was not unknown."""
     found = result.fit.subtracted_weight
-    return "" if found is None else f"{_with_intervals(found)} (kg, m)"
+    if found is None:
+        return ""
+    along = found.along_m_s2
+    direction = "" if along is None else f" along {' '.join(f'{each:g}' for each in along)} m/s²"
+    return f"{_with_intervals(found)} (kg, m){direction}"
 
 
 def _delay(result: Recorded) -> str:
