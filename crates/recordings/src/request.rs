@@ -188,7 +188,8 @@ options! {
         /// What the driver of the sensor has subtracted from the wrenches: nothing but a constant
         /// (raw); the weight of the configured payload, but not the forces that accelerate it
         /// (without-weight), which is then added again, or, where no configured payload is given,
-        /// identified as four more unknowns; or both the weight and these forces (contact).
+        /// identified as four more unknowns; or both the weight and these forces (contact), which
+        /// the data cannot show: what is left of the wrenches is that of a lighter payload.
         #[option(SIGNS, WEIGHT, default = "raw", about = About::Wrenches)]
         pub wrench_is: Option<WrenchIs>,
         /// Payload that is configured in the controller, which subtracts it from the wrenches
