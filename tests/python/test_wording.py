@@ -129,6 +129,7 @@ FINDINGS = [
     Finding("effort_content_contradicted", {"content": "external", "residual_ratio": 0.08}),
     Finding("forces_summed", {"topics": ["/left", "/right"]}),
     Finding("joints_exchanged", {"joints": ["elbow", "pan"], "residual_ratio": 0.05}),
+    Finding("joint_sign_contradicted", {"joint": "elbow", "residual_ratio": 0.05}),
     Finding(
         "orientation_contradicted",
         {"reading": "scalar_first", "of_base": False, "residual_ratio": 0.05},
@@ -380,7 +381,11 @@ SENTENCES = {
     "joints_exchanged": (
         "The values of the joints elbow and pan are exchanged: read so, residuals are 5.0 % as"
         " large. Messages often list joints by the alphabet; bring the columns into the order of"
-        " the robot."
+        " the robot, or, of a log, give each value its joint by `rename_joints`."
+    ),
+    "joint_sign_contradicted": (
+        "The values of the joint elbow have the opposite sign: read so, residuals are 5.0 % as"
+        " large. Negate them, or turn the axis of this joint in the URDF."
     ),
     "orientation_contradicted": (
         "The orientations are read as `world_from_tool`, quaternions in the order x, y, z, w, but"
@@ -687,6 +692,7 @@ CONTRADICTIONS = (
     "orientation_contradicted",
     "forces_and_moments_exchanged",
     "joints_exchanged",
+    "joint_sign_contradicted",
     "too_few_windows",
     "negative_mass",
     "known_bodies_too_heavy",

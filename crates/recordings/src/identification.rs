@@ -8,8 +8,8 @@ use tactid_dynamics::{InertialParameters, Notice, Severity, Subject};
 use tactid_identify::diagnosis::LEAST_WINDOWS;
 use tactid_identify::{
     BatchIdentifier, BatchResult, BoundingBox, Delay, Finding as Data, FitReport, Forecast,
-    HistoryPoint, KnownMass, LinearEstimate, LoadEstimate, PayloadEstimate, PrincipalMoments,
-    serial::TenValues,
+    HistoryPoint, Hypothesis, KnownMass, LinearEstimate, LoadEstimate, PayloadEstimate,
+    PrincipalMoments, serial::TenValues,
 };
 
 use crate::plan::Plan;
@@ -306,6 +306,18 @@ impl Identification {
     pub(crate) fn follows_from_reading(&self) -> bool {
         self.fit.weights.len() >= LEAST_WINDOWS
             && self.recording.findings.iter().any(follows_from_assumptions)
+    }
+
+    /// Returns the fraction of the residuals that the first cause leaves which is not an offset.
+    pub(crate) fn left_by_cause(&self) -> f64 {
+        let mut causes = self.recording.findings.iter();
+        let first = causes.find_map(|finding| match finding {
+            Finding::Data(Data::WrongAssumption(found)) => {
+                (found.cause != Hypothesis::Offset).then_some(found.residual_ratio)
+            }
+            _ => None,
+        });
+        first.unwrap_or(1.0)
     }
 
     /// Puts the finding of a wrong reading, if there is one, in the place of what follows from it.

@@ -151,7 +151,8 @@ fn identify(
             let run = Run::new(recording, &plan, &mut batch, observer)?;
             let mut found = Identification::new(plan.clone(), run, &batch)?;
             if found.follows_from_reading() {
-                let reading = contradicted_reading(recording, &plan, observer)?;
+                let left = found.left_by_cause();
+                let reading = contradicted_reading(recording, &plan, left, observer)?;
                 found.replace_consequences(reading);
             }
             Ok(Identified::LeastSquares(Box::new(found)))

@@ -1,9 +1,12 @@
-//! Other readings of what was recorded: the axes of the wrenches, what the efforts contain, the
-//! order of the joints, and the orientations of the base.
+//! Other readings of what was recorded: the axes of the wrenches and the order of forces and
+//! moments, what the efforts contain, the order and the signs of the joints, and the orientations
+//! of the base.
+
+use std::borrow::Cow;
 
 use nalgebra::UnitQuaternion;
 use tactid_dynamics::{BaseKind, Manipulator};
-use tactid_identify::{BaseState, EffortContent, EquationSettings, WORLD, states_of_poses};
+use tactid_identify::{BaseState, EffortContent, EquationSettings, Method, WORLD, states_of_poses};
 
 use crate::alignment::{Event, JointValues, Measured};
 use crate::defaults::{Motion, Options};
@@ -13,9 +16,9 @@ use crate::preview::Preview;
 use crate::recording::{Recording, Sources};
 use crate::{Finding, Observer, RecordingError};
 
-/// Size of the residuals relative to those of the assumed reading, below which another reading is
-/// the right one. Drivers that state wrenches or efforts otherwise leave some percent
-/// (`tests/readings.rs`).
+/// Size of the residuals relative to those of the assumed reading, with the first cause that was
+/// found, below which another reading is the right one. Drivers that state wrenches or efforts
+/// otherwise leave some percent (`tests/readings.rs`).
 const MUCH_SMALLER: f64 = 0.4;
 
 /// Angle between links of the base below which both have the same axes, rad: descriptions round
@@ -28,27 +31,41 @@ struct Reading {
     equations: EquationSettings,
     /// Frames about whose origins the moments of the wrenches are.
     sensors: Vec<String>,
-    /// Indices of joints whose values are exchanged: those of each are given for the one before it,
-    /// those of the first for the last.
-    exchanged: Vec<usize>,
-    poses: Option<PoseReading>,
+    values: Values,
+}
+
+/// What is done to values before they are used.
+#[derive(Clone)]
+enum Values {
+    /// Nothing.
+    Given,
+    /// Those of each of these joints are given for the one before it, those of the first for the
+    /// last.
+    ExchangedJoints(Vec<usize>),
+    /// Those of a joint have the opposite sign.
+    OppositeJoint(usize),
+    /// Moments are in the places of forces, and forces in those of moments.
+    ExchangedKinds,
+    /// Poses of the base are read otherwise.
+    Poses(PoseReading),
 }
 
 /// Returns a finding where another reading of a recording explains its beginning far better than
-/// that of the plan.
+/// that of the plan with the first cause that was found, which leaves a fraction `left_by_cause` of
+/// the residuals.
 ///
 /// Cost: the equations of the beginning, and one fit, for each reading. It is meant for where
 /// something is unexplained.
 pub(crate) fn contradicted_reading(
     recording: &impl Recording,
     plan: &Plan<'_>,
+    left_by_cause: f64,
     observer: &mut Observer<'_>,
 ) -> Result<Option<Finding>, RecordingError> {
     let given = Reading {
         equations: plan.equations.clone(),
         sensors: plan.sources.sensors.clone(),
-        exchanged: Vec::new(),
-        poses: None,
+        values: Values::Given,
     };
     let with = |equations| Reading {
         equations,
@@ -66,26 +83,19 @@ pub(crate) fn contradicted_reading(
         let readings = OTHER_READINGS.into_iter();
         // Messages name the entries of their quaternions as they do their joints.
         let readings = readings.filter(|poses| poses.keeps_order() || !recording.names_joints());
-        others.extend(readings.map(|poses| Reading {
-            poses: Some(poses),
-            ..given.clone()
-        }));
+        others.extend(readings.map(|poses| given.with(Values::Poses(poses))));
     }
-    if !recording.names_joints() {
-        others.extend(exchanged_joints(
-            &given,
-            plan.sources.robot.joint_names().len(),
-        ));
-    }
-    if others.is_empty() {
-        return Ok(None);
+    let joints = plan.sources.robot.joint_names().len();
+    others.extend(joint_values(joints, recording.names_joints()).map(|values| given.with(values)));
+    if plan.equations.method == Method::Tactile {
+        others.push(given.with(Values::ExchangedKinds));
     }
     let events = recording.beginning(observer)?;
     let Some(assumed) = residual(plan, &events, &given)? else {
         return Ok(None);
     };
     let mut best = None;
-    let mut least = MUCH_SMALLER * assumed;
+    let mut least = MUCH_SMALLER * assumed * left_by_cause;
     for other in others {
         if let Some(size) = residual(plan, &events, &other)?.filter(|size| *size < least) {
             (least, best) = (size, Some(other));
@@ -109,62 +119,92 @@ fn residual(
         tip: plan.tip.clone(),
         ..sources.options.clone()
     };
-    let read: Vec<Event>;
     let preview = Preview {
         sources: &sources,
         options: &options,
-        events: if let Some(poses) = reading.poses {
-            read = with_poses(events, poses);
-            &read
-        } else if reading.exchanged.is_empty() {
-            events
-        } else {
-            let events = events.iter();
-            read = events
-                .map(|event| with_exchanged(event, &reading.exchanged))
-                .collect();
-            &read
-        },
+        events: &reading.values.of(events),
     };
     preview.residual_at(&plan.streams, plan.delay_s, plan.equations.cutoff_hz)
 }
 
-/// Returns the readings in which the values of two joints, or of three in turn, are exchanged.
-fn exchanged_joints(given: &Reading, joints: usize) -> impl Iterator<Item = Reading> {
+impl Reading {
+    fn with(&self, values: Values) -> Self {
+        Self {
+            values,
+            ..self.clone()
+        }
+    }
+}
+
+/// Returns the readings in which the values of two joints are exchanged, or those of one have the
+/// opposite sign; and, unless the values have names, those in which three are exchanged in turn.
+fn joint_values(joints: usize, are_named: bool) -> impl Iterator<Item = Values> {
     let pairs =
         (0..joints).flat_map(move |first| (first + 1..joints).map(move |second| [first, second]));
-    let pairs: Vec<[usize; 2]> = pairs.collect();
-    let rest = pairs.clone();
-    let threes = rest.into_iter().flat_map(move |[first, second]| {
+    let rest = pairs.clone().filter(move |_| !are_named);
+    let threes = rest.flat_map(move |[first, second]| {
         (second + 1..joints)
             .flat_map(move |third| [vec![first, second, third], vec![first, third, second]])
     });
-    let all = pairs.into_iter().map(Vec::from).chain(threes);
-    all.map(|exchanged| Reading {
-        exchanged,
-        ..given.clone()
-    })
+    let exchanged = pairs.map(Vec::from).chain(threes);
+    let exchanged = exchanged.map(Values::ExchangedJoints);
+    exchanged.chain((0..joints).map(Values::OppositeJoint))
 }
 
-/// Returns an event in which the values of each of these joints are those that are given for the
-/// one before it.
-fn with_exchanged(event: &Event, exchanged: &[usize]) -> Event {
-    let mut event = event.clone();
-    if let Measured::Joints(JointValues {
-        position,
-        velocity,
-        effort,
-    }) = &mut event.measured
-    {
-        for values in [position, velocity, effort] {
-            if exchanged.iter().all(|joint| *joint < values.len()) {
-                for pair in exchanged.windows(2).rev() {
-                    values.swap(pair[0], pair[1]);
+impl Values {
+    /// Returns events that are read so.
+    fn of<'a>(&self, events: &'a [Event]) -> Cow<'a, [Event]> {
+        let changed = |change: &dyn Fn(&mut Measured)| {
+            let mut events = events.to_vec();
+            events
+                .iter_mut()
+                .for_each(|event| change(&mut event.measured));
+            Cow::Owned(events)
+        };
+        match self {
+            Self::Given => Cow::Borrowed(events),
+            Self::ExchangedJoints(joints) => changed(&|measured| exchange(measured, joints)),
+            Self::OppositeJoint(joint) => changed(&|measured| {
+                let values = joint_vectors(measured).into_iter().flatten();
+                values.for_each(|values| {
+                    values
+                        .iter_mut()
+                        .skip(*joint)
+                        .take(1)
+                        .for_each(|value| *value = -*value);
+                });
+            }),
+            Self::ExchangedKinds => changed(&|measured| {
+                if let Measured::Wrench(_, wrench) = measured {
+                    std::mem::swap(&mut wrench.force, &mut wrench.moment);
                 }
+            }),
+            Self::Poses(reading) => Cow::Owned(with_poses(events, *reading)),
+        }
+    }
+}
+
+/// Returns positions, velocities and efforts of all joints of a message.
+fn joint_vectors(measured: &mut Measured) -> Option<[&mut Vec<f64>; 3]> {
+    match measured {
+        Measured::Joints(JointValues {
+            position,
+            velocity,
+            effort,
+        }) => Some([position, velocity, effort]),
+        _ => None,
+    }
+}
+
+/// Gives each of these joints the values that are given for the one before it.
+fn exchange(measured: &mut Measured, joints: &[usize]) {
+    for values in joint_vectors(measured).into_iter().flatten() {
+        if joints.iter().all(|joint| *joint < values.len()) {
+            for pair in joints.windows(2).rev() {
+                values.swap(pair[0], pair[1]);
             }
         }
     }
-    event
 }
 
 /// Returns events whose poses of the base are read otherwise. Its velocities follow from the poses.
@@ -192,20 +232,30 @@ fn with_poses(events: &[Event], reading: PoseReading) -> Vec<Event> {
 
 /// Returns the finding that another reading explains a recording better than the `given` one.
 fn finding(sources: &Sources, given: &Reading, other: Reading, residual_ratio: f64) -> Finding {
-    if !other.exchanged.is_empty() {
-        let names = sources.robot.joint_names();
-        let joints = other.exchanged.iter();
-        return Finding::JointsExchanged {
-            joints: joints.map(|index| names[*index].clone()).collect(),
-            residual_ratio,
-        };
-    }
-    if let Some(poses) = other.poses {
-        return Finding::OrientationContradicted {
-            reading: poses.orientation,
-            of_base: sources.contents.motion == Motion::Joints,
-            residual_ratio,
-        };
+    let names = sources.robot.joint_names();
+    match other.values {
+        Values::Given => {}
+        Values::ExchangedJoints(joints) => {
+            let joints = joints.iter().map(|index| names[*index].clone());
+            return Finding::JointsExchanged {
+                joints: joints.collect(),
+                residual_ratio,
+            };
+        }
+        Values::OppositeJoint(joint) => {
+            return Finding::JointSignContradicted {
+                joint: names[joint].clone(),
+                residual_ratio,
+            };
+        }
+        Values::ExchangedKinds => return Finding::ForcesAndMomentsExchanged { residual_ratio },
+        Values::Poses(poses) => {
+            return Finding::OrientationContradicted {
+                reading: poses.orientation,
+                of_base: sources.contents.motion == Motion::Joints,
+                residual_ratio,
+            };
+        }
     }
     if other.equations.effort_content != given.equations.effort_content {
         return Finding::EffortContentContradicted {

@@ -243,6 +243,30 @@ fn exchanged_joints_are_named_as_the_cause() {
     }
 }
 
+/// Drivers count some joints in the other direction than the URDF, and some list moments first.
+#[test]
+fn opposite_joints_and_exchanged_moments_are_named_as_the_cause() {
+    let mut recorded = Recorded::with_wrenches(false);
+    for instant in &mut recorded.instants {
+        for values in &mut instant.joints {
+            values[2] = -values[2];
+        }
+    }
+    let name = &recorded.robot.joint_names()[2];
+    let found = recorded.identify(&Request::default());
+    let findings = &found.recording.findings;
+    let is_cause = |finding: &Finding| matches!(finding, Finding::JointSignContradicted { joint, .. } if joint == name);
+    assert!(findings.iter().any(is_cause), "{findings:?}");
+    let mut recorded = Recorded::with_wrenches(false);
+    for six in recorded.wrenches.chunks_exact_mut(6) {
+        six.rotate_left(3);
+    }
+    let found = recorded.identify(&Request::default());
+    let findings = &found.recording.findings;
+    let is_cause = |finding: &Finding| matches!(finding, Finding::ForcesAndMomentsExchanged { .. });
+    assert!(findings.iter().any(is_cause), "{findings:?}");
+}
+
 #[test]
 fn axes_of_no_link_are_an_error() {
     let recorded = Recorded::with_wrenches(false);

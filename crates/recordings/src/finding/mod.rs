@@ -118,6 +118,13 @@ pub enum Finding {
         /// Residual with the exchanged values relative to that with the given ones, without a unit.
         residual_ratio: f64,
     },
+    /// The values of a joint have the opposite sign of what the robot's description says.
+    JointSignContradicted {
+        /// The joint.
+        joint: String,
+        /// Residual with the opposite sign relative to that with the given one, without a unit.
+        residual_ratio: f64,
+    },
     /// The orientations of the tool, or of the base, are not what they are taken for.
     OrientationContradicted {
         /// What they are.

@@ -42,12 +42,7 @@ impl Finding {
             Self::PointContradicted {
                 frame,
                 residual_ratio,
-            } => format!(
-                "The moments of the wrenches are about the origin of `{frame}`: {}, give `{frame}` \
-                 with the origin 0, 0, 0 and the quaternion 0, 0, 0, 1 as {}.",
-                read_so(*residual_ratio),
-                reader.option("sensor_frame")
-            ),
+            } => point_contradicted(frame, *residual_ratio, reader),
             Self::EffortContentContradicted {
                 content,
                 residual_ratio,
@@ -55,7 +50,11 @@ impl Finding {
             Self::JointsExchanged {
                 joints,
                 residual_ratio,
-            } => joints_exchanged(joints, *residual_ratio),
+            } => joints_exchanged(joints, *residual_ratio, reader),
+            Self::JointSignContradicted {
+                joint,
+                residual_ratio,
+            } => joint_sign(joint, *residual_ratio),
             Self::OrientationContradicted {
                 reading,
                 of_base,
@@ -118,7 +117,15 @@ fn axes_contradicted(axes: Option<&str>, residual_ratio: f64, reader: Reader) ->
     )
 }
 
-fn joints_exchanged(joints: &[String], residual_ratio: f64) -> String {
+fn joint_sign(joint: &str, residual_ratio: f64) -> String {
+    format!(
+        "The values of the joint {joint} have the opposite sign: read so, residuals are {} as \
+         large. Negate them, or turn the axis of this joint in the URDF.",
+        percent(residual_ratio)
+    )
+}
+
+fn joints_exchanged(joints: &[String], residual_ratio: f64, reader: Reader) -> String {
     let next = joints.iter().cycle().skip(1);
     let places = joints.iter().zip(next);
     let places = places.map(|(given, true_joint)| format!("of {true_joint} as {given}"));
@@ -128,9 +135,11 @@ fn joints_exchanged(joints: &[String], residual_ratio: f64) -> String {
     };
     format!(
         "The values of the joints {} are exchanged{order}: read so, residuals are {} as large. \
-         Messages often list joints by the alphabet; bring the columns into the order of the robot.",
+         Messages often list joints by the alphabet; bring the columns into the order of the robot, \
+         or, of a log, give each value its joint by {}.",
         listed(joints),
-        percent(residual_ratio)
+        percent(residual_ratio),
+        reader.option("rename_joints")
     )
 }
 
@@ -162,6 +171,15 @@ fn orientation_contradicted(
         "The orientations are read as `world_from_{body}`{order}, but they seem to be {meant}: read \
          so, residuals are {} as large; {remedy}.",
         percent(residual_ratio)
+    )
+}
+
+fn point_contradicted(frame: &str, residual_ratio: f64, reader: Reader) -> String {
+    format!(
+        "The moments of the wrenches are about the origin of `{frame}`: {}, give `{frame}` with the \
+         origin 0, 0, 0 and the quaternion 0, 0, 0, 1 as {}.",
+        read_so(residual_ratio),
+        reader.option("sensor_frame")
     )
 }
 

@@ -20,6 +20,7 @@ impl Notice for Finding {
             | Self::EffortContentContradicted { .. }
             | Self::OrientationContradicted { .. }
             | Self::ForcesAndMomentsExchanged { .. }
+            | Self::JointSignContradicted { .. }
             | Self::JointsExchanged { .. } => Severity::Contradicts,
             Self::FrictionChanged(changed) if changed.has_other_friction() => Severity::Contradicts,
             Self::GainsChanged(changed) if changed.has_other_gains() => Severity::Contradicts,
@@ -43,6 +44,7 @@ impl Notice for Finding {
             | Self::EffortContentContradicted { .. }
             | Self::OrientationContradicted { .. }
             | Self::ForcesAndMomentsExchanged { .. }
+            | Self::JointSignContradicted { .. }
             | Self::JointsExchanged { .. }
             | Self::RecordingCalibrated { .. } => Subject::Assumption,
             Self::HeavyLoad { .. } | Self::ContactThroughout { .. } => Subject::Measurements,
@@ -78,6 +80,7 @@ impl Notice for Finding {
             | Self::OrientationContradicted { .. }
             | Self::ForcesAndMomentsExchanged { .. }
             | Self::HeavyLoad { .. }
+            | Self::JointSignContradicted { .. }
             | Self::JointsExchanged { .. } => self.of_readings(reader),
             Self::FrameAssumed { .. }
             | Self::ForcesSummed { .. }
