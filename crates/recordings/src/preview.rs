@@ -228,6 +228,7 @@ impl Preview<'_> {
             channels,
         } = beginning;
         let equations = self.without_unknowns(equations, &channels);
+        let channels = with_unknown_offset(channels);
         match coarse_delay(&equations, &channels, window::stride_s(cutoff_hz)) {
             None => Ok(DelayEstimate::Unknown),
             Some(coarse) if coarse.is_at_end => Ok(DelayEstimate::Doubtful(coarse)),
@@ -258,7 +259,7 @@ impl Preview<'_> {
     ) -> Result<DelayEstimate, RecordingError> {
         let (equations, channels) = self.equations_at(streams, delay.delay_s, cutoff_hz)?;
         let equations = self.without_unknowns(equations, &channels);
-        let residual_ratio = match residual_size(&equations, &channels) {
+        let residual_ratio = match residual_size(&equations, &with_unknown_offset(channels)) {
             Some(with) => with / without,
             None => return Ok(DelayEstimate::Unknown),
         };
@@ -364,11 +365,7 @@ impl Preview<'_> {
         cutoff_hz: f64,
     ) -> Result<Option<f64>, RecordingError> {
         let (equations, channels) = self.equations_at(streams, delay_s, cutoff_hz)?;
-        let has_wrench = channels.begin_with_wrench();
-        Ok(residual_size(
-            &equations,
-            &channels.with_offsets(has_wrench),
-        ))
+        Ok(residual_size(&equations, &with_unknown_offset(channels)))
     }
 
     /// Returns all equations of the beginning for one delay and cutoff, with their channels.
@@ -403,6 +400,13 @@ impl Preview<'_> {
         }
         Ok(stream.finish())
     }
+}
+
+/// Returns channels with an unknown offset of the wrench, if they have one: what it leaves of a
+/// model without it may fit better at another time.
+fn with_unknown_offset(channels: Channels) -> Channels {
+    let has_wrench = channels.begin_with_wrench();
+    channels.with_offsets(has_wrench)
 }
 
 /// Returns whether a delay is worth correcting.

@@ -85,6 +85,10 @@ fn solve(
     let values = values_of(&parameters)?;
     let weighing = fit.known_mass.map(|mass| known.mass_of_payload(mass));
     let covariance = widened(&covariance, consistent.widening, weighing);
-    let of_values = std_devs(&parameters, &covariance, &spectrum.null_space(*scales));
+    let of_values = std_devs(
+        &parameters,
+        &covariance,
+        &spectrum.null_space(*scales, parameters[0]),
+    );
     Some((values, of_values.std_devs))
 }

@@ -11,7 +11,7 @@ use super::history::history;
 use super::other_load::{Parts, leave_out};
 use super::report::FitReport;
 use super::rests::{is_one_attitude, rests};
-use super::shown_offset::identified;
+use super::shown_offset::{identified, is_hidden, knows_mass};
 use crate::contact::LoadEstimate;
 use crate::diagnosis::{
     ConsistentPayload, LEAST_WINDOWS, consistent_payload, data_findings, mass_finding,
@@ -63,6 +63,9 @@ struct Solution<'a> {
     offset: Option<WrongAssumption>,
     /// Parts of the recording with another load, which the fit leaves out.
     other_load: Option<Parts>,
+    /// Whether the mass is known beside an offset of the wrenches, where the motion hardly tells
+    /// the two apart and the sensor's zero is not given.
+    known_beside_offset: Option<bool>,
 }
 
 impl BatchSettings {
@@ -327,20 +330,14 @@ impl BatchIdentifier {
         let mut findings = without_repetition(of_mass, consistent.contradiction, of_data);
         let of_offset = solution.offset.clone().map(Finding::WrongAssumption);
         let of_model = self.stream.model_findings().into_iter().map(Finding::Model);
-        // Where an offset is unknown, one attitude does not distinguish it from the weight.
-        let is_wrench = self.stream.has_sensors() && self.stream.method().uses_wrench();
-        let has_offset = self.settings.shown_offset || self.equations.wrench_offset;
-        let of_rests = rests(self.batch.equations(), &self.stream.gravity())
-            .filter(|found| !found.is_one_attitude() || (is_wrench && has_offset));
         findings.extend(of_offset);
-        match of_rests {
-            // What one attitude causes follows it, and a mass of zero may be a zero of the sensor.
-            Some(found) if found.is_one_attitude() => {
-                findings.retain(|other| !matches!(other, Finding::NothingHeld { .. }));
-                findings.insert(0, Finding::ConsistsOfRests(found));
-            }
-            of_rests => findings.extend(of_rests.map(Finding::ConsistsOfRests)),
+        if let Some(is_known) = solution.known_beside_offset {
+            // What it causes follows, and a mass of zero may be a zero of the sensor.
+            findings.retain(|other| !matches!(other, Finding::NothingHeld { .. }));
+            findings.insert(0, Finding::WeightOrOffset { is_known });
         }
+        let of_rests = rests(self.batch.equations(), &self.stream.gravity());
+        findings.extend(of_rests.map(Finding::ConsistsOfRests));
         findings.extend(of_model);
         if let Some(parts) = &solution.other_load {
             parts.report(fit, &mut findings);
@@ -349,11 +346,16 @@ impl BatchIdentifier {
     }
 
     /// Fits the parameters without a known mass, and with an offset of the wrenches where the data
-    /// show one.
+    /// show one, or would hide it.
     fn without_known_mass(&self) -> Result<Solution<'_>, IdentifyError> {
         let given = self.solution(self.stream.channels())?;
         if !self.settings.shown_offset || given.channels.offsets > 0 {
             return Ok(given);
+        }
+        if given.known_beside_offset.is_some() {
+            let both = self.solution(given.channels.clone().with_offsets(true))?;
+            let is_known = both.known_beside_offset == Some(true);
+            return Ok(if is_known { both } else { given });
         }
         let causes = given.explanation.as_ref().map(|found| &found.causes[..]);
         // Beside a graver cause that is not applied, the offset of a fit would explain what that
@@ -363,15 +365,18 @@ impl BatchIdentifier {
             return Ok(given);
         };
         let with_offset = self.solution(given.channels.clone().with_offsets(true))?;
-        Ok(
-            match identified(shown, &with_offset.found.fit, self.stream.offset_frame()) {
-                Some(offset) => Solution {
-                    offset: Some(offset),
-                    ..with_offset
-                },
-                None => given,
-            },
-        )
+        let offset = identified(shown, &with_offset.found.fit, &self.stream);
+        Ok(if offset.is_some() {
+            Solution {
+                offset,
+                ..with_offset
+            }
+        } else {
+            Solution {
+                known_beside_offset: Some(false),
+                ..given
+            }
+        })
     }
 
     /// Fits the parameters, and the further unknowns of the settings, with the offsets of some
@@ -387,18 +392,22 @@ impl BatchIdentifier {
         let found = further::fit(equations, options, &gravity, unknowns);
         let mut found = found.ok_or_else(|| self.stream.too_few_windows(equations.len()))?;
         leave_out(other_load.as_ref(), &mut found.fit);
+        let (fit, has_offset) = (&found.fit, channels.offsets > 0);
+        let is_open = has_offset || self.settings.shown_offset;
+        let is_hidden = is_open && is_hidden(equations, &self.stream);
+        let is_known = has_offset && knows_mass(fit);
         // Fewer windows, or one attitude, show no assumption to be wrong: none is corrected by
         // them. In one attitude under gravity, an offset and the weight are one.
-        let is_weighed = self.stream.gravity().norm() > 0.0 && is_one_attitude(equations);
-        let is_long = equations.len() >= LEAST_WINDOWS && !is_weighed;
-        let explain =
-            || wrong_assumptions(equations, &found.fit, Some(&found.values), &self.stream);
-        let explanation = is_long.then(explain).flatten();
+        let is_shown = equations.len() >= LEAST_WINDOWS
+            && (is_known || !is_hidden)
+            && !(gravity.norm() > 0.0 && is_one_attitude(equations));
+        let explain = || wrong_assumptions(equations, fit, Some(&found.values), &self.stream);
         Ok(Solution {
+            explanation: is_shown.then(explain).flatten(),
+            known_beside_offset: is_hidden.then_some(is_known),
+            offset: None,
             channels,
             found,
-            explanation,
-            offset: None,
             other_load,
         })
     }
@@ -407,14 +416,8 @@ impl BatchIdentifier {
     #[must_use]
     pub fn unknown(&self) -> PayloadEstimate {
         let (frame, nothing) = (self.frame.clone(), body_of(&SVector::zeros()));
-        let is_physical = is_physical(&nothing);
-        self.counted(estimate(
-            frame,
-            nothing,
-            is_physical,
-            &ValueStdDevs::UNKNOWN,
-            None,
-        ))
+        let (is_physical, std_devs) = (is_physical(&nothing), &ValueStdDevs::UNKNOWN);
+        self.counted(estimate(frame, nothing, is_physical, std_devs, None))
     }
 
     /// Returns an estimate with the counts of this identifier.

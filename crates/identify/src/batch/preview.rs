@@ -122,9 +122,11 @@ pub fn coarse_delay(
         .min(equations.len() as f64) as i64;
     let mut sizes = [0.0; 6];
     noise::target_sizes(equations, &[3, 3], &mut sizes);
-    let pairs = Pairs::new(equations, stride_s, &sizes, 1.0);
+    let has_offset = channels.offsets > 0;
+    let pairs = |gravity_scale| Pairs::new(equations, stride_s, &sizes, gravity_scale, has_offset);
+    let upside_down = pairs(-1.0).mean_square_residual(0);
+    let pairs = pairs(1.0);
     let unshifted = pairs.mean_square_residual(0)?;
-    let upside_down = Pairs::new(equations, stride_s, &sizes, -1.0).mean_square_residual(0);
     if upside_down.is_some_and(|other| other < FAR_BETTER * unshifted) {
         return None;
     }
@@ -188,11 +190,41 @@ impl ScaledWindow {
     }
 }
 
+/// Subtracts the mean rows and the mean targets of windows from each.
+fn subtract_mean(windows: &mut [ScaledWindow]) {
+    let fraction = (windows.len() as f64).recip();
+    for channel in 0..WRENCH {
+        let (mut mean, mut of_targets) = ([0.0; WIDTH], 0.0);
+        for window in windows.iter() {
+            for (sum, entry) in mean.iter_mut().zip(&window.rows[channel]) {
+                *sum += fraction * entry;
+            }
+            of_targets += fraction * window.targets[channel];
+        }
+        for window in windows.iter_mut() {
+            for (entry, mean) in window.rows[channel].iter_mut().zip(&mean) {
+                *entry -= mean;
+            }
+            window.targets[channel] -= of_targets;
+        }
+    }
+}
+
 impl Pairs {
-    /// Takes windows with the `sizes` of their channels and a scale applied to gravity.
-    fn new(equations: &[Equation], stride_s: f64, sizes: &[f64], gravity_scale: f64) -> Self {
+    /// Takes windows with the `sizes` of their channels and a scale applied to gravity, less the
+    /// mean of all windows where the wrenches have an offset.
+    fn new(
+        equations: &[Equation],
+        stride_s: f64,
+        sizes: &[f64],
+        gravity_scale: f64,
+        has_offset: bool,
+    ) -> Self {
         let scaled = |equation| ScaledWindow::new(equation, sizes, gravity_scale);
-        let windows: Vec<ScaledWindow> = equations.iter().map(scaled).collect();
+        let mut windows: Vec<ScaledWindow> = equations.iter().map(scaled).collect();
+        if has_offset {
+            subtract_mean(&mut windows);
+        }
         let mut products = Products::zero();
         for window in &windows {
             products.add_lower(&window.rows, 1.0);

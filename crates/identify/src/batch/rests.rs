@@ -2,7 +2,7 @@
 
 use nalgebra::{Matrix3, Vector3};
 
-use crate::equations::{Attitudes, Equation, Geometry, SAME_ATTITUDE_RAD};
+use crate::equations::{Attitudes, Equation, Geometry, SAME_ATTITUDE_RAD, WRENCH};
 use crate::finding::Rests;
 
 /// Shortest rest, s: longer than a slow swing stays in its turning points.
@@ -10,6 +10,33 @@ const LEAST_REST_S: f64 = 1.0;
 
 /// Least fraction of the duration of a recording that consists of rests.
 const LEAST_REST_FRACTION: f64 = 0.5;
+
+/// Sine of the angle between the weight and a constant wrench below which a motion hardly tells
+/// them apart: an offset of the sensor then changes the mass, and nothing else shows it.
+const HARDLY_APART: f64 = 0.1;
+
+/// Returns whether the motion hardly tells the weight of the payload from an offset of the wrench,
+/// whose channels are the first six: its force and its moment are nearly constant.
+///
+/// It is the angle between the column of the mass and the constants: zero at rest in one attitude,
+/// and small where the tool turns about the vertical alone.
+pub(super) fn hides_offset(equations: &[Equation]) -> bool {
+    let windows = equations.len() as f64;
+    let [mut all, mut apart] = [0.0; 2];
+    for channel in 0..equations.first().map_or(0, |first| first.rows.len()) {
+        let entry = |equation: &Equation| equation.rows[channel].regressor[0];
+        let mean = equations.iter().map(entry).sum::<f64>() / windows;
+        let squares = equations.iter().map(|equation| entry(equation).powi(2));
+        let squares = squares.sum::<f64>();
+        all += squares;
+        apart += if channel < WRENCH {
+            squares - windows * mean * mean
+        } else {
+            squares
+        };
+    }
+    apart <= HARDLY_APART.powi(2) * all
+}
 
 /// Returns whether the joints are at rest in one attitude in all equations.
 pub(super) fn is_one_attitude(equations: &[Equation]) -> bool {
@@ -20,8 +47,8 @@ pub(super) fn is_one_attitude(equations: &[Equation]) -> bool {
     first.is_some_and(|first| all.all(|other| other.is_some_and(|other| is_same(first, other))))
 }
 
-/// Returns the rests of which a recording consists, given gravity in the world: in several
-/// directions of gravity, or all of it in one attitude.
+/// Returns the rests of which a recording consists, in several directions of gravity, which is
+/// given in the world.
 pub(super) fn rests(equations: &[Equation], gravity: &Vector3<f64>) -> Option<Rests> {
     let windows = equations.iter().map(|equation| {
         let geometry = Geometry::new(&equation.geometry)?;
@@ -38,8 +65,7 @@ pub(super) fn rests(equations: &[Equation], gravity: &Vector3<f64>) -> Option<Re
     }
     let duration_s = windows[windows.len() - 1].0 - windows[0].0;
     let fraction = at_rest_s / duration_s;
-    let is_known = attitudes.count() > 1 || is_one_attitude(equations);
-    (fraction > LEAST_REST_FRACTION && is_known).then_some(Rests {
+    (fraction > LEAST_REST_FRACTION && attitudes.count() > 1).then_some(Rests {
         attitudes: attitudes.count(),
         rests,
         fraction,

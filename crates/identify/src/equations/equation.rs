@@ -77,6 +77,9 @@ pub struct Equation {
     /// Time derivative of each target through the same filter, in the channel's unit per second: by
     /// so much a delay of the load changes the target.
     pub rates: Vec<f64>,
+    /// Half the difference between these derivatives from every second instant and from the others:
+    /// noise alone, as in `differences`.
+    pub rate_differences: Vec<f64>,
     /// Number of instants in the window.
     pub instants: u32,
     /// Mean entries of the window's [`Geometry`](super::Geometry); empty where they are not kept.
@@ -92,6 +95,7 @@ impl Equation {
             rows: vec![Row::zero(); channels],
             differences: vec![Row::zero(); channels],
             rates: vec![0.0; channels],
+            rate_differences: vec![0.0; channels],
             instants: 0,
             geometry: Vec::new(),
         }
@@ -102,6 +106,8 @@ impl Equation {
         self.rows.copy_from_slice(&other.rows);
         self.differences.copy_from_slice(&other.differences);
         self.rates.copy_from_slice(&other.rates);
+        let of_noise = &other.rate_differences;
+        self.rate_differences.copy_from_slice(of_noise);
         (self.time_s, self.instants) = (other.time_s, other.instants);
     }
 
@@ -113,7 +119,10 @@ impl Equation {
         for (sum, row) in self.differences.iter_mut().zip(&other.differences) {
             sum.add(row, weight);
         }
-        for (sum, rate) in self.rates.iter_mut().zip(&other.rates) {
+        let (sums, rates) = (&mut self.rates, &other.rates);
+        let (of_sums, of_rates) = (&mut self.rate_differences, &other.rate_differences);
+        let pairs = sums.iter_mut().chain(of_sums);
+        for (sum, rate) in pairs.zip(rates.iter().chain(of_rates)) {
             *sum += weight * rate;
         }
         self.geometry.resize(other.geometry.len(), 0.0);

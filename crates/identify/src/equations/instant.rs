@@ -198,6 +198,10 @@ impl Instant {
 /// Returns position, velocity and acceleration of some joints, by their index among the vectors, at
 /// the middle sample, from measured positions and velocities.
 ///
+/// What is differentiated is the change from the middle sample: the derivative of a constant is
+/// then zero, and not the rounding of the weights, which are large and sum to zero. That would be
+/// the same in all windows, as motion is and noise is not.
+///
 /// It is not inlined, because the compiler then keeps the sums of four joints in vector registers;
 /// among the code that copies them joint by joint it takes them apart in each pass, which doubles
 /// the instructions.
@@ -209,6 +213,7 @@ fn motion_of_rates(
     are_alternate: bool,
 ) -> [Vector4<f64>; 3] {
     let mean = (samples.len() as f64).recip();
+    let center = &samples[samples.len() / 2].joint_velocity[index];
     let [mut position, mut velocity, mut acceleration] = [Vector4::zeros(); 3];
     for (k, sample) in samples.iter().enumerate() {
         let (at, rate) = (&sample.joint_position[index], &sample.joint_velocity[index]);
@@ -218,7 +223,7 @@ fn motion_of_rates(
             position += at * weights.value[k];
         }
         velocity += rate * weights.value[k];
-        acceleration += rate * weights.first[k];
+        acceleration += (rate - center) * weights.first[k];
     }
     [position, velocity, acceleration]
 }
@@ -232,12 +237,14 @@ fn motion_of_positions(
     index: usize,
     weights: &Weights,
 ) -> [Vector4<f64>; 3] {
+    let center = &samples[samples.len() / 2].joint_position[index];
     let [mut position, mut velocity, mut acceleration] = [Vector4::zeros(); 3];
     for (k, sample) in samples.iter().enumerate() {
         let at = &sample.joint_position[index];
+        let change = at - center;
         position += at * weights.value[k];
-        velocity += at * weights.first[k];
-        acceleration += at * weights.second[k];
+        velocity += change * weights.first[k];
+        acceleration += change * weights.second[k];
     }
     [position, velocity, acceleration]
 }
@@ -245,7 +252,8 @@ fn motion_of_positions(
 /// Returns the base's motion at the middle sample. Position and velocity enter no product and are
 /// those of the middle sample.
 fn base_motion(samples: &[&StoredSample], weights: &Weights) -> FrameMotion {
-    let center = &samples[samples.len() / 2].base;
+    let middle = samples[samples.len() / 2];
+    let center = &middle.base;
     let [mut rotation, mut acceleration] = [Vector4::zeros(); 2];
     let [mut angular_velocity, mut angular_acceleration] = [Vector4::zeros(); 2];
     for (k, sample) in samples.iter().enumerate() {
@@ -253,8 +261,8 @@ fn base_motion(samples: &[&StoredSample], weights: &Weights) -> FrameMotion {
         let [quaternion, turning, velocity] = &sample.base_vectors;
         rotation += quaternion * value;
         angular_velocity += turning * value;
-        angular_acceleration += turning * first;
-        acceleration += velocity * first;
+        angular_acceleration += (turning - middle.base_vectors[1]) * first;
+        acceleration += (velocity - middle.base_vectors[2]) * first;
     }
     let measured_acceleration = center.acceleration;
     let measured_angular_acceleration = center.angular_acceleration;

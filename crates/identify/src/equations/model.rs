@@ -246,6 +246,8 @@ impl Model {
         self.set_rows(&mut equation.rows, &window.means);
         self.set_rows(&mut equation.differences, &window.differences);
         equation.rates.copy_from_slice(&window.rates);
+        let of_noise = &window.rate_differences;
+        equation.rate_differences.copy_from_slice(of_noise);
         let first = window.means.len() - self.geometry_entries;
         equation.geometry.clear();
         equation.geometry.extend_from_slice(&window.means[first..]);

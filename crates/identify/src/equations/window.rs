@@ -117,10 +117,12 @@ pub struct WindowMean {
     pub differences: Box<[f64]>,
     /// Time derivative of the first entries through the same filter, per second.
     pub rates: Box<[f64]>,
-    /// Sum of the instants' weights in the mean, in the derivative, and in the half-difference.
-    weight: f64,
-    slope_weight: f64,
-    difference_weight: f64,
+    /// Half the difference between these derivatives from either half of the instants.
+    pub rate_differences: Box<[f64]>,
+    /// Sums of the weights in the mean and in the derivative, of all instants and of one half less
+    /// the other.
+    weights: [f64; 2],
+    slope_weights: [f64; 2],
 }
 
 impl WindowMean {
@@ -133,9 +135,9 @@ impl WindowMean {
             means: vec![0.0; entries].into(),
             differences: vec![0.0; entries].into(),
             rates: vec![0.0; rates].into(),
-            weight: 0.0,
-            slope_weight: 0.0,
-            difference_weight: 0.0,
+            rate_differences: vec![0.0; rates].into(),
+            weights: [0.0; 2],
+            slope_weights: [0.0; 2],
         }
     }
 }
@@ -147,41 +149,46 @@ impl WindowSums for WindowMean {
         self.means.fill(0.0);
         self.differences.fill(0.0);
         self.rates.fill(0.0);
-        (self.weight, self.slope_weight, self.difference_weight) = (0.0, 0.0, 0.0);
+        self.rate_differences.fill(0.0);
+        (self.weights, self.slope_weights) = ([0.0; 2], [0.0; 2]);
     }
 
-    /// Until the end, `means` has the sums of one half of the instants and `differences` those of
-    /// the other.
+    /// Until the end, `means` and `rates` have the sums of one half of the instants, and
+    /// `differences` and `rate_differences` those of the other.
     fn add(&mut self, entries: &[f64], place: &Place) {
         let (weight, slope_weight) = (place.weight(), place.slope_weight());
-        let sums = if place.half > 0.0 {
-            &mut self.means
+        let (sums, rates) = if place.half > 0.0 {
+            (&mut self.means, &mut self.rates)
         } else {
-            &mut self.differences
+            (&mut self.differences, &mut self.rate_differences)
         };
         for (sum, entry) in sums.iter_mut().zip(entries) {
             *sum += weight * entry;
         }
-        for (rate, entry) in self.rates.iter_mut().zip(entries) {
+        for (rate, entry) in rates.iter_mut().zip(entries) {
             *rate += slope_weight * entry;
         }
-        self.weight += weight;
-        self.slope_weight += slope_weight;
-        self.difference_weight += place.half * weight;
+        for (sum, half) in [1.0, place.half].into_iter().enumerate() {
+            self.weights[sum] += half * weight;
+            self.slope_weights[sum] += half * slope_weight;
+        }
         self.instants += 1;
     }
 
     fn finish(&mut self) {
-        let normalization = 1.0 / self.weight;
+        let normalization = 1.0 / self.weights[0];
         for (mean, difference) in self.means.iter_mut().zip(&mut self.differences) {
             let [half, other_half] = [*mean, *difference];
             *mean = (half + other_half) * normalization;
             // Both halves have the same weight but for the ends of the window and uneven times.
-            *difference = (half - other_half - self.difference_weight * *mean) * normalization;
+            *difference = (half - other_half - self.weights[1] * *mean) * normalization;
         }
-        for (rate, mean) in self.rates.iter_mut().zip(&self.means) {
+        let rates = self.rates.iter_mut().zip(&mut self.rate_differences);
+        for ((rate, difference), mean) in rates.zip(&self.means) {
+            let [half, other_half] = [*rate, *difference];
             // The weights of the derivative sum to zero but for rounding and uneven times.
-            *rate = (*rate - self.slope_weight * mean) * normalization;
+            *rate = (half + other_half - self.slope_weights[0] * mean) * normalization;
+            *difference = (half - other_half - self.slope_weights[1] * mean) * normalization;
         }
     }
 

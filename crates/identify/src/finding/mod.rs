@@ -315,6 +315,13 @@ pub enum Finding {
     },
     /// The recording consists of rests, with short moves between them.
     ConsistsOfRests(Rests),
+    /// The motion hardly tells the weight of the payload from a zero of the sensor that was never
+    /// set: gravity keeps its direction in the tool frame, as at rest in one attitude.
+    WeightOrOffset {
+        /// Whether the mass is known beside the zero, by the accelerations: the zero was then
+        /// identified, too. Otherwise the mass is that of both.
+        is_known: bool,
+    },
     /// Something is wrong in the description of the robot. Masses and inertias are reported only
     /// where the method uses them.
     #[serde(untagged)]
@@ -345,7 +352,7 @@ impl Notice for Finding {
             }
             Self::WrongAssumption(found) => found.contradicts(),
             Self::PositionsJump(jumps) => jumps.are_of_two_sources(),
-            Self::ConsistsOfRests(found) if found.is_one_attitude() => true,
+            Self::WeightOrOffset { is_known: false } => true,
             Self::OtherLoad(found) => found.is_most(),
             Self::ConstantChannels {
                 is_left_out: true, ..
@@ -361,6 +368,7 @@ impl Notice for Finding {
             | Self::AnglesContinued { .. }
             | Self::PosesAtRest(_)
             | Self::ConsistsOfRests(_)
+            | Self::WeightOrOffset { .. }
             | Self::Model(_) => return Severity::Notes,
         };
         if contradicts {
@@ -378,7 +386,7 @@ impl Notice for Finding {
             | Self::PositionsJump(_)
             | Self::CenterFarAway(_)
             | Self::TwistContradicted { .. } => Subject::Measurements,
-            Self::ConsistsOfRests(found) if found.is_one_attitude() => Subject::Measurements,
+            Self::WeightOrOffset { is_known: false } => Subject::Measurements,
             Self::GravityContradicted { .. }
             | Self::WrongAssumption(_)
             | Self::TooFewPoses { .. } => Subject::Assumption,

@@ -13,7 +13,8 @@ impl Finding {
             Self::OutlyingPose(found) => outlying(found),
             Self::CenterFarAway(found) => center_far_away(found, reader),
             Self::TooFewPoses { poses } => too_few_poses(*poses, reader),
-            Self::ConsistsOfRests(found) => consists_of_rests(found, reader),
+            Self::ConsistsOfRests(found) => consists_of_rests(found),
+            Self::WeightOrOffset { is_known } => weight_or_offset(*is_known, reader),
             _ => String::new(),
         }
     }
@@ -67,16 +68,26 @@ fn too_few_poses(poses: usize, reader: Reader) -> String {
     )
 }
 
-fn consists_of_rests(found: &Rests, reader: Reader) -> String {
-    if found.is_one_attitude() {
-        return format!(
-            "The recording rests in one attitude, in which the weight of the payload and a zero of the sensor \
-             that was never set are one: the mass is that of both, or unknown where the zero is \
-             identified, too. Record at least three attitudes; {} accepts a sensor that reads zero \
-             without the payload.",
-            reader.choice("wrench_offset", "no")
-        );
+fn weight_or_offset(is_known: bool, reader: Reader) -> String {
+    let zeroed = reader.choice("wrench_offset", "no");
+    if is_known {
+        format!(
+            "The tool hardly turns to gravity: accelerations alone tell the weight of the payload from a zero \
+             of the sensor that was never set. Both were identified, and the intervals contain what \
+             each leaves open of the other. Tilt the tool; {zeroed} accepts a sensor that reads zero \
+             without the payload."
+        )
+    } else {
+        format!(
+            "The recording keeps the tool in one attitude to gravity, in which the weight of the payload and a \
+             zero of the sensor that was never set are one: the mass is that of both, or unknown \
+             where the zero is identified, too. Record at least three attitudes; {zeroed} accepts a \
+             sensor that reads zero without the payload."
+        )
     }
+}
+
+fn consists_of_rests(found: &Rests) -> String {
     format!(
         "The recording consists of {} in {}, {} of its time. Rests show the mass and the centre of mass; \
          the inertia shows in the moves between them alone, if it does. The intervals follow from the \

@@ -80,11 +80,3 @@ pub struct Rests {
     /// Fraction of the time at rest, without a unit.
     pub fraction: f64,
 }
-
-impl Rests {
-    /// Returns whether all of the recording is in one attitude, which does not distinguish the
-    /// weight from an offset of the sensor.
-    pub(crate) fn is_one_attitude(&self) -> bool {
-        self.attitudes == 1
-    }
-}

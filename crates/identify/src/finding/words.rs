@@ -67,7 +67,8 @@ pub(super) fn sentences(finding: &Finding, reader: Reader) -> String {
         | Finding::OutlyingPose(_)
         | Finding::CenterFarAway(_)
         | Finding::TooFewPoses { .. }
-        | Finding::ConsistsOfRests(_) => finding.of_rests(reader),
+        | Finding::ConsistsOfRests(_)
+        | Finding::WeightOrOffset { .. } => finding.of_rests(reader),
         Finding::Model(finding) => finding.words(reader),
     }
 }

@@ -302,7 +302,7 @@ impl<'a> ReweightedLeastSquares<'a> {
             gain_errors: GainErrors::zeros(0),
             delay,
             excitation: self.spectrum.excitation(),
-            null_space: self.spectrum.null_space(scales),
+            null_space: self.spectrum.null_space(scales, self.solution[0]),
             offsets: Offsets::new(&self.means, &self.solution, &self.noise, count),
             noise: self.noise,
             weights: self.weights,

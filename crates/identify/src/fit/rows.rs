@@ -38,16 +38,17 @@ impl FitRows {
             differences: Vec::with_capacity(equations.len() * channels),
         };
         for equation in equations {
-            for (row, rate) in equation.rows.iter().zip(&equation.rates) {
+            // target(t + delay) = target(t) + delay · rate belongs to the motion at t.
+            let with_rate = |(row, rate): (&Row, &f64)| {
                 let mut wide = wide(row);
-                if options.delay {
-                    // target(t + delay) = target(t) + delay · rate belongs to the motion at t.
-                    wide[DELAY] = -rate;
-                }
-                all.rows.push(wide);
-            }
-            all.differences
-                .extend(equation.differences.iter().map(wide));
+                wide[DELAY] = if options.delay { -rate } else { 0.0 };
+                wide
+            };
+            let rows = equation.rows.iter().zip(&equation.rates);
+            all.rows.extend(rows.map(with_rate));
+            let differences = equation.differences.iter();
+            let differences = differences.zip(&equation.rate_differences);
+            all.differences.extend(differences.map(with_rate));
         }
         all
     }

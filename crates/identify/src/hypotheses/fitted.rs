@@ -1,6 +1,6 @@
 //! The parameters and the differences from some assumptions that explain the windows best.
 
-use nalgebra::{DMatrix, DVector, Vector6};
+use nalgebra::{DMatrix, DVector, SymmetricEigen, Vector6};
 
 use super::model::{Model, Sums, first_column_of};
 use super::windows::{SLIGHT, Windows};
@@ -122,6 +122,8 @@ impl Fitted {
 struct Information {
     lengths: DVector<f64>,
     factor: nalgebra::Cholesky<f64, nalgebra::Dyn>,
+    /// Unknowns that keep their values, one for each direction that noise alone excites.
+    held: Vec<usize>,
 }
 
 /// Returns the information of sums for the parameters and some hypotheses.
@@ -134,7 +136,7 @@ fn information(sums: &Sums, active: &[Hypothesis], joints: usize) -> Option<Info
         let length = length(k);
         if length.is_normal() { length } else { 1.0 }
     });
-    let scaled = DMatrix::from_fn(count, count, |i, j| {
+    let mut scaled = DMatrix::from_fn(count, count, |i, j| {
         // A ridge, below which directions are not determined.
         let ridge = match i == j {
             // The zero of the last joint is not determined but for the errors of the mean geometry
@@ -145,8 +147,24 @@ fn information(sums: &Sums, active: &[Hypothesis], joints: usize) -> Option<Info
         };
         sums.products[(i, j)] / (lengths[i] * lengths[j]) + ridge
     });
-    let factor = scaled.cholesky()?;
-    Some(Information { lengths, factor })
+    let mut held = Vec::new();
+    while held.len() < count {
+        if let Some(factor) = scaled.clone().cholesky() {
+            return Some(Information {
+                lengths,
+                factor,
+                held,
+            });
+        }
+        // A direction of noise alone is less than nothing without it, by chance.
+        let eigen = SymmetricEigen::try_new(scaled.clone(), f64::EPSILON, MAX_PASSES * count)?;
+        let unknown = eigen.eigenvectors.column(eigen.eigenvalues.imin()).iamax();
+        scaled.row_mut(unknown).fill(0.0);
+        scaled.column_mut(unknown).fill(0.0);
+        scaled[(unknown, unknown)] = 1.0;
+        held.push(unknown);
+    }
+    None
 }
 
 impl Information {
@@ -154,7 +172,11 @@ impl Information {
     /// linear.
     fn step(&self, sums: &Sums) -> Option<(DVector<f64>, f64)> {
         let count = self.lengths.len();
-        let target = DVector::from_fn(count, |k, _| sums.products[(k, count)] / self.lengths[k]);
+        let mut target =
+            DVector::from_fn(count, |k, _| sums.products[(k, count)] / self.lengths[k]);
+        for &held in &self.held {
+            target[held] = 0.0;
+        }
         let scaled = self.factor.solve(&target);
         let decrease = scaled.dot(&target);
         let step = scaled.component_div(&self.lengths);
@@ -175,7 +197,7 @@ impl Information {
             inverse.column_mut(k).scale_mut(length.recip());
         }
         for (k, is_unknown) in undetermined.iter().enumerate() {
-            if *is_unknown {
+            if *is_unknown || self.held.contains(&k) {
                 inverse[(k, k)] = f64::INFINITY;
             }
         }

@@ -1,7 +1,8 @@
 //! The measured wrench as a function of the payload and of everything that may be assumed wrongly.
 
 use nalgebra::{
-    DMatrix, DVector, Matrix3, Matrix6, Rotation3, SMatrix, SVector, Vector3, Vector4, Vector6,
+    DMatrix, DVector, Matrix3, Matrix6, Rotation3, SMatrix, SVector, Vector1, Vector3, Vector4,
+    Vector6,
 };
 use tactid_dynamics::cross;
 
@@ -245,6 +246,9 @@ impl Model {
             sums.subtract_noise(&columns);
         }
         sums.products.fill_upper_triangle_with_lower_triangle();
+        for &held in &windows.held {
+            fix(&mut sums.products, held, &Vector1::new(1.0));
+        }
         if let Some(first) = first_column_of(Hypothesis::AxisGains, active, self.zeros.len()) {
             // A common factor of the gains is one of the load, too.
             fix(

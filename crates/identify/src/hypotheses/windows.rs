@@ -1,10 +1,11 @@
 //! What a bounded number of windows measure, in the frame of the sensor.
 
-use nalgebra::{Isometry3, Matrix3, Matrix6, SMatrix, Vector3, Vector6};
+use nalgebra::{Isometry3, Matrix3, Matrix6, SMatrix, SVector, Vector3, Vector6};
 use tactid_dynamics::{FrameMotion, JointMotion};
 
 use crate::equations::{Equation, EquationStream, Geometry, MotionRows, WRENCH};
 use crate::fit::Fit;
+use crate::solve::subspace::least_signal_of_columns;
 
 /// Most windows of the test, evenly thinned: a cause that needs more to be seen harms no value.
 const MOST_WINDOWS: usize = 400;
@@ -59,6 +60,8 @@ pub(super) struct Windows {
     pub(super) noise_squares: f64,
     /// Rms of the measured force and moment, N and N m.
     pub(super) loads: [f64; 2],
+    /// Parameters whose columns are noise alone, which keep their values.
+    pub(super) held: Vec<usize>,
 }
 
 impl Windows {
@@ -89,6 +92,7 @@ impl Windows {
         let own = [loads[0], loads[1].hypot(LEVER_M * loads[0])].map(|load| OWN_ERROR * load);
         let std_devs = Vector6::from_fn(|k, _| noise[k].sqrt().hypot(own[k / 3]));
         let measured = *stream.offset_frame().measured();
+        let held = columns_of_noise(&windows, sensor_from_tool, &std_devs);
         let of_noise = noise.component_div(&std_devs.component_mul(&std_devs));
         (loads[0] > 0.0 && std_devs.iter().all(|size| size.is_normal())).then_some(Self {
             windows,
@@ -98,6 +102,7 @@ impl Windows {
             noise_squares: total * of_noise.dot(&measured),
             measured,
             loads,
+            held,
         })
     }
 
@@ -124,6 +129,28 @@ impl Windows {
         let counts = self.windows.iter().map(|window| window.of_zeros.len());
         counts.min().unwrap_or(0)
     }
+}
+
+/// Returns the parameters whose columns are noise alone, in units of the errors of the channels.
+fn columns_of_noise(
+    windows: &[Window],
+    sensor_from_tool: &Matrix6<f64>,
+    std_devs: &Vector6<f64>,
+) -> Vec<usize> {
+    let precisions = std_devs.map(|std_dev| std_dev.powi(-2));
+    let squares = |of: fn(&Window) -> &SMatrix<f64, 6, 10>| {
+        let of_window = |window: &Window| {
+            let columns = sensor_from_tool * of(window);
+            columns.component_mul(&columns).tr_mul(&precisions) * window.root.powi(2)
+        };
+        windows.iter().map(of_window).sum::<SVector<f64, 10>>()
+    };
+    let noises = squares(|window| &window.regressor_noise);
+    let signals = squares(|window| &window.regressor) - noises;
+    let least = least_signal_of_columns(signals.as_slice(), noises.as_slice(), windows.len());
+    (0..10)
+        .filter(|&k| signals[k] <= least * noises[k])
+        .collect()
 }
 
 impl Window {

@@ -1,7 +1,7 @@
 //! The information of the rows without the noise of the motion, factorised by pivots, without
 //! allocation.
 
-use super::subspace::{Matrix, NullSpace, Vector, is_observable_pivot, least_signal};
+use super::subspace::{Matrix, NullSpace, Vector, is_observable_pivot, least_signal_of_columns};
 use crate::result::KINDS;
 
 /// The corrected information `A - N = Uᵀ D U`. `A` is the information of the rows, and `N` its part
@@ -40,12 +40,8 @@ impl Information {
         let rows = root.transpose() * root;
         let mut difference = rows - noise;
         let (signals, noises) = (difference.diagonal(), noise.diagonal());
-        let is_noise = |k: usize, least: f64| signals[k] <= least * noises[k];
-        let least = least_signal(windows, 0);
-        let columns = (0..10).filter(|&k| is_noise(k, least)).count();
-        let least = least_signal(windows, columns);
-        // What a column of noise has in common with others is chance.
-        for k in (0..10).filter(|&k| is_noise(k, least)) {
+        let least = least_signal_of_columns(signals.as_slice(), noises.as_slice(), windows);
+        for k in (0..10).filter(|&k| signals[k] <= least * noises[k]) {
             difference.row_mut(k).fill(0.0);
             difference.column_mut(k).fill(0.0);
         }

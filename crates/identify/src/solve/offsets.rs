@@ -72,11 +72,17 @@ impl Offsets {
 
     /// Returns the standard deviation of each offset, in its unit, given the covariance of the
     /// parameters; infinite where the motion does not distinguish the offset from the payload.
+    ///
+    /// A channel whose mean is next to nothing for all parameters, those that the motion determines
+    /// as well as the others, has its offset from the measurements alone.
     pub(crate) fn std_devs(&self, of_parameters: &Matrix, null_space: &NullSpace) -> [f64; 6] {
         let variances = self.covariance(of_parameters).diagonal();
+        let hidden = self.gradients * null_space.hidden() * self.gradients.transpose();
         std::array::from_fn(|channel| {
-            if self.is_determined(channel, null_space) {
-                variances[channel].max(0.0).sqrt()
+            let (variance, hidden) = (variances[channel].max(0.0), hidden[(channel, channel)]);
+            let is_slight = hidden > 0.0 && hidden < variance;
+            if is_slight || self.is_determined(channel, null_space) {
+                (variance + hidden).sqrt()
             } else {
                 f64::INFINITY
             }

@@ -5,7 +5,9 @@ use nalgebra::{
     DMatrix, DefaultAllocator, DimDiff, DimSub, Dyn, OMatrix, OVector, SymmetricEigen, U1,
 };
 
-use super::subspace::{EIGENVALUE_RATIO, NullSpace, QUANTITY_FRACTION, Vector, least_signal};
+use super::subspace::{
+    EIGENVALUE_RATIO, NullSpace, QUANTITY_FRACTION, Vector, least_signal, least_signal_of_columns,
+};
 
 /// Fraction of noise of a direction that no row excites: more than all of it.
 const WITHOUT_ROWS: f64 = 2.0;
@@ -22,6 +24,9 @@ where
     eigen: SymmetricEigen<f64, D>,
     /// Orthogonal unit vectors.
     unobservable: Vec<OVector<f64, D>>,
+    /// Largest step along each of them, at which the rows alone would leave residuals as large as
+    /// their noise.
+    extents: Vec<f64>,
 }
 
 /// How strongly the rows excite each eigenvector of their information.
@@ -50,26 +55,35 @@ where
     /// For each direction that noise alone excites, one parameter is held. To hold the coordinate
     /// along the direction instead would bias the other parameters: by chance the direction
     /// contains a small share of them, and their values are thousands of their standard deviations.
-    /// A parameter that is held lacks its own value only.
+    /// A parameter that is held lacks its own value only. One whose column is noise alone is a
+    /// direction of its own.
     pub(crate) fn with_noise(
         rows: &OMatrix<f64, D, D>,
         noise: &OMatrix<f64, D, D>,
         windows: usize,
     ) -> Self {
-        let [of_noise, mut unobservable] = if excites_all(rows, noise, windows) {
+        let (mut rows, mut noise) = (rows.clone(), noise.clone());
+        let [of_noise, mut unobservable] = if excites_all(&rows, &noise, windows) {
             Default::default()
         } else {
-            not_excited(rows, noise, windows)
+            remove_columns_of_noise(&mut rows, &mut noise, windows);
+            not_excited(&rows, &noise, windows)
         };
-        let mut information = rows - noise;
+        let mut information = &rows - noise;
         for parameter in largest_entries(&of_noise) {
             information.row_mut(parameter).fill(0.0);
             information.column_mut(parameter).fill(0.0);
         }
         unobservable.extend(of_noise);
+        let unobservable = orthogonal(unobservable);
+        let extent = |direction: &OVector<f64, D>| {
+            let squares = (&rows * direction).dot(direction).max(f64::MIN_POSITIVE);
+            (windows as f64 / squares).sqrt()
+        };
         Self {
             eigen: SymmetricEigen::new(information),
-            unobservable: orthogonal(unobservable),
+            extents: unobservable.iter().map(extent).collect(),
+            unobservable,
         }
     }
 
@@ -84,13 +98,13 @@ where
     }
 
     /// The unobservable directions of the ten parameters, whose units are `scales`: those that no
-    /// row excites, or only the noise of the motion.
-    pub fn null_space(&self, scales: Vector) -> NullSpace {
+    /// row excites, or only the noise of the motion. The mass of the load, kg, says how large its
+    /// parameters may be there.
+    pub fn null_space(&self, scales: Vector, mass_kg: f64) -> NullSpace {
         let directions = self.unobservable.iter();
-        NullSpace::new(
-            scales,
-            directions.map(|vector| Vector::from_fn(|k, _| vector[k])),
-        )
+        let directions = directions.map(|vector| Vector::from_fn(|k, _| vector[k]));
+        let extents = self.extents.iter().copied();
+        NullSpace::new(scales, directions).with_extents(mass_kg, extents)
     }
 
     /// Returns whether the observable directions determine an unknown.
@@ -163,6 +177,26 @@ where
         excess[(k, k)] -= least;
     }
     excess.cholesky().is_some()
+}
+
+/// Sets the products of each column that is noise alone to zero, so that no row excites it.
+fn remove_columns_of_noise<D>(
+    rows: &mut OMatrix<f64, D, D>,
+    noise: &mut OMatrix<f64, D, D>,
+    windows: usize,
+) where
+    D: DimSub<U1>,
+    DefaultAllocator: Allocator<D, D> + Allocator<D> + Allocator<DimDiff<D, U1>>,
+{
+    let noises = noise.diagonal();
+    let signals = rows.diagonal() - &noises;
+    let least = least_signal_of_columns(signals.as_slice(), noises.as_slice(), windows);
+    for k in (0..signals.len()).filter(|&k| signals[k] <= least * noises[k]) {
+        for products in [&mut *rows, &mut *noise] {
+            products.row_mut(k).fill(0.0);
+            products.column_mut(k).fill(0.0);
+        }
+    }
 }
 
 /// Returns unit vectors of the directions that only noise excites, and of those that no row
@@ -276,7 +310,7 @@ mod tests {
         let unobservable = |noise: f64, windows: usize| -> Vec<Vector> {
             let noise = Matrix::from_diagonal(&(faint * noise));
             let spectrum = Spectrum::<U10>::with_noise(&(signal + noise), &noise, windows);
-            let found = spectrum.null_space(Vector::repeat(1.0));
+            let found = spectrum.null_space(Vector::repeat(1.0), 0.0);
             found.directions().to_vec()
         };
         assert!(unobservable(0.0, 20).is_empty());
@@ -289,7 +323,7 @@ mod tests {
         assert!((direction[3].abs() - 1.0).abs() < 1e-9, "{direction}");
         // A direction without rows is not observable, either.
         let without = signal - Matrix::from_diagonal(&faint);
-        let found = Spectrum::<U10>::new(without).null_space(Vector::repeat(1.0));
+        let found = Spectrum::<U10>::new(without).null_space(Vector::repeat(1.0), 0.0);
         assert_eq!(found.directions().len(), 1);
     }
 

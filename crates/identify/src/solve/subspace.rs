@@ -73,6 +73,18 @@ pub(crate) fn least_signal(windows: usize, others: usize) -> f64 {
     chance.max(LEAST_SIGNAL)
 }
 
+/// Returns the [`least_signal`] of a column, given the information of each column alone without
+/// noise and that of its noise: the number of columns with less counts as that of directions.
+///
+/// A column with no more is noise alone. What it has in common with other columns is chance, too,
+/// and its parameter may be of any size, so that it is held, and nothing of it moves the others.
+pub(crate) fn least_signal_of_columns(signals: &[f64], noises: &[f64], windows: usize) -> f64 {
+    let least = least_signal(windows, 0);
+    let columns = signals.iter().zip(noises);
+    let of_noise = columns.filter(|(signal, noise)| **signal <= least * **noise);
+    least_signal(windows, of_noise.count())
+}
+
 /// Returns whether a direction with this pivot of the corrected information is observable.
 /// `of_noise` is the information that noise alone may leave there, `alone` the information of the
 /// rows on the parameter alone, and `plausible` the largest size of a parameter that can be
@@ -135,6 +147,9 @@ pub struct NullSpace {
     /// Unit vectors in scaled parameters, of which the first `dimension` are valid.
     directions: [Vector; 10],
     dimension: usize,
+    /// Covariance of what the parameters may be in these directions, zero where nothing is known of
+    /// it.
+    hidden: Matrix,
 }
 
 impl NullSpace {
@@ -147,7 +162,49 @@ impl NullSpace {
             scales,
             directions: places,
             dimension,
+            hidden: Matrix::zeros(),
         }
+    }
+
+    /// Returns the null space with what the parameters of a payload of this mass, kg, may be in its
+    /// directions. `extents` are the largest steps along them that the rows admit, in scaled
+    /// parameters.
+    ///
+    /// A quantity that is not quite across a direction is as uncertain as that: at rest in one
+    /// attitude, a centre of mass somewhere on a vertical line is elsewhere across an axis of the
+    /// tool that is not quite horizontal.
+    pub(crate) fn with_extents(mut self, mass_kg: f64, extents: impl Iterator<Item = f64>) -> Self {
+        let reach_m = 0.5 * LEVER_ARM_M;
+        let sizes = [1.0, reach_m, reach_m * reach_m].map(|size| size * mass_kg.abs());
+        let mut units = Vector::zeros();
+        for (kind, size) in KINDS.into_iter().zip(sizes) {
+            units.as_mut_slice()[kind].fill(size);
+        }
+        if mass_kg == 0.0 {
+            return self;
+        }
+        let mut steps = [Vector::zeros(); 10];
+        for (place, extent) in (0..self.dimension).zip(extents) {
+            let direction = self.directions[place].component_mul(&self.scales);
+            // Of the largest steps to plausible parameters, those that are independent.
+            let mut step = direction.component_div(&units);
+            for before in &steps[..place] {
+                step.axpy(-before.dot(&step), before, 1.0);
+            }
+            // A direction of further unknowns alone changes no parameter.
+            steps[place] = step.try_normalize(0.0).unwrap_or_default();
+            let step = steps[place].component_mul(&units);
+            let length = step.component_div(&self.scales).norm();
+            let step = step * (extent / length.max(f64::MIN_POSITIVE)).min(1.0);
+            self.hidden.ger(1.0, &step, &step, 1.0);
+        }
+        self
+    }
+
+    /// Covariance of what the parameters may be in the unobservable directions, as far as something
+    /// is known of it.
+    pub(crate) fn hidden(&self) -> &Matrix {
+        &self.hidden
     }
 
     /// Unit of each scaled parameter, in the parameter's unit.

@@ -11,7 +11,7 @@ use crate::result::{KINDS, Observability, values_of_body};
 const MASS_KNOWN: f64 = 0.25;
 
 /// Returns whether a mass with this standard deviation is known.
-fn is_mass_known(mass: f64, std_dev: f64) -> bool {
+pub(crate) fn is_mass_known(mass: f64, std_dev: f64) -> bool {
     std_dev <= MASS_KNOWN * mass.abs()
 }
 
@@ -86,8 +86,9 @@ pub(crate) fn std_devs(
     let Some(jacobian) = value_jacobian(parameters) else {
         return ValueStdDevs::UNKNOWN;
     };
+    let covariance = covariance + null_space.hidden();
     let mut std_devs: [f64; 10] =
-        std::array::from_fn(|k| std_dev(&jacobian.row(k).into(), covariance, null_space));
+        std::array::from_fn(|k| std_dev(&jacobian.row(k).into(), &covariance, null_space));
     let observable = std_devs.map(f64::is_finite);
     if !is_mass_known(parameters[0], std_devs[0]) {
         std_devs[1..].fill(f64::INFINITY);
