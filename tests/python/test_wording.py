@@ -658,6 +658,7 @@ ONLINE_KINDS = (
 
 
 BACKTICKED = re.compile(r"`(\w+)`")
+CHOICE = re.compile(r'`(\w+)="(\w+)"`')
 
 
 def test_every_finding_is_pinned_to_its_sentences() -> None:
@@ -674,7 +675,11 @@ def test_a_finding_names_options_as_a_user_of_the_command_writes_them(kind: str)
     def flag(name: re.Match[str]) -> str:
         return command_line_flag(name[1]) if name[1] in option_names("log") else name[0]
 
-    assert found.worded("command-line") == BACKTICKED.sub(flag, SENTENCES[kind])
+    def choice(name: re.Match[str]) -> str:
+        return f"`{command_line_flag(name[1])} {name[2]}`"
+
+    sentence = CHOICE.sub(choice, BACKTICKED.sub(flag, SENTENCES[kind]))
+    assert found.worded("command-line") == sentence
 
 
 CONTRADICTIONS = (
@@ -683,6 +688,7 @@ CONTRADICTIONS = (
     "velocities_contradicted",
     "twist_contradicted",
     "center_far_away",
+    "weight_or_offset",
     "gravity_contradicted",
     "calibration_contradicted",
     "joint_zero_moved",
