@@ -224,6 +224,7 @@ FINDINGS = [
     Finding("heavy_load", {"mass_kg": 1201.0, "std_dev_kg": 1.0}),
     Finding("too_few_poses", {"poses": 3}),
     Finding("consists_of_rests", {"attitudes": 6, "rests": 6, "fraction": 0.83}),
+    Finding("weight_or_offset", {"is_known": False}),
     Finding("angles_continued", {"joints": ["joint_1"], "count": 22}),
     Finding(
         "positions_jump",
@@ -507,6 +508,12 @@ SENTENCES = {
         " and the centre of mass; the inertia shows in the moves between them alone, if it does."
         " The intervals follow from the noise within the rests, and do not contain what differs"
         " between attitudes, such as a hysteresis: the means of the rests as poses at rest show it."
+    ),
+    "weight_or_offset": (
+        "The recording keeps the tool in one attitude to gravity, in which the weight of the"
+        " payload and a zero of the sensor that was never set are one: the mass is that of both, or"
+        " unknown where the zero is identified, too. Record at least three attitudes;"
+        ' `wrench_offset="no"` accepts a sensor that reads zero without the payload.'
     ),
     "angles_continued": (
         "The positions of joint_1 start again after a turn, 22 times: they were continued."

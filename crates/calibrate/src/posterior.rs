@@ -167,7 +167,7 @@ fn solve(
         arm_errors: changes.errors(&change, (precision, &of_gradient), &payloads[0]),
         unloaded_errors,
         noise_covariance: covariance(&Spectrum::new(last.alone), &scales),
-        null_space: last.spectrum.null_space(scales, payloads[0][0]),
+        null_space: last.spectrum.null_space(scales),
         excitation: last.spectrum.excitation(),
         misfit,
         changed: changes.changed(&change, problem, &arm),

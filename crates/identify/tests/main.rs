@@ -26,6 +26,7 @@ mod effort_intervals;
 mod findings;
 mod further_unknowns;
 mod identifier;
+mod little_motion;
 mod masses;
 mod motion_rows;
 mod multi_cutoff;

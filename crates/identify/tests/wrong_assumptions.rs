@@ -381,7 +381,7 @@ fn one_attitude_does_not_show_an_offset() {
         });
         let findings = &result.findings;
         let is_reported = |found: &Finding| {
-            matches!(found, Finding::ConsistsOfRests(_))
+            matches!(found, Finding::WeightOrOffset { .. })
                 && found.severity() == Severity::Contradicts
         };
         assert_eq!(

@@ -85,10 +85,7 @@ fn solve(
     let values = values_of(&parameters)?;
     let weighing = fit.known_mass.map(|mass| known.mass_of_payload(mass));
     let covariance = widened(&covariance, consistent.widening, weighing);
-    let of_values = std_devs(
-        &parameters,
-        &covariance,
-        &spectrum.null_space(*scales, parameters[0]),
-    );
+    let null_space = spectrum.null_space_of(*scales, parameters[0], fit.reach_m);
+    let of_values = std_devs(&parameters, &covariance, &null_space);
     Some((values, of_values.std_devs))
 }

@@ -10,8 +10,8 @@ use super::forecast::Forecast;
 use super::history::history;
 use super::other_load::{Parts, leave_out};
 use super::report::FitReport;
-use super::rests::{is_one_attitude, rests};
-use super::shown_offset::{identified, is_hidden, knows_mass};
+use super::rests::{hides_offset, is_one_attitude, rests};
+use super::shown_offset::identified;
 use crate::contact::LoadEstimate;
 use crate::diagnosis::{
     ConsistentPayload, LEAST_WINDOWS, consistent_payload, data_findings, mass_finding,
@@ -30,7 +30,7 @@ use crate::prior::{BoundingBox, KnownMass, PriorKnowledge};
 use crate::result::{HistoryPoint, PayloadEstimate, WeightEstimate, is_physical};
 use crate::solve::PrincipalMoments;
 use crate::solve::report::{Posterior, Report, body_of, estimate};
-use crate::solve::uncertainty::ValueStdDevs;
+use crate::solve::uncertainty::{ValueStdDevs, is_mass_known};
 use crate::solve::widening::widened;
 use crate::{IdentifyError, Method};
 
@@ -63,8 +63,7 @@ struct Solution<'a> {
     offset: Option<WrongAssumption>,
     /// Parts of the recording with another load, which the fit leaves out.
     other_load: Option<Parts>,
-    /// Whether the mass is known beside an offset of the wrenches, where the motion hardly tells
-    /// the two apart and the sensor's zero is not given.
+    /// Whether the mass is known beside an offset that the motion hardly tells from the weight.
     known_beside_offset: Option<bool>,
 }
 
@@ -328,9 +327,7 @@ impl BatchIdentifier {
             )
         });
         let mut findings = without_repetition(of_mass, consistent.contradiction, of_data);
-        let of_offset = solution.offset.clone().map(Finding::WrongAssumption);
-        let of_model = self.stream.model_findings().into_iter().map(Finding::Model);
-        findings.extend(of_offset);
+        findings.extend(solution.offset.clone().map(Finding::WrongAssumption));
         if let Some(is_known) = solution.known_beside_offset {
             // What it causes follows, and a mass of zero may be a zero of the sensor.
             findings.retain(|other| !matches!(other, Finding::NothingHeld { .. }));
@@ -338,7 +335,8 @@ impl BatchIdentifier {
         }
         let of_rests = rests(self.batch.equations(), &self.stream.gravity());
         findings.extend(of_rests.map(Finding::ConsistsOfRests));
-        findings.extend(of_model);
+        let of_model = self.stream.model_findings();
+        findings.extend(of_model.into_iter().map(Finding::Model));
         if let Some(parts) = &solution.other_load {
             parts.report(fit, &mut findings);
         }
@@ -365,7 +363,7 @@ impl BatchIdentifier {
             return Ok(given);
         };
         let with_offset = self.solution(given.channels.clone().with_offsets(true))?;
-        let offset = identified(shown, &with_offset.found.fit, &self.stream);
+        let offset = identified(shown, &with_offset.found.fit, self.stream.offset_frame());
         Ok(if offset.is_some() {
             Solution {
                 offset,
@@ -394,10 +392,9 @@ impl BatchIdentifier {
         leave_out(other_load.as_ref(), &mut found.fit);
         let (fit, has_offset) = (&found.fit, channels.offsets > 0);
         let is_open = has_offset || self.settings.shown_offset;
-        let is_hidden = is_open && is_hidden(equations, &self.stream);
-        let is_known = has_offset && knows_mass(fit);
-        // Fewer windows, or one attitude, show no assumption to be wrong: none is corrected by
-        // them. In one attitude under gravity, an offset and the weight are one.
+        let is_hidden = is_open && hides_offset(equations, &self.stream);
+        let is_known = has_offset && is_mass_known(fit.parameters[0], fit.mass_std_dev_kg());
+        // Fewer windows, or one attitude under gravity, show no assumption to be wrong.
         let is_shown = equations.len() >= LEAST_WINDOWS
             && (is_known || !is_hidden)
             && !(gravity.norm() > 0.0 && is_one_attitude(equations));

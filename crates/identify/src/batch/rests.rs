@@ -2,8 +2,9 @@
 
 use nalgebra::{Matrix3, Vector3};
 
-use crate::equations::{Attitudes, Equation, Geometry, SAME_ATTITUDE_RAD, WRENCH};
+use crate::equations::{Attitudes, Equation, EquationStream, Geometry, SAME_ATTITUDE_RAD, WRENCH};
 use crate::finding::Rests;
+use crate::hypotheses::SLIGHT;
 
 /// Shortest rest, s: longer than a slow swing stays in its turning points.
 const LEAST_REST_S: f64 = 1.0;
@@ -11,16 +12,17 @@ const LEAST_REST_S: f64 = 1.0;
 /// Least fraction of the duration of a recording that consists of rests.
 const LEAST_REST_FRACTION: f64 = 0.5;
 
-/// Sine of the angle between the weight and a constant wrench below which a motion hardly tells
-/// them apart: an offset of the sensor then changes the mass, and nothing else shows it.
-const HARDLY_APART: f64 = 0.1;
-
 /// Returns whether the motion hardly tells the weight of the payload from an offset of the wrench,
 /// whose channels are the first six: its force and its moment are nearly constant.
 ///
 /// It is the angle between the column of the mass and the constants: zero at rest in one attitude,
-/// and small where the tool turns about the vertical alone.
-pub(super) fn hides_offset(equations: &[Equation]) -> bool {
+/// and small where the tool turns about the vertical alone. An offset then makes the interval of
+/// the mass ten times as wide, or more.
+pub(super) fn hides_offset(equations: &[Equation], stream: &EquationStream) -> bool {
+    let is_wrench = stream.has_sensors() && stream.method().uses_wrench();
+    if !is_wrench || stream.gravity() == Vector3::zeros() {
+        return false;
+    }
     let windows = equations.len() as f64;
     let [mut all, mut apart] = [0.0; 2];
     for channel in 0..equations.first().map_or(0, |first| first.rows.len()) {
@@ -35,7 +37,7 @@ pub(super) fn hides_offset(equations: &[Equation]) -> bool {
             squares
         };
     }
-    apart <= HARDLY_APART.powi(2) * all
+    apart <= SLIGHT.powi(2) * all
 }
 
 /// Returns whether the joints are at rest in one attitude in all equations.

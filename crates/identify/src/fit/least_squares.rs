@@ -4,7 +4,7 @@
 mod covariance;
 mod whitened;
 
-use nalgebra::{DMatrix, DVector, Dyn, SMatrix, SVector};
+use nalgebra::{DMatrix, DVector, Dyn, SMatrix, SVector, Vector3};
 
 use super::normal_equations::mass_information;
 use super::products::{Products, WIDTH, WideRow};
@@ -91,6 +91,8 @@ struct ReweightedLeastSquares<'a> {
     solution: [f64; UNKNOWNS],
     /// Unit of each scaled unknown.
     scales: SVector<f64, UNKNOWNS>,
+    /// Lever arm at which the noise of a force has the moment of the noise of a moment, m.
+    lever_arm_m: f64,
     /// Mean rows of the channels whose offset is unknown.
     means: Vec<MeanRow<UNKNOWNS>>,
     /// Residuals of all windows, window by window, in the channels' units.
@@ -117,6 +119,7 @@ impl<'a> ReweightedLeastSquares<'a> {
             columns,
             solution: [0.0; UNKNOWNS],
             scales: SVector::repeat(1.0),
+            lever_arm_m: 0.0,
             means: vec![MeanRow::zero(); options.channels.offsets],
             residuals: vec![0.0; equations.len() * channels],
             noise,
@@ -198,6 +201,8 @@ impl<'a> ReweightedLeastSquares<'a> {
             }
         }
         let lengths = bounded_lengths(&Vector::from_fn(|k, _| squares[k].sqrt()), MIN_LENGTH);
+        let of_first_moments = lengths.fixed_rows::<3>(1).max();
+        self.lever_arm_m = lengths[0] / of_first_moments;
         let known_mass = self.options.known_mass;
         let of_mass = known_mass.map_or(0.0, mass_information);
         let of_delay = squares[DELAY].sqrt().max(f64::MIN_POSITIVE);
@@ -294,6 +299,9 @@ impl<'a> ReweightedLeastSquares<'a> {
         });
         let bread = self.spectrum.across_unobservable(bread);
         let scales = self.scales.fixed_rows::<10>(0).into_owned();
+        let (mass_kg, first_moments) = (self.solution[0], &self.solution[1..4]);
+        let center_m = Vector3::from_column_slice(first_moments).norm() / mass_kg.abs();
+        let reach_m = self.lever_arm_m.hypot(center_m);
         Fit {
             parameters: SVector::from_fn(|k, _| self.solution[k]),
             covariance: covariance.fixed_view::<10, 10>(0, 0).into_owned(),
@@ -302,7 +310,8 @@ impl<'a> ReweightedLeastSquares<'a> {
             gain_errors: GainErrors::zeros(0),
             delay,
             excitation: self.spectrum.excitation(),
-            null_space: self.spectrum.null_space(scales, self.solution[0]),
+            null_space: self.spectrum.null_space_of(scales, mass_kg, reach_m),
+            reach_m,
             offsets: Offsets::new(&self.means, &self.solution, &self.noise, count),
             noise: self.noise,
             weights: self.weights,

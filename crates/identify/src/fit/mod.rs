@@ -118,6 +118,10 @@ pub(crate) struct Fit {
     pub(crate) excitation: Excitation,
     /// The unobservable directions.
     pub(crate) null_space: NullSpace,
+    /// How far parts of the payload may be from the origin of the tool frame, m: as the known part
+    /// of its centre of mass, and as the size of a sensor, the lever arm at which the noise of a
+    /// force has the moment of the noise of a moment.
+    pub(crate) reach_m: f64,
     /// Mass of the whole load, where it was known.
     pub(crate) known_mass: Option<KnownMass>,
     /// Offsets of the six channels of the wrench in the tool frame, where they are unknown.

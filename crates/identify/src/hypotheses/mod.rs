@@ -25,7 +25,8 @@ use nalgebra::Vector3;
 use self::fitted::Fitted;
 use self::model::Model;
 use self::report::{Cause, Change};
-use self::windows::{SLIGHT, Windows};
+pub(crate) use self::windows::SLIGHT;
+use self::windows::Windows;
 use crate::equations::{Equation, EquationStream, Unknowns};
 use crate::finding::{
     Hypothesis, LARGEST_MASS_CHANGE, LARGEST_SHIFT_M, MOST_LEFT, WrongAssumption,

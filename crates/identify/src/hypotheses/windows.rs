@@ -18,8 +18,8 @@ const OWN_ERROR: f64 = 0.005;
 /// of the size of a sensor.
 const LEVER_M: f64 = 0.1;
 
-/// Fraction of errors, or of what a fit leaves, that is little.
-pub(super) const SLIGHT: f64 = 0.1;
+/// Fraction of errors, of what a fit leaves, or of what a motion shows, that is little.
+pub(crate) const SLIGHT: f64 = 0.1;
 
 /// The wrench of a window, and what it is linear in.
 pub(super) struct Window {

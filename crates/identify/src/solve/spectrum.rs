@@ -98,13 +98,21 @@ where
     }
 
     /// The unobservable directions of the ten parameters, whose units are `scales`: those that no
-    /// row excites, or only the noise of the motion. The mass of the load, kg, says how large its
-    /// parameters may be there.
-    pub fn null_space(&self, scales: Vector, mass_kg: f64) -> NullSpace {
+    /// row excites, or only the noise of the motion.
+    pub fn null_space(&self, scales: Vector) -> NullSpace {
         let directions = self.unobservable.iter();
-        let directions = directions.map(|vector| Vector::from_fn(|k, _| vector[k]));
+        NullSpace::new(
+            scales,
+            directions.map(|vector| Vector::from_fn(|k, _| vector[k])),
+        )
+    }
+
+    /// The unobservable directions with what the parameters of a payload of a mass, kg, that
+    /// reaches so far, m, may be there.
+    pub(crate) fn null_space_of(&self, scales: Vector, mass_kg: f64, reach_m: f64) -> NullSpace {
         let extents = self.extents.iter().copied();
-        NullSpace::new(scales, directions).with_extents(mass_kg, extents)
+        self.null_space(scales)
+            .with_extents(mass_kg, reach_m, extents)
     }
 
     /// Returns whether the observable directions determine an unknown.
@@ -310,7 +318,7 @@ mod tests {
         let unobservable = |noise: f64, windows: usize| -> Vec<Vector> {
             let noise = Matrix::from_diagonal(&(faint * noise));
             let spectrum = Spectrum::<U10>::with_noise(&(signal + noise), &noise, windows);
-            let found = spectrum.null_space(Vector::repeat(1.0), 0.0);
+            let found = spectrum.null_space(Vector::repeat(1.0));
             found.directions().to_vec()
         };
         assert!(unobservable(0.0, 20).is_empty());
@@ -323,7 +331,7 @@ mod tests {
         assert!((direction[3].abs() - 1.0).abs() < 1e-9, "{direction}");
         // A direction without rows is not observable, either.
         let without = signal - Matrix::from_diagonal(&faint);
-        let found = Spectrum::<U10>::new(without).null_space(Vector::repeat(1.0), 0.0);
+        let found = Spectrum::<U10>::new(without).null_space(Vector::repeat(1.0));
         assert_eq!(found.directions().len(), 1);
     }
 

@@ -167,21 +167,27 @@ impl NullSpace {
     }
 
     /// Returns the null space with what the parameters of a payload of this mass, kg, may be in its
-    /// directions. `extents` are the largest steps along them that the rows admit, in scaled
+    /// directions. `reach_m` is how far its parts may be from the origin of the tool frame, and
+    /// `extents` are the largest steps along the directions that the rows admit, in scaled
     /// parameters.
     ///
     /// A quantity that is not quite across a direction is as uncertain as that: at rest in one
     /// attitude, a centre of mass somewhere on a vertical line is elsewhere across an axis of the
     /// tool that is not quite horizontal.
-    pub(crate) fn with_extents(mut self, mass_kg: f64, extents: impl Iterator<Item = f64>) -> Self {
-        let reach_m = 0.5 * LEVER_ARM_M;
-        let sizes = [1.0, reach_m, reach_m * reach_m].map(|size| size * mass_kg.abs());
-        let mut units = Vector::zeros();
-        for (kind, size) in KINDS.into_iter().zip(sizes) {
-            units.as_mut_slice()[kind].fill(size);
-        }
+    pub(crate) fn with_extents(
+        mut self,
+        mass_kg: f64,
+        reach_m: f64,
+        extents: impl Iterator<Item = f64>,
+    ) -> Self {
         if mass_kg == 0.0 {
             return self;
+        }
+        let mut units = Vector::repeat(mass_kg.abs());
+        for (kind, size) in KINDS.into_iter().zip([1.0, reach_m, reach_m * reach_m]) {
+            units.as_mut_slice()[kind]
+                .iter_mut()
+                .for_each(|unit| *unit *= size);
         }
         let mut steps = [Vector::zeros(); 10];
         for (place, extent) in (0..self.dimension).zip(extents) {

@@ -86,9 +86,8 @@ pub(crate) fn std_devs(
     let Some(jacobian) = value_jacobian(parameters) else {
         return ValueStdDevs::UNKNOWN;
     };
-    let covariance = covariance + null_space.hidden();
     let mut std_devs: [f64; 10] =
-        std::array::from_fn(|k| std_dev(&jacobian.row(k).into(), &covariance, null_space));
+        std::array::from_fn(|k| std_dev(&jacobian.row(k).into(), covariance, null_space));
     let observable = std_devs.map(f64::is_finite);
     if !is_mass_known(parameters[0], std_devs[0]) {
         std_devs[1..].fill(f64::INFINITY);
@@ -165,8 +164,10 @@ pub(crate) fn std_dev(
     covariance: &Matrix,
     null_space: &NullSpace,
 ) -> f64 {
-    if null_space.determines(gradient) {
+    if null_space.directions().is_empty() {
         propagated(gradient, covariance)
+    } else if null_space.determines(gradient) {
+        propagated(gradient, &(covariance + null_space.hidden()))
     } else {
         f64::INFINITY
     }

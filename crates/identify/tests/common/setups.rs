@@ -21,6 +21,7 @@ const TOOL: &str = "flange";
 pub(crate) const DOWN: Vector3<f64> = Vector3::new(0.0, 0.0, -9.81);
 
 /// An arm, what it holds, and how it is recorded.
+#[derive(Clone, Copy)]
 pub(crate) struct Setup {
     /// Denavit-Hartenberg table: d, m, a, m, and alpha, rad, of each joint.
     pub(crate) table: &'static [(f64, f64, f64)],
@@ -209,7 +210,12 @@ impl Setup {
     }
 
     /// Returns a recording of a random motion, without a fault.
-    pub(crate) fn recorded(&'static self, seed: u64) -> Recording {
+    pub(crate) fn recorded(&self, seed: u64) -> Recording {
+        self.recorded_with(seed, |_| 1.0)
+    }
+
+    /// Returns a recording of a random motion in which each joint moves by a factor less.
+    pub(crate) fn recorded_with(&self, seed: u64, factor: impl Fn(usize) -> f64) -> Recording {
         let robot = self.robot();
         let tool = robot.frame(TOOL).unwrap();
         let mut workspace = Workspace::new(&robot);
@@ -222,7 +228,10 @@ impl Setup {
                 of_motion.random_range(0.0..TAU),
             ]
         };
-        let sines: Vec<_> = self.table.iter().map(|_| [sine(), sine()]).collect();
+        let mut sines: Vec<_> = self.table.iter().map(|_| [sine(), sine()]).collect();
+        for (joint, sines) in sines.iter_mut().enumerate() {
+            sines.iter_mut().for_each(|sine| sine[0] *= factor(joint));
+        }
         let base = FrameMotion::at_rest(Isometry3::identity());
         let parameters = InertialParameters::from(self.payload());
         let count = (self.duration_s * self.rate_hz).round() as u32;
@@ -245,7 +254,7 @@ impl Setup {
             });
         }
         Recording {
-            setup: self,
+            setup: *self,
             robot,
             times_s,
             joints,
@@ -256,7 +265,7 @@ impl Setup {
 
 /// What an arm recorded.
 pub(crate) struct Recording {
-    pub(crate) setup: &'static Setup,
+    pub(crate) setup: Setup,
     robot: Manipulator,
     times_s: Vec<f64>,
     /// Positions, rad, and velocities, rad/s, of each sample.
