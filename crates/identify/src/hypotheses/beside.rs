@@ -7,6 +7,7 @@ use super::axes::{self, AxesSearch};
 use super::fitted::Fitted;
 use super::model::Model;
 use crate::finding::Hypothesis;
+use crate::fit::CONVERGED_ENOUGH;
 
 impl Search<'_> {
     /// Fits a further hypothesis beside those of a fit.
@@ -57,19 +58,16 @@ impl Search<'_> {
         })
     }
 
-    /// Returns the fit from some starts with the least residuals; of those that are as likely, the
-    /// one that changes the fewest channels. With an unknown gravity, only accelerations tell axes
-    /// from those with all signs turned.
+    /// Returns the fit from some starts with the least residuals; of those that leave as little but
+    /// for rounding, the one that changes the fewest channels. With an unknown gravity, only
+    /// accelerations tell axes from those with all signs turned.
     fn simplest_best(&self, starts: &[Model], active: &[Hypothesis]) -> Option<Fitted> {
         let fits = starts.iter();
         let fits = fits.filter_map(|start| Fitted::new(self.windows, start, active));
         let fits: Vec<Fitted> = fits.collect();
-        let least = fits.iter();
-        let least = least
-            .min_by(|a, b| a.squares.total_cmp(&b.squares))?
-            .clone();
-        let is_as_likely = |fitted: &Fitted| self.gain(fitted, &least, &least, 0.0) > -1.0;
-        let best = fits.into_iter().filter(is_as_likely);
+        let least = fits.iter().map(|fitted| fitted.squares);
+        let most = (1.0 + CONVERGED_ENOUGH) * least.fold(f64::INFINITY, f64::min);
+        let best = fits.into_iter().filter(|fitted| fitted.squares <= most);
         best.min_by_key(|fitted| changed_channels(&fitted.model.axes))
     }
 
