@@ -389,7 +389,8 @@ typedef struct tactid_estimate {
    * Covariance of the linear parameters: mass, kg; mass times centre of mass, kg m; inertia
    * about the origin of the tip's frame, kg m², in the order of the values. An unobservable
    * direction has the variance of parameters of plausible size. NaN during the first seven
-   * windows, in which the noise is not known.
+   * windows, in which the noise is not known, and while nothing explains the windows since a
+   * payload change.
    */
   double covariance[10][10];
   /**
@@ -404,7 +405,8 @@ typedef struct tactid_estimate {
   uint32_t is_physical;
   /**
    * 1 where the estimate is that of the payload that is held now: at least 32 windows contribute
-   * to it, and the most recent ones show no evidence of a change; else 0.
+   * to it, the most recent ones show no evidence of a change, and since the last change they show
+   * a payload that no contact could be; else 0.
    */
   uint32_t is_settled;
   /**

@@ -30,7 +30,8 @@ pub struct tactid_estimate {
     /// Covariance of the linear parameters: mass, kg; mass times centre of mass, kg m; inertia
     /// about the origin of the tip's frame, kg m², in the order of the values. An unobservable
     /// direction has the variance of parameters of plausible size. NaN during the first seven
-    /// windows, in which the noise is not known.
+    /// windows, in which the noise is not known, and while nothing explains the windows since a
+    /// payload change.
     pub covariance: [[f64; 10]; 10],
     /// What the motion shows of each value: `TACTID_IDENTIFIABLE`, `TACTID_UNCERTAIN` or
     /// `TACTID_UNOBSERVABLE`.
@@ -39,7 +40,8 @@ pub struct tactid_estimate {
     /// else 0.
     pub is_physical: u32,
     /// 1 where the estimate is that of the payload that is held now: at least 32 windows contribute
-    /// to it, and the most recent ones show no evidence of a change; else 0.
+    /// to it, the most recent ones show no evidence of a change, and since the last change they show
+    /// a payload that no contact could be; else 0.
     pub is_settled: u32,
     /// The ten values of the payload before the last change; NaN before a change, and where it had
     /// not been known long enough.

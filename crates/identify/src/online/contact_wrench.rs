@@ -13,7 +13,8 @@ impl Identifier {
     /// and whatever the load does not explain is a [contact](Self::contact_wrench).
     ///
     /// Returns whether that is so: a payload that fewer than 32 windows determine is not held,
-    /// because nothing more would be known of it.
+    /// because nothing more would be known of it. A payload that only a contact might explain
+    /// instead is held, because the caller says that there is none.
     #[must_use]
     pub fn hold_payload(&mut self, is_held: bool) -> bool {
         if is_held && !self.update.confirm_payload() {
@@ -107,9 +108,10 @@ impl Identifier {
     /// do not show which. The load is then held at the last estimate that nothing contradicted, the
     /// state is [`Changing`](crate::ContactState::Changing), and the covariance contains the
     /// contact itself, so that the interval contains both its value and zero. It remains so until
-    /// the load explains the measurements again, or 32 windows determine the new payload.
-    /// [`hold_payload`](Self::hold_payload) says that the payload cannot have changed: the
-    /// uncertainty is then that of noise and load alone.
+    /// the load explains the measurements again, or 32 windows show a [new
+    /// payload](Self#payload-changes) by its inertia: a constant vertical force on an arm at rest
+    /// remains ambiguous until the arm moves. [`hold_payload`](Self::hold_payload) says that the
+    /// payload cannot have changed: the uncertainty is then that of noise and load alone.
     ///
     /// Channels that the sensor does not [measure](crate::EquationSettings::unmeasured) are not a
     /// number, with an infinite variance. `None` before 32 windows determine the load for the first
@@ -137,7 +139,7 @@ impl Identifier {
     /// allocation; `None` unless
     /// [`EquationSettings::wrench_offset`](crate::EquationSettings::wrench_offset) makes it an
     /// unknown, and before the first window. It is the sensor's, so that what is known of it
-    /// outlives a payload change.
+    /// outlives a payload change, and neither a contact nor a payload change moves it.
     #[must_use]
     pub fn wrench_offset(&self) -> Option<WrenchOffset> {
         let estimator = self.update.estimator();

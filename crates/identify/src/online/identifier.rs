@@ -66,12 +66,14 @@ pub struct OnlineSettings {
 /// # Payload changes
 /// [`PushOutcome::PayloadChanged`] means that several windows in a row contradict the estimate by more than noise, the
 /// uncertainty of the estimate and a model error of 3 % of the load explain. All earlier windows are discarded, the
-/// noise is kept, and the values are unknown until the motion determines them anew. A change well above the noise is
-/// detected within 0.2 s at a cutoff of 10 Hz, a change below the noise of a window after seconds. A model that is
-/// wrong by far more than 3 %, or noise that grows suddenly, causes alarms, too. A change by less than some 7 % of the load
-/// can pass unnoticed, because such an error of the model could explain it: create a new identifier where the payload is known
-/// to change. No change is detected within the first
-/// 32 windows after the first sample or after an alarm.
+/// noise is kept, and the values are unknown until a payload explains at least eight windows: the sensor's zero is the one
+/// before, and a contact with the payload before (a constant wrench in the tool and a weight without inertia) explains them
+/// worse. Where the payload before explains them again, its estimate continues: [`PushOutcome::PayloadReturned`]. At rest,
+/// and after 100 windows of a slow motion, a payload that may be a contact is reported, but not
+/// [settled](Self::is_settled). A change well above the noise is detected within 0.2 s at a cutoff of 10 Hz, a change below
+/// the noise of a window after seconds. A model that is wrong by far more than 3 %, or noise that grows suddenly, causes
+/// alarms, too. A change by less than some 7 % of the load can pass unnoticed, because such an error of the model could
+/// explain it: create a new identifier where the payload is known to change. None is detected in the first 32 windows.
 ///
 /// # Cost
 /// Nothing is allocated after construction. A sample costs one pass over the bodies of the robot and, at sample rates
@@ -322,7 +324,8 @@ impl Identifier {
         let outcome = match assessment {
             Assessment::Accepted(_) => outcome,
             Assessment::PayloadChanged => {
-                self.times.change(time_s);
+                self.times
+                    .change(time_s, self.update.estimator().is_first_alarm());
                 PushOutcome::PayloadChanged
             }
             Assessment::Contradicted => {
@@ -357,8 +360,8 @@ impl Identifier {
     /// Returns the estimate of the payload in the end-effector frame, without allocation.
     ///
     /// It includes a window [`DEFERRED_STAGES`](Self::DEFERRED_STAGES) samples after the window's end at the latest, or
-    /// once [`finish`](Self::finish) has been called. The number of windows, however, includes one from its end on, and
-    /// counts those before a payload change, too.
+    /// once [`finish`](Self::finish) has been called. The number of windows includes one from its end on, and those before
+    /// a payload change.
     #[must_use]
     pub fn estimate(&self) -> PayloadEstimate {
         self.estimate_of(self.update.readout(), self.times.since_s)
@@ -374,7 +377,8 @@ impl Identifier {
     }
 
     /// Returns whether the estimate is one of the payload that is held now: at least 32 windows contribute to it, so that
-    /// payload changes are detected, and the most recent ones show no evidence of a change.
+    /// payload changes are detected, the most recent ones show no evidence of a change, and since the last change they show
+    /// a payload that no contact could be.
     #[must_use]
     pub fn is_settled(&self) -> bool {
         self.update.estimator().is_trusted()
@@ -410,7 +414,8 @@ impl Identifier {
     ///
     /// A direction that the motion does not determine has the variance of a parameter of plausible size:
     /// one whose load alone would be all that is measured, or that is as large as the estimate before the
-    /// last payload change. `None` during the first seven windows, in which the noise is not known.
+    /// last payload change. `None` during the first seven windows, in which the noise is not known, and while nothing
+    /// explains the windows since a payload change.
     #[must_use]
     pub fn covariance(&self) -> Option<Matrix> {
         self.update.readout().uncertainty.covariance

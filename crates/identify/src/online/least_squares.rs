@@ -310,7 +310,8 @@ impl OnlineLeastSquares {
         &self.state.parameters
     }
 
-    /// Returns the covariance of the parameters; `None` before the noise has been estimated.
+    /// Returns the covariance of the parameters; `None` before the noise has been estimated, and while no payload explains
+    /// the windows since a payload change.
     ///
     /// It is larger than the sandwich covariance by what the uncertainty of the noise itself adds. In unobservable
     /// directions it has the [plausible size](Information::unobservable) of the parameters.

@@ -24,11 +24,15 @@ impl PayloadTimes {
         }
     }
 
-    /// Adds a payload change at a time, s.
-    pub(super) fn change(&mut self, time_s: f64) {
+    /// Adds a payload change at a time, s. `is_first` says that the estimate until then was not one
+    /// that a contact might have explained.
+    pub(super) fn change(&mut self, time_s: f64, is_first: bool) {
         self.changes += 1;
         self.changed_s = time_s;
-        self.since_before_s = std::mem::replace(&mut self.since_s, time_s);
+        let since_s = std::mem::replace(&mut self.since_s, time_s);
+        if is_first {
+            self.since_before_s = since_s;
+        }
     }
 
     /// Continues with the windows before the last payload change.

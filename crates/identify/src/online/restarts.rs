@@ -62,6 +62,11 @@ impl OnlineLeastSquares {
         is_confirmed
     }
 
+    /// Whether the estimate started again once since it was trusted.
+    pub(crate) fn is_first_alarm(&self) -> bool {
+        self.alarms == 1
+    }
+
     /// Whether a payload explains the windows since the last payload change.
     pub(crate) fn is_known(&self) -> bool {
         self.verdict >= Verdict::Ambiguous

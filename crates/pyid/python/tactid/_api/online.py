@@ -146,8 +146,9 @@ class Identifier(_Online):
     def is_settled(self) -> bool:
         """Returns whether the estimate is one of the payload that is held now.
 
-        At least 32 windows contribute to it, 1 s at a cutoff of 10 Hz, and the most recent ones
-        show no evidence of a change.
+        At least 32 windows contribute to it, 1 s at a cutoff of 10 Hz, the most recent ones show no
+        evidence of a change, and since the last change they show a payload that no contact could
+        be: at rest, a constant vertical force could.
         """
         return self._native.is_settled()
 
