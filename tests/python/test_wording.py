@@ -256,10 +256,6 @@ FINDINGS = [
     Finding("topic_silent", {"topic": "/wrench", "silent_s": 3.04}),
     Finding("topics_not_used", {"topics": ["/left", "/right"]}),
     Finding("live_restarted", {"count": 2}),
-    Finding(
-        "other_load",
-        {"parts": [[4.0, 8.02]], "fraction": 0.2, "force_rms": 14.96, "moment_rms": 1.52},
-    ),
     Finding("contact_throughout", {"fraction": 0.98}),
     Finding("delay_corrected", {"applied_s": 0.037, "estimated_s": 0.037, "std_dev_s": 1e-4}),
     Finding("delay_doubtful", {"delay_s": -0.488, "residual_ratio": 0.9, "is_at_end": False}),
@@ -551,15 +547,10 @@ SENTENCES = {
         "The identification has started again 2 times, because messages no longer gave samples: a"
         " clock has jumped, or the joints have other names."
     ),
-    "other_load": (
-        "The wrenches from 4.0 s to 8.0 s, 20 % of the time, are not those of the load in the rest"
-        " of the recording, by 15 N and 1.5 N m (rms): something touched the payload, or it was"
-        " another one. They are left out, and the result is that of the rest."
-    ),
     "contact_throughout": (
-        "In 98 % of the samples, the wrench of the contact is beyond four standard deviations:"
-        " unless something touched the payload nearly all the time, it is another one than the"
-        " given payload, or the zero or the sign of the sensor is another."
+        "The wrench of the contact is beyond four standard deviations in 98 % of the samples: unless"
+        " something touched the payload nearly all the time, it is another one than the given"
+        " payload, or the zero or the sign of the sensor is another."
     ),
     "delay_corrected": (
         "The wrenches are stamped 37.00 ms later than the motion: this delay was corrected"
@@ -723,7 +714,6 @@ DOUBTS = (
     "topic_silent",
     "topics_not_used",
     "live_restarted",
-    "other_load",
     "nothing_held",
     "outlying_pose",
     "other_load",

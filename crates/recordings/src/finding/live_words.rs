@@ -1,13 +1,14 @@
-//! Findings of a live session in words.
+//! Findings of a live session and of a compensation in words.
 
 use tactid_dynamics::Reader;
-use tactid_dynamics::words::listed;
+use tactid_dynamics::words::{listed, percent};
 
 use super::Finding;
 
 impl Finding {
-    /// Says what was noticed of topics while they are read; nothing for other findings.
-    pub(super) fn of_live_session(&self, reader: Reader) -> String {
+    /// Says what was noticed of topics while they are read, and of contacts; nothing for other
+    /// findings.
+    pub(super) fn of_contacts_and_topics(&self, reader: Reader) -> String {
         match self {
             Self::TopicSilent { topic, silent_s } => format!(
                 "{topic} has had no message for {silent_s:.1} s: its publisher has ended, or its \
@@ -29,6 +30,12 @@ impl Finding {
                 } else {
                     format!("{count} times")
                 }
+            ),
+            Self::ContactThroughout { fraction } => format!(
+                "The wrench of the contact is beyond four standard deviations in {} of the \
+                 samples: unless something touched the payload nearly all the time, it is another \
+                 one than the given payload, or the zero or the sign of the sensor is another.",
+                percent(*fraction)
             ),
             _ => String::new(),
         }

@@ -89,9 +89,10 @@ impl Notice for Finding {
             | Self::AbsentJoints { .. }
             | Self::LateStart { .. }
             | Self::EarlyEnd { .. } => self.of_streams(),
-            Self::TopicSilent { .. } | Self::TopicsNotUsed { .. } | Self::LiveRestarted { .. } => {
-                self.of_live_session(reader)
-            }
+            Self::TopicSilent { .. }
+            | Self::TopicsNotUsed { .. }
+            | Self::LiveRestarted { .. }
+            | Self::ContactThroughout { .. } => self.of_contacts_and_topics(reader),
             Self::StampsMissing { topics, clock_rate } => {
                 let clock = if *clock_rate == 1.0 {
                     "the clock of the stamps of other topics".to_owned()
@@ -108,13 +109,6 @@ impl Notice for Finding {
                     if topics.len() == 1 { "has" } else { "have" }
                 )
             }
-            Self::ContactThroughout { fraction } => format!(
-                "In {} of the samples, the wrench of the contact is beyond four standard \
-                 deviations: unless something touched the payload nearly all the time, it is \
-                 another one than the given payload, or the zero or the sign of the sensor is \
-                 another.",
-                percent(*fraction)
-            ),
             Self::NoStamps => {
                 "The messages have no stamps: their times are those of logging.".to_owned()
             }
