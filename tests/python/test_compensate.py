@@ -161,7 +161,7 @@ def test_a_copy_of_the_log_has_the_wrenches(
 
 
 def test_a_sensor_without_moments_has_a_greatest_force(
-    bags: tuple[Path, Path], payload: Path, command: TactidCommand, tmp_path: Path
+    payload: Path, command: TactidCommand, tmp_path: Path
 ) -> None:
     bag = _record(tmp_path / "forces", 1, 1.0, StoragePlugin.MCAP, FORCES)
     done = command("compensate", bag, "--payload", payload, "--out", "out")

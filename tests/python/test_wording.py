@@ -548,9 +548,9 @@ SENTENCES = {
         " clock has jumped, or the joints have other names."
     ),
     "contact_throughout": (
-        "The wrench of the contact is beyond four standard deviations in 98 % of the samples: unless"
-        " something touched the payload nearly all the time, it is another one than the given"
-        " payload, or the zero or the sign of the sensor is another."
+        "The wrench of the contact is beyond four standard deviations in 98 % of the samples:"
+        " unless something touched the payload nearly all the time, it is another one than the"
+        " given payload, or the zero or the sign of the sensor is another."
     ),
     "delay_corrected": (
         "The wrenches are stamped 37.00 ms later than the motion: this delay was corrected"
