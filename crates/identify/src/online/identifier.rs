@@ -338,10 +338,10 @@ impl Identifier {
             }
         };
         // A payload change is reported together with the estimate that starts again.
-        let starts_again = outcome != PushOutcome::Used || assessment == Assessment::Contradicted;
-        if starts_again {
+        if outcome != PushOutcome::Used {
             self.recent.clear();
         }
+        let starts_again = outcome != PushOutcome::Used || assessment == Assessment::Contradicted;
         if starts_again || !is_dense {
             self.finish();
         }

@@ -27,7 +27,7 @@ pub(crate) enum Assessment {
     /// The window shows a payload change. It is not used, all earlier ones are discarded, and the update begins
     /// with [`Stage::Solve`].
     PayloadChanged,
-    /// The windows since a payload change contradict any payload, of which none has been reported: as
+    /// The windows since a payload change contradict any payload, and fewer than 32 had shown one: otherwise as
     /// [`PayloadChanged`](Self::PayloadChanged).
     Contradicted,
     /// Windows up to this one show the payload before the last change again, whose estimate continues. The update

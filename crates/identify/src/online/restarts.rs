@@ -82,10 +82,10 @@ impl OnlineLeastSquares {
     }
 
     /// Discards all windows after a payload change, and keeps what is known of the offsets, and of
-    /// the noise. Noise that may have been underestimated is increased. Returns what that means for
-    /// an estimate that was reported or not.
+    /// the noise. Noise that may have been underestimated is increased. Returns what that means: a
+    /// payload change where 32 windows had shown a payload.
     pub(super) fn restart(&mut self) -> Assessment {
-        let was_known = self.is_known();
+        let was_known = self.is_settled() && self.is_known();
         if self.alarms == 0 {
             self.explanations.restart_returning();
         }
