@@ -83,8 +83,9 @@ impl Search<'_> {
             opposite.model.gravity = -present.model.gravity;
             let all = axes::candidates().chain([Matrix6::identity()]);
             models.extend(self.best_axes(&opposite, all));
-            // An inexact direction hides the best axes.
-            if present.model.axes == Matrix6::identity() {
+            // An inexact direction hides the best axes, but has not changed the sign of the mass.
+            let is_positive = present.model.parameters[0] > 0.0;
+            if is_positive && present.model.axes == Matrix6::identity() {
                 models.push(Model {
                     axes: -Matrix6::identity(),
                     ..opposite.model
