@@ -238,7 +238,7 @@ fn what_poses_cannot_show_is_refused() {
     let mut of_weight = unknown_gravity(GRAVITY);
     of_weight.unknowns.weight = true;
     let error = identify_with(&samples, &of_weight).unwrap_err();
-    assert_eq!(error.option(), Some("wrench_is"));
+    assert_eq!(error.option(), Some("configured_payload"));
     let of_efforts = EquationSettings {
         method: Method::Effort,
         ..settings(false)
