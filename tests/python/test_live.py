@@ -11,7 +11,7 @@ import pytest
 
 import tactid
 from conftest import TactidCommand
-from moving_arm import arm_urdf, record
+from moving_arm import record
 from tactid._live.replay import played
 from tactid._live.session import Message, Session
 from tactid._live.simulated_arm import RATE_HZ, TIP, SimulatedArm
@@ -64,7 +64,7 @@ def test_arrays_and_messages_of_the_same_samples_give_the_same(tmp_path: Path) -
     )
     wrench = np.array([np.frombuffer(each[2][-48:]) for each in messages if each[0] == "/wrench"])
     seconds = (np.array(sorted(times)) - min(times)) * 1e-9
-    robot = tactid.Manipulator.from_urdf(arm_urdf())
+    robot = tactid.Manipulator.from_urdf(SimulatedArm().urdf)
     identifier = tactid.Identifier(robot, "tool0", tip="tool0", **options)
     identifier.push(seconds, q, qd, wrench[:, None])
     found, expected = session.estimate(), identifier.estimate()

@@ -9,7 +9,8 @@ import tactid
 from recorded_arm import FIXED, ur5e
 from recordings import state
 
-ACCEPTED = {"nothing_held", "too_few_windows", "inconsistent"}
+# The tool hardly turns in some cuts: weight and zero of the sensor are then one.
+ACCEPTED = {"nothing_held", "too_few_windows", "inconsistent", "weight_or_offset"}
 
 
 @pytest.mark.parametrize("rate_hz", [100.0, 125.0, 250.0])

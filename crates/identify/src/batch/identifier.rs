@@ -371,7 +371,7 @@ impl BatchIdentifier {
             }
         } else {
             Solution {
-                known_beside_offset: Some(false),
+                known_beside_offset: (self.stream.gravity().norm() > 0.0).then_some(false),
                 ..given
             }
         })

@@ -116,10 +116,11 @@ pub fn coarse_delay(
     if !(stride_s > 0.0 && channels.begin_with_wrench()) {
         return None;
     }
-    // A delay is paired with another window, so there are no more of them than windows.
+    // A window is paired with one at another time: by more than half of the recording, an unknown
+    // offset would explain the few pairs that are left.
     let reach = (LONGEST_DELAY_S / stride_s)
         .ceil()
-        .min(equations.len() as f64) as i64;
+        .min(equations.len() as f64 / 2.0) as i64;
     let mut sizes = [0.0; 6];
     noise::target_sizes(equations, &[3, 3], &mut sizes);
     let has_offset = channels.offsets > 0;

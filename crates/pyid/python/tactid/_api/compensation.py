@@ -149,7 +149,7 @@ def _of_file(path: Path) -> Load:
     if is_live:
         raise _error(
             f"is {path}, which a live session has saved without an offset: give the result of a"
-            " recording, of `tactid identify --result`"
+            " recording"
         )
     return load
 
