@@ -9,7 +9,7 @@ import tactid
 from recorded_arm import FIXED, ur5e
 from recordings import state
 
-# The tool hardly turns in some cuts: weight and zero of the sensor are then one.
+# During some cuts the tool hardly turns: weight and zero of the sensor are then one.
 ACCEPTED = {"nothing_held", "too_few_windows", "inconsistent", "weight_or_offset"}
 
 

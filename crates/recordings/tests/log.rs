@@ -384,46 +384,6 @@ fn the_defaults_identify_a_log() {
     assert_eq!(forecast.remaining_s(&values, &std_devs, 10.0), [0.0; 10]);
 }
 
-/// Wrenches in the order of another time fit no motion. A long delay that fits by chance is reported
-/// and not corrected.
-#[test]
-fn a_doubtful_delay_is_reported_and_not_corrected() {
-    let experiment = Experiment {
-        duration_s: 2.0,
-        ..Experiment::default()
-    };
-    let mut instants = experiment.run();
-    let reversed: Vec<_> = instants
-        .iter()
-        .rev()
-        .map(|each| each.wrenches.clone())
-        .collect();
-    for (instant, wrenches) in instants.iter_mut().zip(reversed) {
-        instant.wrenches = wrenches;
-    }
-    let folder = tempfile::tempdir().unwrap();
-    let path = folder.path().join("run.mcap");
-    Recording::of(&instants).write(&path);
-    let result = identify(&path, &Request::default()).unwrap();
-    let is_doubtful = |finding: &Finding| matches!(finding, Finding::DelayDoubtful { .. });
-    let findings = &result.recording.findings;
-    assert!(findings.iter().any(is_doubtful), "{findings:?}");
-    assert_eq!(result.estimated_delay, None);
-    assert_eq!(result.recording.delay_s, 0.0);
-}
-
-/// The wrench of one finger of two is a constant offset, and fits no delay.
-#[test]
-fn the_grip_of_one_finger_is_no_delay() {
-    let (_folder, path, _) = recorded(|recording| recording.sensors = &["finger_left_link"]);
-    let result = identify(&path, &Request::default()).unwrap();
-    assert_eq!(
-        (result.estimated_delay, result.recording.delay_s),
-        (None, 0.0)
-    );
-    assert!(!result.estimate.identifiable().contains(&true));
-}
-
 /// The estimates over time come back from the log that they are written to.
 #[test]
 fn estimates_are_written_as_a_log() {

@@ -18,6 +18,7 @@ mod array_robot;
 mod arrays;
 mod calibration_combined;
 mod calibration_file;
+mod doubtful_delays;
 mod error_messages;
 mod live;
 mod log;
