@@ -213,8 +213,8 @@ impl LiveSession {
         self.running.as_ref()?.wrench_offset()
     }
 
-    /// Returns the wrench of a contact as of the last sample: see [`Identifier::contact_wrench`]. `None` before the motion
-    /// has [determined](Identifier::knows_weight) payload and offset.
+    /// Returns the wrench of a contact as of the last sample: see [`Identifier::contact_wrench`](tactid_identify::Identifier::contact_wrench). `None` before the motion
+    /// has [determined](tactid_identify::Identifier::knows_weight) payload and offset.
     #[must_use]
     pub fn contact_wrench(&self) -> Option<LiveContact> {
         self.running.as_ref()?.contact_wrench()
@@ -227,7 +227,7 @@ impl LiveSession {
             .map_or(0, |estimate| estimate.payload_changes)
     }
 
-    /// Sets the zero of the wrench sensor: see [`Identifier::tare`]. No plan is made any more from messages before it.
+    /// Sets the zero of the wrench sensor: see [`Identifier::tare`](tactid_identify::Identifier::tare). No plan is made any more from messages before it.
     ///
     /// # Errors
     /// Returns [`RecordingError::Data`] before the payload is known and while it is held, and [`RecordingError::Option`]
@@ -254,7 +254,7 @@ impl LiveSession {
         Ok(())
     }
 
-    /// Holds the payload or ends that: see [`Identifier::hold_payload`]. No plan is made any more from messages before it.
+    /// Holds the payload or ends that: see [`Identifier::hold_payload`](tactid_identify::Identifier::hold_payload). No plan is made any more from messages before it.
     /// A session that starts again, by itself or by [`reset`](Self::reset), holds nothing.
     ///
     /// # Errors
