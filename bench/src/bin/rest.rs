@@ -9,17 +9,19 @@
 
 #![forbid(unsafe_code)]
 
+#[path = "../swing.rs"]
+mod swing;
+
+use std::env;
 use std::f64::consts::PI;
 use std::process::ExitCode;
 use std::time::Instant;
-use std::{env, fs};
 
-use nalgebra::{Isometry3, Matrix3, UnitQuaternion, Vector3};
+use nalgebra::{Matrix3, Vector3};
 use rand::{RngExt, SeedableRng, rngs::SmallRng};
 use rand_distr::StandardNormal;
-use tactid_dynamics::{
-    FrameMotion, InertialParameters, Manipulator, MassProperties, Wrench, wrench_regressor,
-};
+use swing::{motion, resident_bytes};
+use tactid_dynamics::{InertialParameters, Manipulator, MassProperties, Wrench, wrench_regressor};
 use tactid_identify::{BaseState, EquationSettings, Identifier, Sample};
 
 /// Time from one sample to the next, s.
@@ -78,7 +80,7 @@ fn run(samples: u64) -> Result<(), String> {
     let (mut worst, mut at_stop, mut begun) = ([0.0f64; 2], None, (Instant::now(), 0));
     for k in 0..samples {
         let time_s = k as f64 * PERIOD_S;
-        let motion = motion(time_s);
+        let motion = motion(phase(time_s));
         let exact = wrench_regressor(&motion.in_frame(&GRAVITY)) * parameters.as_vector();
         let mut noise = |std_dev: f64| {
             Vector3::from_fn(|_, _| std_dev * random.sample::<f64, _>(StandardNormal))
@@ -156,32 +158,6 @@ fn run(samples: u64) -> Result<(), String> {
     Ok(())
 }
 
-/// Returns the motion of the flange, which turns about the vertical and about its own x axis and
-/// sways, until it stops.
-fn motion(time_s: f64) -> FrameMotion {
-    let [phase, rate, acceleration] = phase(time_s);
-    let sine = |w: f64| {
-        let (sin, cos) = (w * phase).sin_cos();
-        [
-            sin,
-            w * rate * cos,
-            w * acceleration * cos - (w * rate).powi(2) * sin,
-        ]
-    };
-    let ([a, da, dda], [b, db, ddb], [c, dc, ddc]) = (sine(4.0), sine(5.0), sine(6.0));
-    let (up, along) = (Vector3::z(), Vector3::new(0.1, 0.05, 0.02));
-    let turn = UnitQuaternion::from_scaled_axis(up * a);
-    let axis = turn * Vector3::x();
-    let rotation = turn * UnitQuaternion::from_scaled_axis(Vector3::x() * b);
-    FrameMotion {
-        pose: Isometry3::from_parts((along * c).into(), rotation),
-        velocity: along * dc,
-        angular_velocity: up * da + axis * db,
-        acceleration: along * ddc,
-        angular_acceleration: up * dda + axis * ddb + up.cross(&axis) * (da * db),
-    }
-}
-
 /// Returns the phase of the motion, s, with its first and second derivative.
 fn phase(time_s: f64) -> [f64; 3] {
     let (stop_s, ramp_s) = STOP;
@@ -198,13 +174,4 @@ fn phase(time_s: f64) -> [f64; 3] {
         (1.0 + cos) / 2.0,
         acceleration,
     ]
-}
-
-/// Returns the resident memory of this process, bytes.
-fn resident_bytes() -> Result<u64, String> {
-    let text = fs::read_to_string("/proc/self/status")
-        .map_err(|error| format!("/proc/self/status: {error}"))?;
-    let line = text.lines().find_map(|line| line.strip_prefix("VmRSS:"));
-    let kilobytes = line.and_then(|line| line.trim().strip_suffix(" kB")?.parse::<u64>().ok());
-    Ok(kilobytes.ok_or("/proc/self/status has no VmRSS")? << 10)
 }

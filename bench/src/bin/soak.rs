@@ -11,11 +11,14 @@
 
 #![forbid(unsafe_code)]
 
+#[path = "../swing.rs"]
+mod swing;
+
+use std::env;
 use std::f64::consts::PI;
 use std::process::ExitCode;
-use std::{env, fs};
 
-use nalgebra::{Isometry3, Matrix3, UnitQuaternion, Vector3};
+use nalgebra::{Matrix3, Vector3};
 use rand::{RngExt, SeedableRng, rngs::SmallRng};
 use rand_distr::StandardNormal;
 use tactid_dynamics::{
@@ -122,12 +125,12 @@ fn run(duration_s: f64) -> Result<(), String> {
             hour.count_change(k >= CHANGE_EVERY);
         }
         if k == 60_000 {
-            first_minute_bytes = resident_bytes()?;
+            first_minute_bytes = swing::resident_bytes()?;
         }
         // The last one is longer by what is left of the time: a part of an hour has too few values.
         let left = samples - 1 - k;
         if k % HOUR == HOUR - 1 && left >= HOUR || left == 0 {
-            println!("{}", hour.describe(k + 1, resident_bytes()?));
+            println!("{}", hour.describe(k + 1, swing::resident_bytes()?));
             hour.check_alarms()?;
             first_hour.get_or_insert(hour.coverage());
             if left > 0 {
@@ -135,7 +138,7 @@ fn run(duration_s: f64) -> Result<(), String> {
             }
         }
     }
-    let growth = resident_bytes()?.saturating_sub(first_minute_bytes);
+    let growth = swing::resident_bytes()?.saturating_sub(first_minute_bytes);
     let (first, last) = (first_hour.unwrap_or_default(), hour.coverage());
     println!(
         "coverage of the first hour {first:.4}, of the last {last:.4}; growth after the first minute {growth} bytes"
@@ -321,31 +324,10 @@ impl Source {
         self.parameters = self.payload.into();
     }
 
-    /// Returns the motion of the flange, which turns about the vertical and about its own x axis
-    /// and sways.
+    /// Returns the motion of the flange, which goes on while samples are missing.
     fn motion(&self, k: u64) -> FrameMotion {
         let [phase, rate, acceleration] = phase(k);
-        let phase = phase + self.skipped_s;
-        let sine = |w: f64| {
-            let (sin, cos) = (w * phase).sin_cos();
-            [
-                sin,
-                w * rate * cos,
-                w * acceleration * cos - (w * rate).powi(2) * sin,
-            ]
-        };
-        let ([a, da, dda], [b, db, ddb], [c, dc, ddc]) = (sine(4.0), sine(5.0), sine(6.0));
-        let (up, along) = (Vector3::z(), Vector3::new(0.1, 0.05, 0.02));
-        let turn = UnitQuaternion::from_scaled_axis(up * a);
-        let axis = turn * Vector3::x();
-        let rotation = turn * UnitQuaternion::from_scaled_axis(Vector3::x() * b);
-        FrameMotion {
-            pose: Isometry3::from_parts((along * c).into(), rotation),
-            velocity: along * dc,
-            angular_velocity: up * da + axis * db,
-            acceleration: along * ddc,
-            angular_acceleration: up * dda + axis * ddb + up.cross(&axis) * (da * db),
-        }
+        swing::motion([phase + self.skipped_s, rate, acceleration])
     }
 }
 
@@ -379,13 +361,4 @@ fn phase(k: u64) -> [f64; 3] {
         [begin + ramp + time_s - end, 1.0, 0.0]
     };
     [before + covered, rate, acceleration]
-}
-
-/// Returns the resident memory of this process, bytes.
-fn resident_bytes() -> Result<u64, String> {
-    let text = fs::read_to_string("/proc/self/status")
-        .map_err(|error| format!("/proc/self/status: {error}"))?;
-    let line = text.lines().find_map(|line| line.strip_prefix("VmRSS:"));
-    let kilobytes = line.and_then(|line| line.trim().strip_suffix(" kB")?.parse::<u64>().ok());
-    Ok(kilobytes.ok_or("/proc/self/status has no VmRSS")? << 10)
 }
