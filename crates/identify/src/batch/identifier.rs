@@ -62,10 +62,12 @@ struct Solution<'a> {
     /// The offset that the data have shown and the fit has.
     offset: Option<WrongAssumption>,
     /// Parts of the recording with another load, which the fit leaves out.
-    other_load: Option<Parts>,
+    other_load: Option<&'a Parts>,
     /// Whether the mass is known beside an offset that the motion hardly tells from the weight.
     known_beside_offset: Option<bool>,
 }
+
+type Solved<'a> = Result<Solution<'a>, IdentifyError>;
 
 impl BatchSettings {
     /// Checks that the values are in range.
@@ -188,7 +190,8 @@ impl BatchIdentifier {
     /// low, for the cutoff.
     pub fn solve(&self) -> Result<BatchResult, IdentifyError> {
         let known = self.known_bodies();
-        let solution = self.without_known_mass()?;
+        let other_load = Parts::find(self.batch.equations(), &self.stream);
+        let solution = self.without_known_mass(other_load.as_ref())?;
         let (channels, fit_without_mass) = (&solution.channels, &solution.found.fit);
         let equations = &solution.found.equations[..];
         let known_mass_fit = self.with_known_mass(&solution, &known)?;
@@ -267,9 +270,8 @@ impl BatchIdentifier {
     /// Returns what a fit says about all that the wrench sensors measure. `has_gripper` says that
     /// the parameters are those of links of the robot, too, which the sensors need not carry.
     fn load(&self, fit: &Fit, equations: &[Equation], has_gripper: bool) -> Option<LoadEstimate> {
-        let measures = self.stream.has_sensors() && self.stream.method().uses_wrench();
         let is_known = !has_gripper && !self.equations.unknowns.weight;
-        (measures && is_known)
+        (self.stream.measures_wrench() && is_known)
             .then(|| LoadEstimate::new(fit, equations, self.batch.merged()))
             .flatten()
     }
@@ -285,13 +287,13 @@ impl BatchIdentifier {
         };
         let options = FitOptions {
             known_mass: Some(known.mass_of_load(mass)),
-            used: solution.other_load.as_ref().map(Parts::is_rest),
+            used: solution.other_load.map(Parts::is_rest),
             ..solution.found.values.options(&solution.channels)
         };
         let equations = &solution.found.equations;
         let fit = least_squares::fit(equations, options);
         let mut fit = fit.ok_or_else(|| self.stream.too_few_windows(equations.len()))?;
-        leave_out(solution.other_load.as_ref(), &mut fit);
+        leave_out(solution.other_load, &mut fit);
         Ok(Some(fit))
     }
 
@@ -337,7 +339,7 @@ impl BatchIdentifier {
         findings.extend(of_rests.map(Finding::ConsistsOfRests));
         let of_model = self.stream.model_findings();
         findings.extend(of_model.into_iter().map(Finding::Model));
-        if let Some(parts) = &solution.other_load {
+        if let Some(parts) = solution.other_load {
             parts.report(fit, &mut findings);
         }
         findings
@@ -345,13 +347,14 @@ impl BatchIdentifier {
 
     /// Fits the parameters without a known mass, and with an offset of the wrenches where the data
     /// show one, or would hide it.
-    fn without_known_mass(&self) -> Result<Solution<'_>, IdentifyError> {
-        let given = self.solution(self.stream.channels())?;
+    fn without_known_mass<'a>(&'a self, other_load: Option<&'a Parts>) -> Solved<'a> {
+        let given = self.solution(self.stream.channels(), other_load)?;
         if !self.settings.shown_offset || given.channels.offsets > 0 {
             return Ok(given);
         }
+        let with_offset = || self.solution(given.channels.clone().with_offsets(true), other_load);
         if given.known_beside_offset.is_some() {
-            let both = self.solution(given.channels.clone().with_offsets(true))?;
+            let both = with_offset()?;
             let is_known = both.known_beside_offset == Some(true);
             return Ok(if is_known { both } else { given });
         }
@@ -362,7 +365,7 @@ impl BatchIdentifier {
         let Some(shown) = shown.filter(|found| found.cause == Hypothesis::Offset) else {
             return Ok(given);
         };
-        let with_offset = self.solution(given.channels.clone().with_offsets(true))?;
+        let with_offset = with_offset()?;
         let offset = identified(shown, &with_offset.found.fit, self.stream.offset_frame());
         Ok(if offset.is_some() {
             Solution {
@@ -379,17 +382,16 @@ impl BatchIdentifier {
 
     /// Fits the parameters, and the further unknowns of the settings, with the offsets of some
     /// channels.
-    fn solution(&self, channels: Channels) -> Result<Solution<'_>, IdentifyError> {
+    fn solution<'a>(&'a self, channels: Channels, other_load: Option<&'a Parts>) -> Solved<'a> {
         let equations = self.batch.equations();
         let (gravity, unknowns) = (self.stream.gravity(), self.equations.unknowns);
-        let other_load = Parts::find(equations, &self.stream);
         let options = FitOptions {
-            used: other_load.as_ref().map(Parts::is_rest),
+            used: other_load.map(Parts::is_rest),
             ..FitOptions::new(&channels)
         };
         let found = further::fit(equations, options, &gravity, unknowns);
         let mut found = found.ok_or_else(|| self.stream.too_few_windows(equations.len()))?;
-        leave_out(other_load.as_ref(), &mut found.fit);
+        leave_out(other_load, &mut found.fit);
         let (fit, has_offset) = (&found.fit, channels.offsets > 0);
         let is_open = has_offset || self.settings.shown_offset;
         let is_hidden = is_open && hides_offset(equations, &self.stream);

@@ -39,8 +39,7 @@ impl Parts {
     /// Finds the times; `None` where there are none, or where no load explains enough of the
     /// recording.
     pub(super) fn find(equations: &[Equation], stream: &EquationStream) -> Option<Self> {
-        let has_wrench = stream.has_sensors() && stream.method().uses_wrench();
-        if !has_wrench || equations.len() < SECTIONS * LEAST_WINDOWS {
+        if !stream.measures_wrench() || equations.len() < SECTIONS * LEAST_WINDOWS {
             return None;
         }
         let sections = Sections::new(equations);

@@ -19,8 +19,7 @@ const LEAST_REST_FRACTION: f64 = 0.5;
 /// and small where the tool turns about the vertical alone. An offset then makes the interval of
 /// the mass ten times as wide, or more.
 pub(super) fn hides_offset(equations: &[Equation], stream: &EquationStream) -> bool {
-    let is_wrench = stream.has_sensors() && stream.method().uses_wrench();
-    if !is_wrench || stream.gravity() == Vector3::zeros() {
+    if !stream.measures_wrench() || stream.gravity() == Vector3::zeros() {
         return false;
     }
     let windows = equations.len() as f64;

@@ -124,7 +124,7 @@ pub(crate) fn wrong_assumptions(
     values: Option<&FurtherValues>,
     stream: &EquationStream,
 ) -> Option<Explanation> {
-    if !(stream.has_sensors() && stream.method().uses_wrench()) {
+    if !stream.measures_wrench() {
         return None;
     }
     explanation(equations, fit, values, stream)

@@ -231,6 +231,11 @@ impl EquationStream {
         self.model.sensor_count() > 0
     }
 
+    /// Whether wrenches are used that sensors measure.
+    pub(crate) fn measures_wrench(&self) -> bool {
+        self.has_sensors() && self.method().uses_wrench()
+    }
+
     /// The frame in which a constant offset of the wrenches is stated.
     pub(crate) fn offset_frame(&self) -> &OffsetFrame {
         self.model.offset_frame()
