@@ -286,7 +286,7 @@ impl<R: WrenchReceiver> Seen<'_, R> {
         self.receiver.take(sample)
     }
 
-    /// Returns that there was a contact in almost all samples, where it was.
+    /// Returns the finding of a contact in almost all samples; `None` where there is none in many.
     fn finding(&self) -> Option<Finding> {
         let [all, certain] = self.samples;
         let fraction = certain as f64 / all.max(1) as f64;

@@ -166,13 +166,9 @@ impl Values {
             Self::ExchangedJoints(joints) => changed(&|measured| exchange(measured, joints)),
             Self::OppositeJoint(joint) => changed(&|measured| {
                 let values = joint_vectors(measured).into_iter().flatten();
-                values.for_each(|values| {
-                    values
-                        .iter_mut()
-                        .skip(*joint)
-                        .take(1)
-                        .for_each(|value| *value = -*value);
-                });
+                for value in values.filter_map(|values| values.get_mut(*joint)) {
+                    *value = -*value;
+                }
             }),
             Self::ExchangedKinds => changed(&|measured| {
                 if let Measured::Wrench(_, wrench) = measured {

@@ -115,7 +115,7 @@ impl OnlineLeastSquares {
         }
     }
 
-    /// Returns to the last estimate that nothing contradicted, and answers whether that takes a
+    /// Continues with the last estimate that nothing contradicted. Returns whether that takes a
     /// payload change back.
     pub(super) fn return_to_trusted(&mut self) -> bool {
         self.state.copy_from(self.trusted.state());
