@@ -127,32 +127,6 @@ class Identifier {
   /// Sets the zero of the sensor; returns whether that is possible, see `tactid_identifier_tare`.
   bool tare() noexcept { return tactid_identifier_tare(handle_.get()) == TACTID_STATUS_OK; }
 
-  /// Copies the identifier, for the findings in another thread.
-  Result<Identifier> clone() const {
-    tactid_identifier* copy = nullptr;
-    const tactid_status status = tactid_identifier_clone(handle_.get(), &copy);
-    if (failed(status)) {
-      return Error{status, tactid_status_text(static_cast<int32_t>(status))};
-    }
-    return Identifier(copy);
-  }
-
-  /// Returns what the most recent samples show about the assumptions, a line each; empty where nothing is wrong.
-  Result<std::string> findings() const {
-    std::string text(4096, '\0');
-    std::size_t needed = 1;
-    auto status = tactid_identifier_findings(handle_.get(), text.data(), text.size(), &needed);
-    if (!failed(status) && needed > text.size()) {
-      text.resize(needed);
-      status = tactid_identifier_findings(handle_.get(), text.data(), text.size(), &needed);
-    }
-    if (failed(status)) {
-      return Error{status, tactid_status_text(static_cast<int32_t>(status))};
-    }
-    text.resize(needed - 1);
-    return text;
-  }
-
  private:
   struct Free {
     void operator()(tactid_identifier* handle) const noexcept { tactid_identifier_free(handle); }
@@ -164,6 +138,8 @@ class Identifier {
     return is_known ? std::optional(wrench) : std::nullopt;
   }
 
+  friend class Snapshot;
+
   explicit Identifier(tactid_identifier* handle) noexcept : handle_(handle) {}
 
   static std::string last_error() {
@@ -174,6 +150,48 @@ class Identifier {
   }
 
   std::unique_ptr<tactid_identifier, Free> handle_;
+};
+
+/// What the findings of an identifier follow from: the control loop updates it, another thread reads the findings.
+class Snapshot {
+ public:
+  /// Creates a snapshot of an identifier.
+  static Result<Snapshot> create(const Identifier& identifier) {
+    tactid_snapshot* made = nullptr;
+    const tactid_status status = tactid_snapshot_new(identifier.handle_.get(), &made);
+    if (failed(status)) return error(status);
+    return Snapshot(made);
+  }
+
+  /// Updates the snapshot by the identifier of which it was made, while no other thread uses the snapshot.
+  tactid_status update(const Identifier& identifier) noexcept {
+    return tactid_snapshot_update(handle_.get(), identifier.handle_.get());
+  }
+
+  /// Returns what the most recent samples show about the assumptions, a line each; empty where nothing is wrong.
+  Result<std::string> findings() const {
+    std::string text(4096, '\0');
+    std::size_t needed = 1;
+    auto status = tactid_snapshot_findings(handle_.get(), text.data(), text.size(), &needed);
+    if (!failed(status) && needed > text.size()) {
+      text.resize(needed);
+      status = tactid_snapshot_findings(handle_.get(), text.data(), text.size(), &needed);
+    }
+    if (failed(status)) return error(status);
+    text.resize(needed - 1);
+    return text;
+  }
+
+ private:
+  struct Free {
+    void operator()(tactid_snapshot* handle) const noexcept { tactid_snapshot_free(handle); }
+  };
+
+  explicit Snapshot(tactid_snapshot* handle) noexcept : handle_(handle) {}
+
+  static Error error(tactid_status status) { return {status, tactid_status_text(static_cast<int32_t>(status))}; }
+
+  std::unique_ptr<tactid_snapshot, Free> handle_;
 };
 
 }  // namespace tactid

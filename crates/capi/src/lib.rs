@@ -12,14 +12,13 @@ mod border;
 mod estimate;
 mod options;
 mod sample;
+mod snapshot;
 mod status;
 mod wrench;
 
 use std::cell::RefCell;
 use std::ffi::{CStr, c_char};
-use std::fmt::Write;
 
-use tactid_identify::dynamics::{Notice, Reader};
 use tactid_identify::{Identifier, Manipulator, PushOutcome, WrenchFrame};
 
 pub use estimate::{TACTID_IDENTIFIABLE, TACTID_UNCERTAIN, TACTID_UNOBSERVABLE, tactid_estimate};
@@ -30,6 +29,7 @@ pub use options::{
     TACTID_WRENCH_CONTACT, TACTID_WRENCH_RAW, TACTID_WRENCH_WITHOUT_WEIGHT, tactid_options,
 };
 pub use sample::tactid_sample;
+pub use snapshot::tactid_snapshot;
 pub use status::tactid_status;
 pub use wrench::{TACTID_CHANGING, TACTID_SETTLED, tactid_wrench};
 
@@ -38,7 +38,7 @@ use sample::Samples;
 use status::{Failure, meaning};
 
 /// An online identifier of one payload on one robot.
-#[derive(Clone, Debug)]
+#[derive(Debug)]
 pub struct tactid_identifier {
     identifier: Identifier,
     samples: Samples,
@@ -381,69 +381,4 @@ unsafe fn written(
     // SAFETY: the caller's promise.
     unsafe { border::write(place, &found) }?;
     Ok(tactid_status::Ok)
-}
-
-/// Copies an identifier, so that another thread can ask the copy for its findings while this one
-/// goes on. The copy is the caller's, who ends it with `tactid_identifier_free`. Allocates; some
-/// 0.6 ms.
-///
-/// # Safety
-/// `identifier` was created here, and `copy` is writable.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn tactid_identifier_clone(
-    identifier: *const tactid_identifier,
-    copy: *mut *mut tactid_identifier,
-) -> tactid_status {
-    guarded(|| {
-        // SAFETY: the caller's promise.
-        let copy = unsafe { border::place(copy) }?;
-        *copy = std::ptr::null_mut();
-        // SAFETY: the caller's promise.
-        let identifier = unsafe { border::reference(identifier) }?;
-        *copy = Box::into_raw(Box::new(identifier.clone()));
-        Ok(tactid_status::Ok)
-    })
-}
-
-/// Copies what the most recent samples show about the assumptions: a wrong sign, an offset,
-/// velocities in other units. Each finding is a line that begins with `contradicts: `, `doubts: `
-/// or `notes: `, the gravest first; the text is empty where there is none. `*needed`, where it is
-/// not null, becomes the number of bytes that the whole text needs with the zero at its end. A
-/// buffer that is shorter gets the beginning of the text; it may be null where `size` is 0.
-///
-/// Allocates; some 20 ms: call it outside of the control loop, with a copy of the identifier.
-///
-/// # Safety
-/// `identifier` was created here, `buffer` is null or has `size` writable bytes, and `needed` is
-/// null or writable.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn tactid_identifier_findings(
-    identifier: *const tactid_identifier,
-    buffer: *mut c_char,
-    size: usize,
-    needed: *mut usize,
-) -> tactid_status {
-    guarded(|| {
-        // SAFETY: the caller's promise.
-        let identifier = unsafe { border::reference(identifier) }?;
-        let mut findings = identifier.identifier.findings();
-        findings.sort_by_key(Notice::severity);
-        let mut text = String::new();
-        for finding in &findings {
-            // Writing to a text does not fail.
-            let _ = writeln!(
-                text,
-                "{}: {}",
-                finding.severity().name(),
-                finding.words(Reader::Online)
-            );
-        }
-        // SAFETY: the caller's promise.
-        let length = unsafe { border::write_text(&text, buffer, size) };
-        // SAFETY: the caller's promise.
-        if let Ok(needed) = unsafe { border::place(needed) } {
-            *needed = length;
-        }
-        Ok(tactid_status::Ok)
-    })
 }

@@ -119,7 +119,7 @@ pub use fit::{Delay, GainErrors};
 pub use known_bodies::{KnownBodies, KnownTool};
 pub use linear_estimate::{LinearEstimate, SharedErrors};
 pub use method::Method;
-pub use online::{Identifier, OnlineSettings};
+pub use online::{Identifier, OnlineSettings, Snapshot};
 pub use poses::RestIdentifier;
 pub use prior::{BoundingBox, KnownMass, PriorKnowledge};
 pub use range::Range;

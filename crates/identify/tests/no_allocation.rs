@@ -89,6 +89,31 @@ fn push_and_estimate_allocate_nothing() {
     }
 }
 
+/// A snapshot is updated without allocation, from the first sample on, and its findings are those of the identifier.
+#[test]
+fn a_snapshot_allocates_nothing() {
+    let experiment = Experiment::default();
+    let settings = EquationSettings {
+        method: Method::Combined { effort: true },
+        ..EquationSettings::default()
+    };
+    let mut identifier = identifier(&experiment, &settings);
+    let mut snapshot = identifier.snapshot();
+    for instant in experiment.run() {
+        let velocity: Vec<f64> = instant.joint_velocity.iter().map(|v| 57.3 * v).collect();
+        let sample = Sample {
+            joint_velocity: &velocity,
+            ..instant.sample()
+        };
+        identifier.push(&sample).unwrap();
+        let allocations = measure(|| identifier.update_snapshot(&mut snapshot));
+        assert_eq!(allocations.count_total, 0);
+    }
+    let findings = snapshot.findings();
+    assert!(!findings.is_empty());
+    assert_eq!(findings, identifier.findings());
+}
+
 /// A sample of a wrong size is refused without an allocation; only its message allocates.
 #[test]
 fn an_error_allocates_nothing() {

@@ -198,8 +198,8 @@ impl Identifier {
     /// and its data.
     fn findings(&self, py: Python<'_>) -> PyResult<Vec<FindingData>> {
         let findings = detached(py, || {
-            let identifier = lock(&self.0).clone();
-            identifier.findings()
+            let snapshot = lock(&self.0).snapshot();
+            snapshot.findings()
         })?;
         let data = findings.iter().map(|finding| finding_data(py, finding));
         data.collect()

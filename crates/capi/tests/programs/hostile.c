@@ -234,24 +234,28 @@ static void two_threads(void) {
   tactid_wrench contact = {.size = sizeof contact};
   CHECK(tactid_identifier_contact_wrench(found[0], &contact) == TACTID_STATUS_OK);
   CHECK(tactid_identifier_contact_wrench(found[0], NULL) == TACTID_STATUS_NULL_POINTER);
-  tactid_identifier *copy = NULL;
-  CHECK(tactid_identifier_clone(NULL, &copy) == TACTID_STATUS_NULL_POINTER);
-  CHECK(tactid_identifier_clone(found[0], NULL) == TACTID_STATUS_NULL_POINTER);
-  CHECK(tactid_identifier_clone(found[0], &copy) == TACTID_STATUS_OK);
+  tactid_snapshot *snapshot = NULL;
+  CHECK(tactid_snapshot_new(NULL, &snapshot) == TACTID_STATUS_NULL_POINTER);
+  CHECK(tactid_snapshot_new(found[0], NULL) == TACTID_STATUS_NULL_POINTER);
+  CHECK(tactid_snapshot_new(found[0], &snapshot) == TACTID_STATUS_OK);
+  CHECK(tactid_snapshot_update(snapshot, NULL) == TACTID_STATUS_NULL_POINTER);
+  CHECK(tactid_snapshot_update(NULL, found[0]) == TACTID_STATUS_NULL_POINTER);
+  CHECK(tactid_snapshot_update(snapshot, found[0]) == TACTID_STATUS_OK);
   tactid_identifier_free(found[0]);
   size_t needed = 0, again = 0;
-  CHECK(tactid_identifier_findings(NULL, NULL, 0, &needed) == TACTID_STATUS_NULL_POINTER);
-  CHECK(tactid_identifier_findings(copy, NULL, 0, &needed) == TACTID_STATUS_OK);
-  CHECK(tactid_identifier_findings(copy, NULL, 0, NULL) == TACTID_STATUS_OK);
+  CHECK(tactid_snapshot_findings(NULL, NULL, 0, &needed) == TACTID_STATUS_NULL_POINTER);
+  CHECK(tactid_snapshot_findings(snapshot, NULL, 0, &needed) == TACTID_STATUS_OK);
+  CHECK(tactid_snapshot_findings(snapshot, NULL, 0, NULL) == TACTID_STATUS_OK);
   CHECK(needed > 1);  // a constant wrench is no payload that moves
   char *text = malloc(needed);
-  CHECK(tactid_identifier_findings(copy, text, needed, &again) == TACTID_STATUS_OK);
+  CHECK(tactid_snapshot_findings(snapshot, text, needed, &again) == TACTID_STATUS_OK);
   CHECK(again == needed && strlen(text) + 1 == needed && text[needed - 2] == '\n');
   char beginning[8];
-  CHECK(tactid_identifier_findings(copy, beginning, sizeof beginning, NULL) == TACTID_STATUS_OK);
+  CHECK(tactid_snapshot_findings(snapshot, beginning, sizeof beginning, NULL) == TACTID_STATUS_OK);
   CHECK(strlen(beginning) == 7 && strncmp(beginning, text, 7) == 0);
   free(text);
-  tactid_identifier_free(copy);
+  tactid_snapshot_free(snapshot);
+  tactid_snapshot_free(NULL);
   tactid_identifier_free(found[1]);
 }
 

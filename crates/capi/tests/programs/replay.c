@@ -81,6 +81,10 @@ int main(int argc, char **argv) {
   if (allocations < at_first + 10) {
     return 4;  // the library has another allocator, and the count means nothing
   }
+  tactid_snapshot *snapshot = NULL;
+  if (tactid_snapshot_new(identifier, &snapshot) != TACTID_STATUS_OK) {
+    return 1;
+  }
   double position[JOINTS + 1] = {7.0}, velocity[JOINTS + 1] = {-7.0};
   tactid_sample sample = {.size = sizeof sample, .joint_count = JOINTS + 1, .position = position,
                           .velocity = velocity, .wrench_count = 2};
@@ -101,7 +105,8 @@ int main(int argc, char **argv) {
     sample.wrenches = sample.base + 13;
     if (tactid_identifier_push(identifier, &sample) < 0 ||
         tactid_identifier_estimate(identifier, &estimate) != TACTID_STATUS_OK ||
-        tactid_identifier_contact_wrench(identifier, &contact) < 0) {
+        tactid_identifier_contact_wrench(identifier, &contact) < 0 ||
+        tactid_snapshot_update(snapshot, identifier) != TACTID_STATUS_OK) {
       return 1;
     }
     memcpy(estimates + k * bytes, &estimate.values, of_estimate);
@@ -113,6 +118,7 @@ int main(int argc, char **argv) {
     return 3;
   }
   printf("%zu samples, %zu allocations, %llu changes\n", count, during, (unsigned long long)estimate.payload_changes);
+  tactid_snapshot_free(snapshot);
   tactid_identifier_free(identifier);
   return 0;
 }

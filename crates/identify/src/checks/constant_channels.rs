@@ -1,6 +1,7 @@
 //! Channels of wrench sensors that never change: a channel that is dead biases the estimate without
 //! large residuals.
 
+use educe::Educe;
 use tactid_dynamics::Wrench;
 
 /// Fewest samples from which a channel counts as constant, and after which no equation at all is
@@ -13,7 +14,8 @@ const CHANNELS: [&str; 6] = [
 ];
 
 /// When each channel of some wrench sensors last changed.
-#[derive(Clone, Debug)]
+#[derive(Debug, Educe)]
+#[educe(Clone)]
 pub struct ChannelMonitor(Vec<Sensor>);
 
 /// The channels of one sensor.

@@ -1,5 +1,6 @@
 //! Joint efforts against the limits of the robot's description.
 
+use educe::Educe;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use tactid_dynamics::Manipulator;
@@ -24,14 +25,16 @@ pub struct EffortsBeyondLimits {
 }
 
 /// Compares the efforts of joints with their limits.
-#[derive(Clone, Debug)]
+#[derive(Debug, Educe)]
+#[educe(Clone)]
 pub struct EffortMonitor {
     joints: Vec<Joint>,
     /// Time constant with which the weight of an effort decreases, s.
     span_s: f64,
 }
 
-#[derive(Clone, Debug)]
+#[derive(Debug, Educe)]
+#[educe(Clone)]
 struct Joint {
     name: String,
     limit: Option<f64>,

@@ -1,5 +1,6 @@
 //! Changes of positions beside the integrals of their velocities, summed over short intervals.
 
+use educe::Educe;
 use std::ops::Range;
 
 use super::BEYOND_NOISE;
@@ -21,7 +22,8 @@ const CHANGE_ROUGHNESS: f64 = 70.0;
 const INTEGRAL_ROUGHNESS: f64 = 2.5;
 
 /// Increments of some quantities, the columns, over intervals of a series.
-#[derive(Clone, Debug)]
+#[derive(Debug, Educe)]
+#[educe(Clone)]
 pub(super) struct Increments {
     max_gap_s: f64,
     /// The intervals that have ended: in a ring where their number is limited.
@@ -36,7 +38,8 @@ pub(super) struct Increments {
 }
 
 /// Sums over one interval.
-#[derive(Clone, Debug)]
+#[derive(Debug, Educe)]
+#[educe(Clone)]
 struct Interval {
     /// Increment of each column.
     increments: Vec<f64>,
@@ -65,14 +68,6 @@ impl Interval {
         self.increments.fill(0.0);
         self.roughness.fill(0.0);
         (self.differences, self.steps, self.length_s) = (0, 0, 0.0);
-    }
-
-    /// Copies the sums of another interval, without allocation.
-    fn copy_from(&mut self, other: &Self) {
-        self.increments.copy_from_slice(&other.increments);
-        self.roughness.copy_from_slice(&other.roughness);
-        (self.differences, self.steps, self.length_s) =
-            (other.differences, other.steps, other.length_s);
     }
 }
 
@@ -124,7 +119,7 @@ impl Increments {
     fn close_interval(&mut self) {
         let place = self.count % self.most;
         match self.intervals.get_mut(place) {
-            Some(oldest) => oldest.copy_from(&self.open),
+            Some(oldest) => oldest.clone_from(&self.open),
             None => self.intervals.push(self.open.clone()),
         }
         self.count += 1;
@@ -180,7 +175,8 @@ fn roughness(intervals: &[Interval], columns: Range<usize>) -> f64 {
 
 /// Third differences of neighbouring increments: the last increment of each column, and its
 /// differences from those before.
-#[derive(Clone, Debug)]
+#[derive(Debug, Educe)]
+#[educe(Clone)]
 struct ThirdDifferences {
     increments: Vec<f64>,
     firsts: Vec<f64>,

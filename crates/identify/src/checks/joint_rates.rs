@@ -1,5 +1,6 @@
 //! Joint velocities against joint positions.
 
+use educe::Educe;
 use std::f64::consts::PI;
 
 use schemars::JsonSchema;
@@ -37,7 +38,8 @@ pub struct VelocityContradiction {
 }
 
 /// Sums the changes of joint positions and the integrals of joint velocities.
-#[derive(Clone, Debug)]
+#[derive(Debug, Educe)]
+#[educe(Clone)]
 pub struct JointRates {
     joints: usize,
     increments: Increments,

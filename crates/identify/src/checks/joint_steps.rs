@@ -1,6 +1,7 @@
 //! Steps of joint positions from one sample to the next that are no motion: angles that start again
 //! after a turn, and jumps that no joint can make.
 
+use educe::Educe;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use tactid_dynamics::Manipulator;
@@ -39,7 +40,8 @@ impl PositionJumps {
 
 /// Counts steps of joint positions that are no motion. Nothing is allocated after construction, but
 /// by what returns them.
-#[derive(Clone, Debug)]
+#[derive(Debug, Educe)]
+#[educe(Clone)]
 pub struct StepMonitor {
     are_angles: Vec<bool>,
     names: Vec<String>,

@@ -1,5 +1,6 @@
 //! Joint positions against the limits of the robot's description.
 
+use educe::Educe;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use tactid_dynamics::Manipulator;
@@ -25,13 +26,15 @@ pub struct PositionsBeyondLimits {
 }
 
 /// Records the positions of joints that are beyond their limits.
-#[derive(Clone, Debug)]
+#[derive(Debug, Educe)]
+#[educe(Clone)]
 pub struct PositionMonitor {
     joints: Vec<Joint>,
     time_s: f64,
 }
 
-#[derive(Clone, Debug)]
+#[derive(Debug, Educe)]
+#[educe(Clone)]
 struct Joint {
     name: String,
     limits: Option<(f64, f64)>,

@@ -1,5 +1,6 @@
 //! The twist of a base, or of a sensor that is carried about, against its pose.
 
+use educe::Educe;
 use nalgebra::{Isometry3, UnitQuaternion, Vector3};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -33,7 +34,8 @@ pub struct TwistContradiction {
 }
 
 /// Sums the changes of a pose and the integrals of its twist.
-#[derive(Clone, Debug)]
+#[derive(Debug, Educe)]
+#[educe(Clone)]
 pub struct TwistRates {
     axes: TwistAxes,
     increments: Increments,

@@ -1,5 +1,6 @@
 //! The row equations of motion: at one instant, and averaged over a window.
 
+use educe::Educe;
 use nalgebra::{SVector, Vector4};
 
 /// One row equation `regressor · π = target`.
@@ -64,7 +65,8 @@ impl Row {
 ///
 /// The rows are averaged as a whole, after their products are formed, so that both sides pass the
 /// same filter and the equation holds for the means as it does at every instant.
-#[derive(Clone, Debug)]
+#[derive(Debug, Educe)]
+#[educe(Clone)]
 pub struct Equation {
     /// Middle of the window, on the clock of the samples, s.
     pub time_s: f64,
@@ -99,16 +101,6 @@ impl Equation {
             instants: 0,
             geometry: Vec::new(),
         }
-    }
-
-    /// Copies an equation of as many channels without its geometry, without allocation.
-    pub(crate) fn copy_from(&mut self, other: &Self) {
-        self.rows.copy_from_slice(&other.rows);
-        self.differences.copy_from_slice(&other.differences);
-        self.rates.copy_from_slice(&other.rates);
-        let of_noise = &other.rate_differences;
-        self.rate_differences.copy_from_slice(of_noise);
-        (self.time_s, self.instants) = (other.time_s, other.instants);
     }
 
     /// Adds another equation with its weight in the mean of several.

@@ -14,12 +14,10 @@ use super::recent_equations::RecentEquations;
 use super::sample_checks::OnlineChecks;
 use super::stage::Stage;
 use super::staged_update::StagedUpdate;
-use crate::checks::FEWEST_SAMPLES;
-use crate::diagnosis::findings_without_prior;
 use crate::equations::{EquationSettings, EquationStream, PushOutcome, Sample, clock_watch::Order};
 use crate::solve::report::estimate;
 use crate::solve::subspace::Matrix;
-use crate::{ActsOn, Finding, IdentifyError, KnownTool, PayloadEstimate, Range};
+use crate::{ActsOn, IdentifyError, KnownTool, PayloadEstimate, Range};
 
 /// What is known of the load and of the wrenches beside the settings of the equations. The names are those of the options
 /// of a recording, and mean the same.
@@ -163,14 +161,14 @@ pub struct Identifier {
     pub(super) stream: EquationStream,
     pub(super) update: StagedUpdate,
     pub(super) recent: RecentEquations,
-    checks: OnlineChecks,
+    pub(super) checks: OnlineChecks,
     pub(super) contact: ContactObserver,
     /// Whether the caller says that the payload stays what it is.
     pub(super) is_held: bool,
     pub(super) times: PayloadTimes,
     /// Number of samples since the end of the most recent window.
     samples: u32,
-    windows: u64,
+    pub(super) windows: u64,
     /// Number of samples that were rejected before they were aligned.
     refused: u64,
 }
@@ -419,29 +417,5 @@ impl Identifier {
     #[must_use]
     pub fn covariance(&self) -> Option<Matrix> {
         self.update.readout().uncertainty.covariance
-    }
-
-    /// Returns what the most recent samples show about the assumptions. The samples of the last 10 s show joint
-    /// velocities or a twist that are not the derivatives of the positions or the pose, and channels of a sensor that
-    /// never change. The windows show a wrong sign of gravity or of the load, an offset of the wrench sensor, a load that
-    /// the model does not explain, and outliers: the findings that [`BatchIdentifier`](crate::BatchIdentifier) has for
-    /// the same samples without prior information. Samples of which none is in a window are reported, too. What is
-    /// wrong in the robot's description is reported as far as the method uses it.
-    ///
-    /// The windows are at most the last 324 (10 s at a cutoff of 10 Hz) since the last payload change.
-    ///
-    /// Cost: several least-squares fits, some 10 ms, with allocation. In a control loop, clone the identifier and call
-    /// this method of the clone in another thread.
-    #[must_use]
-    pub fn findings(&self) -> Vec<Finding> {
-        let mut findings = self.checks.findings();
-        let sampling = self.stream.sampling();
-        if self.windows == 0 && sampling.samples + sampling.rejected >= FEWEST_SAMPLES {
-            findings.push(Finding::NoEquations(sampling));
-        }
-        let known = self.update.known();
-        let equations = self.recent.in_order();
-        findings.extend(findings_without_prior(&equations, &self.stream, &known));
-        findings
     }
 }

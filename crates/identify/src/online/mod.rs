@@ -16,8 +16,10 @@ mod recent_equations;
 mod residual_correlation;
 mod restarts;
 mod sample_checks;
+mod snapshot;
 mod stage;
 mod staged_update;
 mod trusted;
 
 pub use identifier::{Identifier, OnlineSettings};
+pub use snapshot::Snapshot;

@@ -1,5 +1,6 @@
 //! The most recent equations, in a fixed amount of memory.
 
+use educe::Educe;
 use crate::equations::Equation;
 
 /// Number of equations that are kept: those of 10 s at a cutoff of 10 Hz.
@@ -7,7 +8,8 @@ const RECENT_EQUATIONS: usize = 324;
 
 /// The most recent equations, at most 324. Nothing is allocated after construction but for
 /// [`in_order`](Self::in_order).
-#[derive(Clone, Debug)]
+#[derive(Debug, Educe)]
+#[educe(Clone)]
 pub(crate) struct RecentEquations {
     equations: Vec<Equation>,
     /// Number of equations so far, of which the most recent ones are kept.
@@ -25,7 +27,7 @@ impl RecentEquations {
 
     /// Adds an equation, in place of the oldest one where there is no room.
     pub(crate) fn push(&mut self, equation: &Equation) {
-        self.equations[self.count % RECENT_EQUATIONS].copy_from(equation);
+        self.equations[self.count % RECENT_EQUATIONS].clone_from(equation);
         self.count += 1;
     }
 

@@ -1,5 +1,6 @@
 //! Checks of the last samples of an online identifier.
 
+use educe::Educe;
 use tactid_dynamics::{BaseKind, Manipulator};
 
 use crate::Finding;
@@ -14,7 +15,8 @@ const SPAN_S: f64 = 10.0;
 
 /// Checks the last 10 s of samples. Nothing is allocated after construction, but by
 /// [`findings`](Self::findings).
-#[derive(Clone, Debug)]
+#[derive(Debug, Educe)]
+#[educe(Clone)]
 pub(crate) struct OnlineChecks {
     joint_names: Vec<String>,
     joints: JointRates,

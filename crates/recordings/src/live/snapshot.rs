@@ -1,6 +1,6 @@
 //! What a live session has noticed, for another thread.
 
-use tactid_identify::{Finding as DataFinding, Identifier};
+use tactid_identify::{Finding as DataFinding, Snapshot};
 use tactid_logs::Topic;
 use tactid_logs::messages::{JointState, WrenchStamped};
 
@@ -28,7 +28,7 @@ impl LiveSession {
         LiveSnapshot {
             noticed,
             faults: running.map(Running::faults).unwrap_or_default(),
-            identifier: running.map(|running| running.identifier().clone()),
+            data: running.map(|running| running.identifier().snapshot()),
         }
     }
 
@@ -70,17 +70,17 @@ impl LiveSession {
 pub struct LiveSnapshot {
     noticed: Vec<Finding>,
     faults: Vec<DataFault>,
-    identifier: Option<Identifier>,
+    data: Option<Snapshot>,
 }
 
 impl LiveSnapshot {
-    /// Returns all findings. Cost: some 20 ms, see [`Identifier::findings`].
+    /// Returns all findings. Cost: some 20 ms, see [`Snapshot::findings`].
     #[must_use]
     pub fn findings(&self) -> Vec<Finding> {
         // Averages of a constant channel change by rounding: the session looks at the messages instead.
         let is_of_messages =
             |found: &DataFinding| matches!(found, DataFinding::ConstantChannels { .. });
-        let found = self.identifier.iter().flat_map(Identifier::findings);
+        let found = self.data.iter().flat_map(Snapshot::findings);
         let found = found.filter(|found| !is_of_messages(found));
         self.noticed
             .iter()
