@@ -120,6 +120,8 @@ def test_a_constant_channel_is_named_and_the_session_goes_on(
     assert contact is not None
     assert np.isnan(contact.wrench.values).tolist() == [False] * 5 + [math.isnan(value)]
     if math.isnan(value):
+        assert not contact.wrench.is_changing
+        assert np.all(contact.wrench.std_devs[:3] < 0.5)
         assert np.all(np.abs(contact.wrench.values[:5]) < 6 * contact.wrench.std_devs[:5])
 
 

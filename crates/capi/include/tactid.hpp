@@ -21,7 +21,7 @@ namespace tactid {
 /// Why a call failed.
 struct Error {
   tactid_status status;
-  std::string message;  ///< In English; filled in where an identifier is created.
+  std::string message;  ///< In English.
 };
 
 /// A value, or why there is none: the part of C++23's `std::expected` that works without exceptions.
@@ -114,7 +114,7 @@ class Identifier {
     return known(tactid_identifier_load_wrench);
   }
 
-  /// Returns what the payload exerts on what it touches; nothing where it is not known.
+  /// Returns the wrench of a contact, with the sign of the measured wrenches; nothing where it is not known.
   std::optional<tactid_wrench> contact_wrench() const noexcept {
     return known(tactid_identifier_contact_wrench);
   }

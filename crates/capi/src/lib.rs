@@ -299,9 +299,10 @@ pub unsafe extern "C" fn tactid_identifier_load_wrench(
 }
 
 /// Writes the wrench of a contact: the measured wrench less offset and load, all behind the same
-/// causal low-pass with the cutoff `cutoff_hz`. It is what the payload exerts on what it touches;
-/// its negative acts on the payload from outside. Its moment is about the origin of the link
-/// `wrench_point`, and its axes are those of `wrench_point_axes`.
+/// causal low-pass with the cutoff `cutoff_hz`. It has the sign of the measured wrenches: where
+/// these act on the payload, it is what the payload exerts on what it touches; where they act on the
+/// sensor, it is what acts on the payload from outside. Its moment is about the origin of the link
+/// `contact_point`, and its axes are those of `contact_axes`.
 ///
 /// What the load does not explain may be a contact or a payload change, and the first samples do
 /// not show which: `state` is then `TACTID_CHANGING`. Answers `TACTID_STATUS_UNKNOWN` before 32

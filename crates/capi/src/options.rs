@@ -93,10 +93,10 @@ pub struct tactid_options {
     pub unmeasured: u32,
     /// Name of the link about whose origin the moments of load and contact are; it does not move
     /// relative to the tip. Default: the tip.
-    pub wrench_point: *const c_char,
+    pub contact_point: *const c_char,
     /// Name of the link along whose axes load and contact are expressed, or `world`; it does not
-    /// move relative to the tip or to the ground. Default: the link of `wrench_point`.
-    pub wrench_point_axes: *const c_char,
+    /// move relative to the tip or to the ground. Default: the link of `contact_point`.
+    pub contact_axes: *const c_char,
     /// Body on which the wrenches of the samples act: one of `TACTID_ACTS_ON_...`. Wrenches that
     /// calls return have the sign of those of the samples.
     pub wrench_acts_on: u32,
@@ -156,10 +156,18 @@ impl tactid_options {
         tip: &str,
     ) -> Result<WrenchFrame, Failure> {
         // SAFETY: the caller's promise.
-        let point = unsafe { border::optional_text(self.wrench_point) }?;
+        let point = unsafe { border::optional_text(self.contact_point) }?;
         // SAFETY: the caller's promise.
-        let axes = unsafe { border::optional_text(self.wrench_point_axes) }?;
-        Ok(identifier.wrench_frame(point.unwrap_or(tip), axes)?)
+        let axes = unsafe { border::optional_text(self.contact_axes) }?;
+        let frame = identifier.wrench_frame(point.unwrap_or(tip), axes);
+        frame.map_err(|error| {
+            let mut failure = Failure::from(error);
+            let members = [("`point`", "`contact_point`"), ("`axes`", "`contact_axes`")];
+            for (argument, member) in members {
+                failure.text = failure.text.replace(argument, member);
+            }
+            failure
+        })
     }
 
     /// Returns the settings of the equations.

@@ -44,30 +44,53 @@ pub enum tactid_status {
 }
 
 impl tactid_status {
+    const ALL: [Self; 13] = [
+        Self::Ok,
+        Self::Started,
+        Self::PayloadChanged,
+        Self::Unknown,
+        Self::PayloadReturned,
+        Self::Rejected,
+        Self::NullPointer,
+        Self::WrongSize,
+        Self::WrongCount,
+        Self::InvalidText,
+        Self::InvalidRobot,
+        Self::InvalidOption,
+        Self::Internal,
+    ];
+
+    fn meaning(self) -> &'static CStr {
+        match self {
+            Self::Ok => c"done",
+            Self::Started => c"the sample starts a new stretch without gaps",
+            Self::PayloadChanged => c"the payload has changed",
+            Self::Unknown => c"not known, or not known yet",
+            Self::PayloadReturned => c"the payload before the last change is held again",
+            Self::Rejected => c"the sample was ignored: a number that is not finite, or a time that is not later than the one before",
+            Self::NullPointer => c"a pointer is null that must not be",
+            Self::WrongSize => c"the size of a struct is that of no version, or this library lacks a member that is used",
+            Self::WrongCount => c"an array does not fit the joints or the sensors, or a base is given for a fixed one",
+            Self::InvalidText => c"a text is not in UTF-8",
+            Self::InvalidRobot => c"the URDF is invalid, or lacks a link or a joint",
+            Self::InvalidOption => c"an option is out of range, or does not fit the robot or another option",
+            Self::Internal => c"an error of tactid itself",
+        }
+    }
+
     /// Returns whether what is asked for is known.
     pub(crate) fn known(is_known: bool) -> Self {
         if is_known { Self::Ok } else { Self::Unknown }
     }
 }
 
-/// Returns what a status means.
+/// Returns what a status means, also of a number that is none.
 pub(crate) fn meaning(status: i32) -> &'static CStr {
-    match status {
-        0 => c"done",
-        1 => c"the sample starts a new stretch without gaps",
-        2 => c"the payload has changed",
-        3 => c"not known, or not known yet",
-        4 => c"the payload before the last change is held again",
-        -1 => c"the sample was ignored: a number that is not finite, or a time that is not later than the one before",
-        -2 => c"a pointer is null that must not be",
-        -3 => c"the size of a struct is that of no version, or this library lacks a member that is used",
-        -4 => c"an array does not fit the joints or the sensors, or a base is given for a fixed one",
-        -5 => c"a text is not in UTF-8",
-        -6 => c"the URDF is invalid, or lacks a link or a joint",
-        -7 => c"an option is out of range, or does not fit the robot or another option",
-        -8 => c"an error of tactid itself",
-        _ => c"no status of this version",
-    }
+    let known = tactid_status::ALL.into_iter();
+    let mut found = known.filter(|known| *known as i32 == status);
+    found
+        .next()
+        .map_or(c"no status of this version", tactid_status::meaning)
 }
 
 /// Why an identifier cannot be created.
@@ -97,7 +120,7 @@ impl Failure {
 
 impl From<tactid_status> for Failure {
     fn from(status: tactid_status) -> Self {
-        let text = meaning(status as i32).to_string_lossy().into_owned();
+        let text = status.meaning().to_string_lossy().into_owned();
         Self { status, text }
     }
 }

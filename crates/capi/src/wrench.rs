@@ -12,7 +12,7 @@ pub const TACTID_SETTLED: u32 = 0;
 pub const TACTID_CHANGING: u32 = 1;
 
 /// A wrench with its uncertainty. Force, N, comes before moment, N m. The sign is that of the
-/// measured wrenches, which act on the payload.
+/// measured wrenches, see `wrench_acts_on`.
 #[repr(C)]
 #[derive(Clone, Copy, Debug)]
 pub struct tactid_wrench {

@@ -19,7 +19,7 @@ use nalgebra::UnitQuaternion;
 use rand::{SeedableRng, rngs::SmallRng};
 use tactid::tactid_estimate;
 use tactid_dynamics::MassProperties;
-use tactid_identify::{EquationSettings, Identifier};
+use tactid_identify::{EquationSettings, Identifier, Observability};
 
 const CRATE: &str = env!("CARGO_MANIFEST_DIR");
 const FOLDER: &str = env!("CARGO_TARGET_TMPDIR");
@@ -165,48 +165,65 @@ fn c_has_the_numbers_of_rust_and_allocates_nothing() {
 
     let found = std::fs::read(&found).unwrap();
     let of_estimate = size_of::<tactid_estimate>() - size_of::<usize>();
-    let of_c = found.chunks_exact(of_estimate + 6 * size_of::<f64>());
+    let of_c = found.chunks_exact(of_estimate + 12 * size_of::<f64>());
     assert_eq!(of_c.len(), SAMPLES);
     let mut identifier = identifier(&experiment, &EquationSettings::default());
-    let mut contact = [0.0; 6];
+    let mut wrenches = vec![0; 12 * size_of::<f64>()];
     for (mut instant, bytes) in instants.into_iter().zip(of_c) {
         // C has plain quaternions, which are normalised.
         let rotation = &mut instant.base.pose.rotation;
         *rotation = UnitQuaternion::new_normalize(rotation.into_inner());
         identifier.push(&instant.sample()).unwrap();
-        contact = contact_now(&identifier).unwrap_or(contact);
-        let (estimate, touched) = bytes.split_at(of_estimate);
-        assert_same(contact, touched, instant.time_s);
-        assert_same(estimate_now(&identifier), estimate, instant.time_s);
+        wrenches = wrenches_now(&identifier).unwrap_or(wrenches);
+        let of_rust = [estimate_now(&identifier), wrenches.clone()].concat();
+        assert_eq!(of_rust, bytes, "at {} s", instant.time_s);
     }
 }
 
-/// The contact wrench that an identifier knows.
-fn contact_now(identifier: &Identifier) -> Option<[f64; 6]> {
+/// The bytes of the wrenches of contact and load that an identifier knows.
+fn wrenches_now(identifier: &Identifier) -> Option<Vec<u8>> {
     let frame = identifier.wrench_frame(TOOL, None).unwrap();
-    let found = identifier.contact_wrench(&frame)?.wrench;
-    let (f, n) = (found.force, found.moment);
-    Some([f.x, f.y, f.z, n.x, n.y, n.z])
+    let found = identifier.wrenches(&frame)?;
+    let both = [found.contact, found.load].map(|each| each.wrench.entries());
+    Some(bytes_of(both.as_flattened(), f64::to_ne_bytes))
 }
 
-/// The first numbers of an estimate, in the order of the struct.
-fn estimate_now(identifier: &Identifier) -> impl IntoIterator<Item = f64> {
+/// The bytes of an estimate behind its size, in the order of the struct.
+fn estimate_now(identifier: &Identifier) -> Vec<u8> {
     let (estimate, covariance) = (identifier.estimate(), identifier.covariance());
     let covariance: [[f64; 10]; 10] = covariance.map_or([[f64::NAN; 10]; 10], Into::into);
-    let limits = estimate.intervals.into_iter().flatten();
-    let both = estimate.values().into_iter().chain(estimate.std_devs);
-    both.chain(limits).chain(covariance.into_iter().flatten())
+    let before = identifier.estimate_before_change();
+    let before = before.map_or([[f64::NAN; 10]; 2], |of| [of.values(), of.std_devs]);
+    let observability = estimate.observability.map(|of| match of {
+        Observability::Identifiable => 0_u32,
+        Observability::Uncertain => 1,
+        Observability::Unobservable => 2,
+    });
+    let is_settled = [estimate.is_physical, identifier.is_settled()];
+    let is_held = [identifier.knows_weight(), identifier.is_payload_held()];
+    let counts = [
+        estimate.payload_changes,
+        estimate.windows,
+        estimate.rejected,
+        estimate.gaps,
+    ];
+    [
+        bytes_of(&estimate.values(), f64::to_ne_bytes),
+        bytes_of(&estimate.std_devs, f64::to_ne_bytes),
+        bytes_of(estimate.intervals.as_flattened(), f64::to_ne_bytes),
+        bytes_of(covariance.as_flattened(), f64::to_ne_bytes),
+        bytes_of(&observability, u32::to_ne_bytes),
+        bytes_of(&is_settled.map(u32::from), u32::to_ne_bytes),
+        bytes_of(before.as_flattened(), f64::to_ne_bytes),
+        bytes_of(&[estimate.since_s], f64::to_ne_bytes),
+        bytes_of(&counts, u64::to_ne_bytes),
+        bytes_of(&is_held.map(u32::from), u32::to_ne_bytes),
+    ]
+    .concat()
 }
 
-/// Compares numbers of Rust with the first ones of C to the last digit.
-fn assert_same(of_rust: impl IntoIterator<Item = f64>, of_c: &[u8], time_s: f64) {
-    for (number, bytes) in of_rust.into_iter().zip(of_c.as_chunks::<8>().0) {
-        assert_eq!(
-            number.to_bits(),
-            u64::from_ne_bytes(*bytes),
-            "at {time_s} s"
-        );
-    }
+fn bytes_of<T: Copy, const N: usize>(numbers: &[T], bytes: fn(T) -> [u8; N]) -> Vec<u8> {
+    numbers.iter().flat_map(|number| bytes(*number)).collect()
 }
 
 /// Wrong arguments, null, NaN and two threads are answered, and nothing is read or written that is

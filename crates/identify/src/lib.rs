@@ -103,7 +103,8 @@ pub use tactid_dynamics::{BaseKind, Manipulator, ModelError, Wrench};
 
 pub use batch::{BatchIdentifier, BatchResult, BatchSettings, FitReport, Forecast};
 pub use contact::{
-    ContactSample, ContactState, LoadEstimate, RecordedContact, WrenchEstimate, WrenchFrame,
+    ContactSample, ContactState, LoadAndContact, LoadEstimate, RecordedContact, RecordedWrenches,
+    WrenchEstimate, WrenchFrame,
 };
 pub use equations::{
     ActsOn, BaseState, Channel, Channels, EffortContent, EquationSettings, EquationStream,

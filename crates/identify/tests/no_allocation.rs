@@ -100,7 +100,7 @@ fn a_snapshot_allocates_nothing() {
     let mut identifier = identifier(&experiment, &settings);
     let mut snapshot = identifier.snapshot();
     for instant in experiment.run() {
-        let velocity: Vec<f64> = instant.joint_velocity.iter().map(|v| 57.3 * v).collect();
+        let velocity: Vec<f64> = instant.velocity.iter().map(|v| 57.3 * v).collect();
         let sample = Sample {
             joint_velocity: &velocity,
             ..instant.sample()

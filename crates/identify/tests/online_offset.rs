@@ -168,6 +168,7 @@ fn a_tare_sets_the_zero_and_holds_the_payload() {
             }
             if k > 2850 && identifier.knows_weight() {
                 let contact = identifier.contact_wrench(&frame).unwrap();
+                assert_eq!(contact.state, ContactState::Settled, "{contact:?}");
                 assert!(contact.wrench.force.norm() < 6.0 * contact.std_devs()[0]);
                 assert!(contact.std_devs()[0] < 1.5, "{contact:?}");
             }

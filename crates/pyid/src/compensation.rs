@@ -6,8 +6,8 @@ use std::path::PathBuf;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use tactid_recordings::{
-    CompensationReport, ContactSample, IdentifiedLoad, RecordingError, WrenchPlace, WrenchReceiver,
-    WrittenWrench,
+    CompensationReport, ContactSample, IdentifiedLoad, RecordedWrenches, RecordingError,
+    WrenchPlace, WrenchReceiver, WrittenWrench,
 };
 
 use crate::arrays::output;
@@ -142,7 +142,7 @@ struct Rows {
 impl WrenchReceiver for Rows {
     fn take(&mut self, sample: ContactSample) -> Result<(), RecordingError> {
         self.times_s.push(sample.time_s);
-        let Some((measured, estimates)) = sample.wrenches else {
+        let Some(RecordedWrenches { measured, parts }) = sample.wrenches else {
             let rows = self.wrenches.iter_mut().chain([&mut self.measured]);
             rows.for_each(|row| row.extend([f64::NAN; 6]));
             let covariances = self.covariances.iter_mut();
@@ -150,7 +150,7 @@ impl WrenchReceiver for Rows {
             return Ok(());
         };
         self.measured.extend(measured.entries());
-        for (k, estimate) in estimates.iter().enumerate() {
+        for (k, estimate) in [parts.load, parts.contact].iter().enumerate() {
             self.wrenches[k].extend(estimate.wrench.entries());
             // Symmetric: row by row and column by column are the same.
             self.covariances[k].extend(estimate.covariance.as_slice());

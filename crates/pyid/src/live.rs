@@ -106,7 +106,7 @@ impl LiveSession {
         detached(py, || self.lock().payload_changes())
     }
 
-    /// Sets the zero of the wrench sensor, and holds the payload.
+    /// Sets the zero of the wrench sensor, and keeps the estimate of the payload.
     fn tare(&self, py: Python<'_>) -> PyResult<()> {
         detached(py, || self.lock().tare())?.map_err(IntoPyErr::into_py_err)
     }

@@ -173,14 +173,14 @@ impl Identifier {
         let found = detached(py, || {
             let identifier = lock(&self.0);
             let frame = identifier.wrench_frame(point, axes)?;
-            let load = identifier.load_wrench(&frame);
-            Ok(load.zip(identifier.contact_wrench(&frame)))
+            Ok(identifier.wrenches(&frame))
         })?;
         let found = found.map_err(|error: IdentifyError| error.into_py_err())?;
-        let Some((load, contact)) = found else {
+        let Some(found) = found else {
             return Ok(None);
         };
-        Ok(Some([wrench_data(py, &load)?, wrench_data(py, &contact)?]))
+        let [load, contact] = [found.load, found.contact].map(|each| wrench_data(py, &each));
+        Ok(Some([load?, contact?]))
     }
 
     /// Returns the time by which the wrenches of load and contact lag the last sample, s.

@@ -9,12 +9,15 @@ use tactid_logs::messages::{self, Header, Time, WrenchStamped};
 use tactid_logs::{Channel, Durability, LogError, LogReader, LogWriter, merge_logs};
 
 use crate::compensation::{
-    CompensationReport, IdentifiedLoad, WrenchPlace, WrenchReceiver, compensate, reading,
+    CompensationReport, IdentifiedLoad, WrenchPlace, WrenchReceiver, compensate,
+    compensation_request,
 };
 use crate::log::LogRecording;
 use crate::progress::part_of;
 use crate::sources::OWN_WRENCHES;
-use crate::{ActsOn, Clock, ContactSample, Observer, Progress, RecordingError, Request};
+use crate::{
+    ActsOn, Clock, ContactSample, Observer, Progress, RecordedWrenches, RecordingError, Request,
+};
 
 /// Namespace of the topics where several wrench topics are summed.
 const SUM: &str = "/tactid";
@@ -89,7 +92,7 @@ pub fn compensate_into(
     place: &WrenchPlace,
     observer: &mut Observer<'_>,
 ) -> Result<CompensatedLog, RecordingError> {
-    let (request, added) = (reading(request, load), folder.join(WRENCHES));
+    let (request, added) = (compensation_request(request, load), folder.join(WRENCHES));
     request.check()?;
     let recording = LogRecording::open(log, &request, observer)?;
     let mut writer = WrenchWriter::new(recording.log(), &added)?;
@@ -134,12 +137,12 @@ pub fn compensate_into(
 struct WrenchWriter<'a> {
     original: &'a LogReader,
     log: LogWriter<BufWriter<File>>,
-    begun: Option<Begun>,
+    added: Option<WrenchTopics>,
     summary: WrenchSummary,
 }
 
 /// What is known once the recording is planned.
-struct Begun {
+struct WrenchTopics {
     topics: [String; 2],
     channels: [Channel<WrenchStamped>; 2],
     frame: String,
@@ -153,14 +156,14 @@ impl<'a> WrenchWriter<'a> {
         Ok(Self {
             original,
             log: LogWriter::create(path)?,
-            begun: None,
+            added: None,
             summary: WrenchSummary::default(),
         })
     }
 
     fn finish(self) -> Result<([String; 2], WrenchSummary), RecordingError> {
         self.log.finish()?;
-        let topics = self.begun.map(|begun| begun.topics).unwrap_or_default();
+        let topics = self.added.map(|added| added.topics).unwrap_or_default();
         Ok((topics, self.summary.finished()))
     }
 }
@@ -195,7 +198,7 @@ impl WrenchReceiver for WrenchWriter<'_> {
         self.log
             .metadata("tactid_compensation", BTreeMap::from(settings))?;
         let add = |log: &mut LogWriter<_>, topic: &str| log.channel(topic, Durability::Volatile);
-        self.begun = Some(Begun {
+        self.added = Some(WrenchTopics {
             channels: [
                 add(&mut self.log, &topics[0])?,
                 add(&mut self.log, &topics[1])?,
@@ -213,18 +216,19 @@ impl WrenchReceiver for WrenchWriter<'_> {
 
     fn take(&mut self, sample: ContactSample) -> Result<(), RecordingError> {
         self.summary.add(&sample);
-        let Some((begun, (_, wrenches))) = self.begun.as_ref().zip(sample.wrenches) else {
+        let Some((added, wrenches)) = self.added.as_ref().zip(sample.wrenches) else {
             return Ok(());
         };
-        let stamp_ns = begun
+        let stamp_ns = added
             .start_ns
             .saturating_add((sample.time_s * 1e9).round() as i64);
-        let time_ns = stamp_ns.saturating_add(begun.after_stamp_ns);
-        for (channel, estimate) in begun.channels.iter().zip(wrenches) {
+        let time_ns = stamp_ns.saturating_add(added.after_stamp_ns);
+        let estimates = [wrenches.parts.load, wrenches.parts.contact];
+        for (channel, estimate) in added.channels.iter().zip(estimates) {
             let message = WrenchStamped {
                 header: Header {
                     stamp: Time::from_ns(u64::try_from(stamp_ns).unwrap_or(0)),
-                    frame_id: begun.frame.clone(),
+                    frame_id: added.frame.clone(),
                 },
                 wrench: messages::Wrench {
                     force: <[f64; 3]>::from(estimate.wrench.force).into(),
@@ -283,14 +287,14 @@ fn size(vector: &[f64]) -> f64 {
 impl WrenchSummary {
     fn add(&mut self, sample: &ContactSample) {
         self.samples[0] += 1;
-        let Some((measured, [_, contact])) = &sample.wrenches else {
+        let Some(RecordedWrenches { measured, parts }) = &sample.wrenches else {
             return;
         };
         let found = WrittenWrench {
             time_s: sample.time_s,
             measured: measured.entries(),
-            contact: contact.wrench.entries(),
-            std_devs: contact.std_devs(),
+            contact: parts.contact.wrench.entries(),
+            std_devs: parts.contact.std_devs(),
         };
         for k in 0..6 {
             self.measured_rms[k] += found.measured[k].powi(2);

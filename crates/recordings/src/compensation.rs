@@ -5,7 +5,9 @@ use std::path::Path;
 
 use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
-use tactid_identify::{ContactSample, LoadEstimate, Method, RecordedContact, Sample};
+use tactid_identify::{
+    ContactSample, LoadEstimate, Method, RecordedContact, RecordedWrenches, Sample, WrenchFrame,
+};
 use tactid_options::Use;
 
 use crate::arrays::ArrayRecording;
@@ -122,7 +124,7 @@ pub fn compensate_log(
     receiver: &mut impl WrenchReceiver,
     observer: &mut Observer<'_>,
 ) -> Result<CompensationReport, RecordingError> {
-    let request = reading(request, load);
+    let request = compensation_request(request, load);
     request.check()?;
     let recording = LogRecording::open(path, &request, observer)?;
     compensate(&recording, &request, load, place, receiver, observer)
@@ -141,7 +143,7 @@ pub fn compensate_arrays(
     receiver: &mut impl WrenchReceiver,
     observer: &mut Observer<'_>,
 ) -> Result<CompensationReport, RecordingError> {
-    let request = reading(request, load);
+    let request = compensation_request(request, load);
     request.check()?;
     let arrays = Arrays {
         unloaded: None,
@@ -153,7 +155,7 @@ pub fn compensate_arrays(
 
 /// Returns the request that reads a recording as the identification of a load did, without what
 /// concerns an estimate.
-pub(crate) fn reading(request: &Request, load: &IdentifiedLoad) -> Request {
+pub(crate) fn compensation_request(request: &Request, load: &IdentifiedLoad) -> Request {
     let request = request.limited_to(Use::Compensation);
     let gravity = match request.gravity {
         Some(GravityChoice::Unknown) => {
@@ -172,7 +174,7 @@ pub(crate) fn reading(request: &Request, load: &IdentifiedLoad) -> Request {
 }
 
 /// Computes the wrenches of load and contact of a recording, as [`compensate_log`] does for a log, given
-/// the request of [`reading`].
+/// the request of [`compensation_request`].
 pub(crate) fn compensate(
     recording: &impl Recording,
     request: &Request,
@@ -182,18 +184,22 @@ pub(crate) fn compensate(
     observer: &mut Observer<'_>,
 ) -> Result<CompensationReport, RecordingError> {
     let plan = Plan::new(recording, request, observer)?;
-    let load = checked(identified, &plan)?;
+    let mut load = check_load(identified, &plan)?.clone();
+    if identified.beginning != plan.beginning {
+        load = load.of_another_recording();
+    }
     let point = place.point.as_deref();
     let point = point.unwrap_or_else(|| plan.wrench_link()).to_owned();
-    let is_of_another = identified.beginning != plan.beginning;
+    let (robot, axes) = (&plan.sources.robot, place.axes.as_deref());
+    let frame = WrenchFrame::new(robot, &plan.tip, &point, axes)?;
     let acts_on = request.wrench_acts_on.unwrap_or_default();
     let contact = RecordedContact::new(
-        &plan.sources.robot,
+        robot,
         &plan.tip,
         &plan.sensors(),
         &plan.equations,
-        (load, is_of_another),
-        (&point, place.axes.as_deref()),
+        &load,
+        frame,
         acts_on,
     )?;
     let mut report = CompensationReport {
@@ -210,20 +216,20 @@ pub(crate) fn compensate(
         damage: Vec::new(),
     };
     receiver.begin(&report)?;
-    let mut compensating = Compensating {
+    let mut compensation = CompensationRun {
         contact,
-        seen: Seen {
+        counter: ContactCounter {
             receiver,
             samples: [0; 2],
         },
     };
-    let run = Run::new(recording, &plan, &mut compensating, observer)?;
+    let run = Run::new(recording, &plan, &mut compensation, observer)?;
     if run.interrupted {
         return Err(RecordingError::Interrupted);
     }
-    compensating.finish()?;
+    compensation.finish()?;
     report.findings = run.noticed(&plan);
-    report.findings.extend(compensating.seen.finding());
+    report.findings.extend(compensation.counter.finding());
     report.faults = run.faults.to_vec();
     report.damage = run.damage;
     Ok(report)
@@ -263,21 +269,22 @@ fn checked<'a>(
 }
 
 /// Samples in, wrenches out.
-struct Compensating<'a, R> {
+struct CompensationRun<'a, R> {
     contact: RecordedContact,
-    seen: Seen<'a, R>,
+    counter: ContactCounter<'a, R>,
 }
 
 /// Hands wrenches on, and counts those of a contact.
-struct Seen<'a, R> {
+struct ContactCounter<'a, R> {
     receiver: &'a mut R,
     /// Number of samples with a wrench, and of those with a certain contact.
     samples: [u64; 2],
 }
 
-impl<R: WrenchReceiver> Seen<'_, R> {
+impl<R: WrenchReceiver> ContactCounter<'_, R> {
     fn take(&mut self, sample: ContactSample) -> Result<(), RecordingError> {
-        if let Some((_, [_, contact])) = &sample.wrenches {
+        if let Some(RecordedWrenches { parts, .. }) = &sample.wrenches {
+            let contact = &parts.contact;
             let entries = contact.wrench.entries().into_iter().zip(contact.std_devs());
             let is_certain = |(entry, std_dev): (f64, f64)| entry.abs() > CERTAIN * std_dev;
             self.samples[0] += 1;
@@ -294,26 +301,26 @@ impl<R: WrenchReceiver> Seen<'_, R> {
     }
 }
 
-impl<R: WrenchReceiver> Compensating<'_, R> {
+impl<R: WrenchReceiver> CompensationRun<'_, R> {
     /// Hands over the wrenches of the last samples.
     fn finish(&mut self) -> Result<(), RecordingError> {
         let mut outcome = Ok(());
         self.contact.finish(&mut |sample| {
             if outcome.is_ok() {
-                outcome = self.seen.take(sample);
+                outcome = self.counter.take(sample);
             }
         });
         outcome
     }
 }
 
-impl<R: WrenchReceiver> Receiver for Compensating<'_, R> {
+impl<R: WrenchReceiver> Receiver for CompensationRun<'_, R> {
     fn push(&mut self, sample: &Sample<'_>) -> Result<(), RecordingError> {
         let mut outcome = Ok(());
-        let seen = &mut self.seen;
+        let counter = &mut self.counter;
         self.contact.push(sample, &mut |sample| {
             if outcome.is_ok() {
-                outcome = seen.take(sample);
+                outcome = counter.take(sample);
             }
         })?;
         outcome

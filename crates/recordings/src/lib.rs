@@ -145,6 +145,6 @@ pub use setup::Setup;
 pub use tactid_identify::{
     ActsOn, BoundingBox, ContactSample, Delay, EffortContent, FitReport, Forecast, HALF_WIDTH_95,
     HistoryPoint, KnownMass, LinearEstimate, LoadEstimate, Method, Observability, PayloadEstimate,
-    PrincipalMoments, PriorKnowledge, VALUE_NAMES,
+    PrincipalMoments, PriorKnowledge, RecordedWrenches, VALUE_NAMES,
 };
 pub use tactid_options::{Declaration, Kind, Use};

@@ -260,8 +260,8 @@ impl Preview<'_> {
         let (equations, channels) = self.equations_at(streams, delay.delay_s, cutoff_hz)?;
         let equations = self.without_unknowns(equations, &channels);
         let residual_ratio = match residual_size(&equations, &with_unknown_offset(channels)) {
-            Some(with) => with / without,
-            None => return Ok(DelayEstimate::Unknown),
+            Some(with) if with < without => with / without,
+            _ => return Ok(DelayEstimate::Unknown),
         };
         if residual_ratio < HARDLY_BETTER {
             return Ok(DelayEstimate::Found(delay));

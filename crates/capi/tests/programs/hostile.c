@@ -97,10 +97,13 @@ static void wrong_options(void) {
   expect_error("delay_s");
   options = (tactid_options){.size = sizeof options, .wrench_axes = "\xff"};
   CHECK(try_new(URDF, "tool0", JOINTS, 3, &options) == TACTID_STATUS_INVALID_TEXT);
-  options = (tactid_options){.size = sizeof options, .wrench_point = "base"};
+  options = (tactid_options){.size = sizeof options, .contact_point = "base"};
   CHECK(try_new(URDF, "tool0", JOINTS, 3, &options) == TACTID_STATUS_INVALID_OPTION);
-  expect_error("base");
-  options = (tactid_options){.size = sizeof options, .wrench_point_axes = "\xff"};
+  expect_error("`contact_point`: the link `base`");
+  options = (tactid_options){.size = sizeof options, .contact_axes = "tool9"};
+  CHECK(try_new(URDF, "tool0", JOINTS, 3, &options) == TACTID_STATUS_INVALID_OPTION);
+  expect_error("`contact_axes`: ");
+  options = (tactid_options){.size = sizeof options, .contact_axes = "\xff"};
   CHECK(try_new(URDF, "tool0", JOINTS, 3, &options) == TACTID_STATUS_INVALID_TEXT);
   options = (tactid_options){.size = sizeof options, .sensor_count = 1};
   CHECK(try_new(URDF, "tool0", JOINTS, 3, &options) == TACTID_STATUS_NULL_POINTER);
@@ -261,8 +264,10 @@ static void two_threads(void) {
 
 int main(void) {
   CHECK(strlen(tactid_version()) > 0);
+  const char *none = tactid_status_text(99);
   for (int status = -20; status < 20; status++) {
-    CHECK(strlen(tactid_status_text(status)) > 0);
+    const int is_known = TACTID_STATUS_INTERNAL <= status && status <= TACTID_STATUS_PAYLOAD_RETURNED;
+    CHECK((strcmp(tactid_status_text(status), none) != 0) == is_known);
   }
   CHECK(tactid_last_error(NULL, 0) == 1);
   wrong_robots();

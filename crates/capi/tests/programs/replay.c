@@ -89,9 +89,9 @@ int main(int argc, char **argv) {
   tactid_sample sample = {.size = sizeof sample, .joint_count = JOINTS + 1, .position = position,
                           .velocity = velocity, .wrench_count = 2};
   tactid_estimate estimate = {.size = sizeof estimate};
-  tactid_wrench contact = {.size = sizeof contact};
+  tactid_wrench contact = {.size = sizeof contact}, load = {.size = sizeof load};
   const size_t of_estimate = sizeof estimate - sizeof estimate.size;
-  const size_t bytes = of_estimate + sizeof contact.values;
+  const size_t bytes = of_estimate + sizeof contact.values + sizeof load.values;
   char *estimates = malloc(count * bytes);
   const size_t before = allocations;
   for (size_t k = 0; k < count; k++) {
@@ -106,11 +106,13 @@ int main(int argc, char **argv) {
     if (tactid_identifier_push(identifier, &sample) < 0 ||
         tactid_identifier_estimate(identifier, &estimate) != TACTID_STATUS_OK ||
         tactid_identifier_contact_wrench(identifier, &contact) < 0 ||
+        tactid_identifier_load_wrench(identifier, &load) < 0 ||
         tactid_snapshot_update(snapshot, identifier) != TACTID_STATUS_OK) {
       return 1;
     }
     memcpy(estimates + k * bytes, &estimate.values, of_estimate);
     memcpy(estimates + k * bytes + of_estimate, contact.values, sizeof contact.values);
+    memcpy(estimates + (k + 1) * bytes - sizeof load.values, load.values, sizeof load.values);
   }
   const size_t during = allocations - before;
   FILE *out = fopen(argv[3], "wb");

@@ -1,7 +1,7 @@
 //! The point and the axes in which a wrench is stated.
 
 use nalgebra::{Isometry3, Translation3, UnitQuaternion};
-use tactid_dynamics::{BaseKind, FrameId, Manipulator};
+use tactid_dynamics::{BaseKind, Manipulator};
 
 use crate::IdentifyError;
 use crate::equations::WORLD;
@@ -19,14 +19,20 @@ pub struct WrenchFrame {
 }
 
 impl WrenchFrame {
-    /// Finds the frame at the origin of the link `point`, along the axes of the link `axes`, or of
-    /// [`WORLD`].
-    pub(crate) fn new(
+    /// Finds the frame at the origin of the link `point`, along the axes of the link `axes` or of
+    /// [`WORLD`], or of `point` where they are `None`, for a robot with the payload in its link
+    /// `tool`.
+    ///
+    /// # Errors
+    /// Returns the errors of [`Identifier::wrench_frame`](crate::Identifier::wrench_frame), and
+    /// [`IdentifyError::Model`] if the robot does not have the link `tool`.
+    pub fn new(
         robot: &Manipulator,
-        tool: FrameId,
+        tool: &str,
         point: &str,
         axes: Option<&str>,
     ) -> Result<Self, IdentifyError> {
+        let tool = robot.frame(tool)?;
         let unfit = |option, what| IdentifyError::Option {
             option,
             what: format!("`{option}`: {what}"),

@@ -37,6 +37,22 @@ pub struct LoadEstimate {
 }
 
 impl LoadEstimate {
+    /// Returns what the estimate says about another recording: its load is uncertain in the
+    /// directions that the motion of its own did not determine, and may have any share of them.
+    #[must_use]
+    pub fn of_another_recording(&self) -> Self {
+        let mut covariance = SMatrix::<f64, 16, 16>::from(self.covariance);
+        for change in &self.unobservable {
+            let change = SVector::<f64, 10>::from(*change);
+            let mut of_parameters = covariance.fixed_view_mut::<10, 10>(0, 0);
+            of_parameters += change * change.transpose();
+        }
+        Self {
+            covariance: covariance.into(),
+            ..self.clone()
+        }
+    }
+
     /// Returns what a fit of equations says; `None` where its first channels are not those of a
     /// wrench. `merged` is the number of windows of which each equation is the mean.
     pub(crate) fn new(fit: &Fit, equations: &[Equation], merged: u32) -> Option<Self> {
@@ -87,19 +103,11 @@ pub(super) struct Load {
 }
 
 impl Load {
-    /// Returns the load of an estimate: that of another recording has any share of what its motion
-    /// did not determine.
-    pub(super) fn new(estimate: &LoadEstimate, is_of_another: bool) -> Self {
-        let mut covariance = SMatrix::<f64, 16, 16>::from(estimate.covariance);
-        let unknown = estimate.unobservable.iter().filter(|_| is_of_another);
-        for change in unknown.map(|change| SVector::<f64, 10>::from(*change)) {
-            let mut of_parameters = covariance.fixed_view_mut::<10, 10>(0, 0);
-            of_parameters += change * change.transpose();
-        }
+    pub(super) fn new(estimate: &LoadEstimate) -> Self {
         Self {
             parameters: estimate.parameters.into(),
             offset: estimate.offset.into(),
-            covariance,
+            covariance: estimate.covariance.into(),
             noise: estimate.noise.into(),
         }
     }

@@ -9,6 +9,6 @@ mod wrench;
 
 pub use frame::WrenchFrame;
 pub use load::LoadEstimate;
-pub use recorded::{ContactSample, RecordedContact};
-pub use wrench::{ContactState, WrenchEstimate};
+pub use recorded::{ContactSample, RecordedContact, RecordedWrenches};
+pub use wrench::{ContactState, LoadAndContact, WrenchEstimate};
 pub(crate) use wrench::{Entries, Parts};

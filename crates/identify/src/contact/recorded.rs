@@ -7,7 +7,7 @@ use tactid_dynamics::{Manipulator, Wrench};
 
 use super::frame::WrenchFrame;
 use super::load::{Load, LoadEstimate};
-use super::wrench::{ContactState, Entries, WrenchEstimate, wrench_of};
+use super::wrench::{ContactState, Entries, LoadAndContact, wrench_of};
 use crate::equations::window::length_s;
 use crate::equations::{EquationSettings, Model, MotionStep, MotionStream, Sample};
 use crate::{ActsOn, IdentifyError, Method};
@@ -17,9 +17,18 @@ use crate::{ActsOn, IdentifyError, Method};
 pub struct ContactSample {
     /// Time of the sample, s.
     pub time_s: f64,
-    /// Measured wrench through the filter, N and N m, load wrench and contact wrench; `None` for
-    /// the first and last samples of a stretch without gaps, which have no derivatives.
-    pub wrenches: Option<(Wrench, [WrenchEstimate; 2])>,
+    /// The wrenches; `None` for the first and last samples of a stretch without gaps, which have no
+    /// derivatives.
+    pub wrenches: Option<RecordedWrenches>,
+}
+
+/// The measured wrench through the filter, and what it consists of besides the offset.
+#[derive(Clone, Copy, Debug)]
+pub struct RecordedWrenches {
+    /// Measured wrench, N and N m.
+    pub measured: Wrench,
+    /// Wrenches of load and contact. Their time is that of the sample.
+    pub parts: LoadAndContact,
 }
 
 /// Computes the wrench of the load and that of the contact at each sample of a recording.
@@ -53,23 +62,19 @@ impl RecordedContact {
     /// Creates the computation for a robot with the payload in its link `tool` and wrenches in the
     /// links `sensors`.
     ///
-    /// Wrenches are returned about the origin of the link `point` and along the axes of the link
-    /// `axes`, or of `point` where they are `None`, as
-    /// [`Identifier::wrench_frame`](crate::Identifier::wrench_frame) says, with the sign of
-    /// wrenches that act on the body `acts_on`; samples have those on the payload. `is_of_another`
-    /// says that the load was estimated from another recording: it is then uncertain in the
-    /// directions that the motion there did not determine.
+    /// Wrenches are returned in a frame with the sign of wrenches that act on the body `acts_on`;
+    /// samples have those on the payload. For a load that was estimated from another recording,
+    /// see [`LoadEstimate::of_another_recording`].
     ///
     /// # Errors
-    /// Returns the errors of [`EquationStream::new`](crate::EquationStream::new) and of
-    /// [`Identifier::wrench_frame`](crate::Identifier::wrench_frame).
+    /// Returns the errors of [`EquationStream::new`](crate::EquationStream::new).
     pub fn new(
         robot: &Manipulator,
         tool: &str,
         sensors: &[&str],
         settings: &EquationSettings,
-        (load, is_of_another): (&LoadEstimate, bool),
-        (point, axes): (&str, Option<&str>),
+        load: &LoadEstimate,
+        frame: WrenchFrame,
         acts_on: ActsOn,
     ) -> Result<Self, IdentifyError> {
         let settings = EquationSettings {
@@ -80,8 +85,8 @@ impl RecordedContact {
         let (cutoff_hz, max_gap_s) = (settings.cutoff_hz, settings.max_gap_s);
         Ok(Self {
             motion: MotionStream::new(robot, sensors.len(), cutoff_hz, max_gap_s),
-            load: Load::new(load, is_of_another),
-            frame: WrenchFrame::new(robot, model.tool(), point, axes)?,
+            load: Load::new(load),
+            frame,
             sign: acts_on.sign(),
             half_window_s: 0.5 * length_s(cutoff_hz),
             samples: VecDeque::new(),
@@ -164,8 +169,8 @@ impl RecordedContact {
         }
     }
 
-    /// Returns measured wrench, load wrench and contact wrench about a time.
-    fn wrenches(&self, middle_s: f64) -> Option<(Wrench, [WrenchEstimate; 2])> {
+    /// Returns the wrenches about a time.
+    fn wrenches(&self, middle_s: f64) -> Option<RecordedWrenches> {
         let (mut mean, mut total, mut squares) = (Entries::zeros(), 0.0, 0.0);
         for (k, sample) in self.samples.iter().enumerate() {
             let since_s = sample.time_s - middle_s;
@@ -190,9 +195,11 @@ impl RecordedContact {
             parts.contact = measured * parts.contact;
         }
         let map = mean.map_to(&self.frame);
-        let estimates = parts.mapped(&map, projection.as_ref(), middle_s, ContactState::Settled);
-        let measured = wrench_of(&(map * mean.measured() * self.sign));
-        Some((measured, estimates.map(|each| each.with_sign(self.sign))))
+        let parts = parts.mapped(&map, projection.as_ref(), middle_s, ContactState::Settled);
+        Some(RecordedWrenches {
+            measured: wrench_of(&(map * mean.measured() * self.sign)),
+            parts: parts.with_sign(self.sign),
+        })
     }
 
     /// Returns the time that a sample stands for, s: from the middle to its neighbour before to

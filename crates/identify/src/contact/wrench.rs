@@ -22,14 +22,15 @@ pub enum ContactState {
 /// A wrench with its uncertainty.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct WrenchEstimate {
-    /// Time to which the wrench belongs, on the clock of the samples, s: that of the last sample
-    /// less the [latency](crate::Identifier::contact_latency_s).
+    /// Time to which the wrench belongs, on the clock of the samples, s: online, that of the last
+    /// sample less the [latency](crate::Identifier::contact_latency_s); in a recording, that of its
+    /// sample.
     pub time_s: f64,
     /// Force, N, and moment, N m, with the sign of the measured wrenches.
     pub wrench: Wrench,
     /// Covariance of force, N, then moment, N m.
     pub covariance: Matrix6<f64>,
-    /// Whether the payload may have changed.
+    /// Whether the payload may have changed: in a recording, whose load is given, it has not.
     pub state: ContactState,
 }
 
@@ -66,6 +67,25 @@ impl WrenchEstimate {
     #[must_use]
     pub fn std_devs(&self) -> [f64; 6] {
         std::array::from_fn(|k| self.covariance[(k, k)].max(0.0).sqrt())
+    }
+}
+
+/// The wrenches of the load and of the contact at one time, in one frame.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct LoadAndContact {
+    /// Wrench by which the robot carries and accelerates payload and known tool.
+    pub load: WrenchEstimate,
+    /// Measured wrench less offset and load.
+    pub contact: WrenchEstimate,
+}
+
+impl LoadAndContact {
+    /// Returns the same wrenches times a sign.
+    pub(crate) fn with_sign(self, sign: f64) -> Self {
+        Self {
+            load: self.load.with_sign(sign),
+            contact: self.contact.with_sign(sign),
+        }
     }
 }
 
@@ -138,7 +158,7 @@ impl Parts {
         projection: Option<&Matrix6<f64>>,
         time_s: f64,
         state: ContactState,
-    ) -> [WrenchEstimate; 2] {
+    ) -> LoadAndContact {
         let expressed = |wrench: &Vector6<f64>, covariance: &Matrix6<f64>| WrenchEstimate {
             time_s,
             wrench: wrench_of(&(map * wrench)),
@@ -149,7 +169,10 @@ impl Parts {
         if let Some(measured) = projection {
             contact.hide(&(map * (Matrix6::identity() - measured)));
         }
-        [expressed(&self.load, &self.of_load), contact]
+        LoadAndContact {
+            load: expressed(&self.load, &self.of_load),
+            contact,
+        }
     }
 }
 
@@ -180,7 +203,8 @@ mod tests {
         // The axes x and z change places.
         let mut map = Matrix6::identity();
         map.swap_rows(0, 2);
-        let [load, contact] = parts.mapped(&map, Some(&measured), 0.0, ContactState::Settled);
+        let LoadAndContact { load, contact } =
+            parts.mapped(&map, Some(&measured), 0.0, ContactState::Settled);
         assert_eq!(load.covariance, Matrix6::identity());
         assert!(contact.wrench.force.x.is_nan() && contact.std_devs()[0].is_infinite());
         assert_eq!(

@@ -287,11 +287,6 @@ impl Model {
         ))
     }
 
-    /// The tool frame.
-    pub(crate) fn tool(&self) -> FrameId {
-        self.tool
-    }
-
     /// Inertial parameters of the known links below the tool, at the posture of the last instant
     /// and in the tool frame, where the rows hold for them and the payload as one body.
     pub(crate) fn gripper_to_subtract(&self) -> Option<InertialParameters> {

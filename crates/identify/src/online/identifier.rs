@@ -5,7 +5,7 @@ use std::sync::Arc;
 use nalgebra::Vector3;
 use tactid_dynamics::Manipulator;
 
-use super::contact::ContactObserver;
+use super::contact_observer::ContactObserver;
 use super::inputs::Inputs;
 use super::least_squares::Assessment;
 use super::payload_times::PayloadTimes;
@@ -157,7 +157,7 @@ pub struct Identifier {
     inputs: Option<Box<Inputs>>,
     /// Sign of the measured wrenches, relative to that of those on the payload.
     pub(super) sign: f64,
-    frame: Arc<str>,
+    pub(super) frame: Arc<str>,
     pub(super) stream: EquationStream,
     pub(super) update: StagedUpdate,
     pub(super) recent: RecentEquations,
@@ -379,7 +379,7 @@ impl Identifier {
     /// a payload that no contact could be.
     #[must_use]
     pub fn is_settled(&self) -> bool {
-        self.update.estimator().is_trusted()
+        self.update.estimator().is_settled()
     }
 
     /// Returns the time from the last payload change to the last sample, s; infinite before a change.

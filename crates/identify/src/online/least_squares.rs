@@ -149,7 +149,7 @@ impl OnlineLeastSquares {
             // The first window determines the offsets alone: the parameters stay as they are.
             return Assessment::Accepted(Stage::ComputeCovariance);
         }
-        centred.copy_from(equation);
+        centred.clone_from(equation);
         self.state.centering.centre(&mut centred.rows, 1.0);
         let assessment = self.assess_centred(centred);
         if assessment != Assessment::PayloadChanged {
@@ -160,14 +160,14 @@ impl OnlineLeastSquares {
     }
 
     /// Whether the noise is known, and enough windows since the last payload change, so that changes are detected.
-    pub(crate) fn is_settled(&self) -> bool {
+    pub(crate) fn detects_changes(&self) -> bool {
         self.state.windows_since_start > INITIAL_WINDOWS
     }
 
     /// Assesses a window whose channels have no offset.
     fn assess_centred(&mut self, equation: &Equation) -> Assessment {
         if let Some(place) = self.initial.get_mut(self.windows) {
-            place.copy_from(equation);
+            place.clone_from(equation);
         }
         self.windows += 1;
         self.state.windows_since_start += 1;
@@ -221,7 +221,7 @@ impl OnlineLeastSquares {
         let is_predictable = innovation.leverage < 1.0;
         // At rest, errors of the model do not show: the residuals are no sign of the noise in motion.
         let is_moving = innovation.leverage > REST_LEVERAGE * self.mean_leverage();
-        let is_settled = self.is_settled();
+        let detects_changes = self.detects_changes();
         let channels = self.window.rows.len();
         let sudden = score(
             innovation.distance_beyond_model,
@@ -231,7 +231,7 @@ impl OnlineLeastSquares {
         let slow = self.state.noise.slow_distance();
         let slow = score(slow, channels, &self.state.noise);
         self.is_contradicted = is_predictable && is_evident(sudden);
-        if is_predictable && is_settled && self.changes.detects(sudden, slow) {
+        if is_predictable && detects_changes && self.changes.detects(sudden, slow) {
             return self.restart();
         }
         self.state
@@ -241,7 +241,7 @@ impl OnlineLeastSquares {
         let noise = robust / (1.0 + innovation.leverage);
         let shows_noise = is_predictable && is_moving && (self.alarms == 0 || !self.knows_noise());
         self.weights = WindowWeights {
-            rows: if is_settled { robust } else { 1.0 },
+            rows: if detects_changes { robust } else { 1.0 },
             noise: shows_noise.then_some(noise),
         };
         Assessment::Accepted(Stage::AddRows)
@@ -340,8 +340,8 @@ impl OnlineLeastSquares {
     }
 
     /// Whether nothing contradicts the present estimate, and changes of the payload are detected.
-    pub(crate) fn is_trusted(&self) -> bool {
-        self.is_settled() && self.verdict == Verdict::Payload && !self.changes.has_evidence()
+    pub(crate) fn is_settled(&self) -> bool {
+        self.detects_changes() && self.verdict == Verdict::Payload && !self.changes.has_evidence()
     }
 
     /// Returns the inverse of the covariance for white noise. In unobservable directions it is that of the plausible

@@ -2,8 +2,7 @@
 
 mod accumulated_rows;
 mod changes;
-mod contact;
-mod contact_wrench;
+mod contact_observer;
 mod explanations;
 mod identifier;
 mod innovation;
@@ -20,6 +19,7 @@ mod snapshot;
 mod stage;
 mod staged_update;
 mod trusted;
+mod wrenches;
 
 pub use identifier::{Identifier, OnlineSettings};
 pub use snapshot::Snapshot;

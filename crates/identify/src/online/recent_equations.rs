@@ -1,7 +1,7 @@
 //! The most recent equations, in a fixed amount of memory.
 
-use educe::Educe;
 use crate::equations::Equation;
+use educe::Educe;
 
 /// Number of equations that are kept: those of 10 s at a cutoff of 10 Hz.
 const RECENT_EQUATIONS: usize = 324;

@@ -39,7 +39,7 @@ impl OnlineLeastSquares {
     /// Takes the present estimate as the one that nothing contradicts, if so: payload changes are
     /// detected, and no window since the last one shows any evidence of one.
     pub(super) fn trust_unless_contradicted(&mut self) {
-        if self.is_trusted() {
+        if self.is_settled() {
             self.trust();
         }
     }
@@ -55,7 +55,7 @@ impl OnlineLeastSquares {
     /// Says that nothing touches the payload, so that whatever explains the windows is a payload.
     /// Returns whether one does, from windows that are enough for it to be held.
     pub(crate) fn confirm_payload(&mut self) -> bool {
-        let is_confirmed = self.is_settled() && self.is_known();
+        let is_confirmed = self.detects_changes() && self.is_known();
         if is_confirmed && self.alarms > 0 {
             self.trust();
         }
@@ -85,7 +85,7 @@ impl OnlineLeastSquares {
     /// the noise. Noise that may have been underestimated is increased. Returns what that means: a
     /// payload change where 32 windows had shown a payload.
     pub(super) fn restart(&mut self) -> Assessment {
-        let was_known = self.is_settled() && self.is_known();
+        let was_known = self.detects_changes() && self.is_known();
         if self.alarms == 0 {
             self.explanations.restart_returning();
         }

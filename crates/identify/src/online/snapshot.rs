@@ -73,7 +73,11 @@ impl Snapshot {
             findings.push(Finding::NoEquations(sampling));
         }
         let equations = self.recent.in_order();
-        findings.extend(findings_without_prior(&equations, &self.stream, &self.known));
+        findings.extend(findings_without_prior(
+            &equations,
+            &self.stream,
+            &self.known,
+        ));
         findings
     }
 }

@@ -62,7 +62,7 @@ impl StagedUpdate {
         while self.stage.is_some_and(Stage::is_estimation) {
             self.proceed();
         }
-        if self.estimator.is_trusted() {
+        if self.estimator.is_settled() {
             self.trusted = Some(self.readout);
         }
         let assessment = self.estimator.assess(equation);

@@ -31,7 +31,7 @@ pub(super) struct Running {
     pub(super) cutoff_hz: f64,
     /// Whether another beginning would choose nothing else: what it is to determine is given or
     /// found.
-    pub(super) is_settled: bool,
+    pub(super) is_final: bool,
     decoder: Decoder,
     aligner: Aligner,
     identifier: Identifier,
@@ -111,7 +111,7 @@ impl Running {
         let mut running = Self {
             has_offset: equations.wrench_offset,
             contact_frame: frame_of_contact(&identifier, contact_frame, &plan)?,
-            is_settled: is_found || equations.method != Method::Tactile,
+            is_final: is_found || equations.method != Method::Tactile,
             delay_s,
             cutoff_hz: equations.cutoff_hz,
             decoder: recording.live_decoder(max_gap_s),

@@ -17,7 +17,7 @@ use crate::{RecordingError, Request};
 const LONGEST_BEGINNING_S: f64 = 30.0;
 
 /// A plan that succeeded is made once more from a beginning that is so many times as long.
-const LONGER: f64 = 2.5;
+const BEGINNING_GROWTH: f64 = 2.5;
 
 /// Problem where the thread that plans has panicked; a later beginning may do without it.
 const PLAN_FAILED: &str =
@@ -77,9 +77,9 @@ pub struct LiveStatus {
     pub restarts: u64,
 }
 
-/// A topic that was met.
+/// A topic that has been announced or had messages.
 #[derive(Debug)]
-pub(super) struct Met {
+pub(super) struct KnownTopic {
     pub(super) topic: Arc<Topic>,
     /// Time at which the latest message came, ns; `None` before there is one.
     pub(super) last_ns: Option<u64>,
@@ -96,12 +96,12 @@ type Planning = (u64, JoinHandle<Result<Running, RecordingError>>);
 pub struct LiveSession {
     pub(super) request: Arc<Request>,
     settings: LiveSettings,
-    pub(super) topics: BTreeMap<String, Met>,
+    pub(super) topics: BTreeMap<String, KnownTopic>,
     beginning: Beginning,
     /// Length of the beginning at which the next plan is made, s; `None` where no further one is needed.
     due_s: Option<f64>,
     /// Whether the identification that runs is to be replaced, because messages no longer give samples.
-    is_replaced: bool,
+    must_replace: bool,
     /// Whether the identification that runs was begun with the messages of the beginning that is kept.
     has_same_beginning: bool,
     planning: Option<Planning>,
@@ -126,7 +126,7 @@ impl LiveSession {
             settings,
             topics: BTreeMap::new(),
             beginning: Beginning::default(),
-            is_replaced: false,
+            must_replace: false,
             has_same_beginning: false,
             planning: None,
             running: None,
@@ -138,7 +138,7 @@ impl LiveSession {
 
     /// Notes that there is a topic, with the type of its messages: one that could be used, but is not, is reported.
     pub fn announce(&mut self, name: &str, type_name: &str) {
-        self.met(name, type_name);
+        self.known_topic(name, type_name);
     }
 
     /// Takes the next message of a topic: its `data` as CDR with its header, and when it came, ns since the epoch.
@@ -152,16 +152,16 @@ impl LiveSession {
         data: Vec<u8>,
         received_ns: u64,
     ) -> Result<(), RecordingError> {
-        let met = self.met(name, type_name);
-        met.last_ns = Some(received_ns);
-        let message = RawMessage::new(met.topic.clone(), received_ns, data);
+        let topic = self.known_topic(name, type_name);
+        topic.last_ns = Some(received_ns);
+        let message = RawMessage::new(topic.topic.clone(), received_ns, data);
         self.messages += 1;
         if let Some(running) = &mut self.running {
             running.take(&message)?;
         }
         self.check_samples();
         let is_begun = self.due_s.is_some() || self.planning.is_some();
-        let keeps_measured = is_begun && (!self.is_payload_held() || self.is_replaced);
+        let keeps_measured = is_begun && (!self.is_payload_held() || self.must_replace);
         self.beginning.push(message, keeps_measured);
         self.proceed()?;
         self.plan_where_due()
@@ -183,7 +183,7 @@ impl LiveSession {
     pub fn finish(&mut self) -> Result<(), RecordingError> {
         self.receive_plan(true)?;
         let is_short = self.beginning.elapsed_s < LONGEST_BEGINNING_S;
-        if self.due_s.is_some() && is_short && !self.is_replaced {
+        if self.due_s.is_some() && is_short && !self.must_replace {
             self.plan();
             self.receive_plan(true)?;
         }
@@ -295,8 +295,8 @@ impl LiveSession {
         }
     }
 
-    fn met(&mut self, name: &str, type_name: &str) -> &mut Met {
-        let new = || Met {
+    fn known_topic(&mut self, name: &str, type_name: &str) -> &mut KnownTopic {
+        let new = || KnownTopic {
             topic: Arc::new(Topic {
                 name: name.to_owned(),
                 type_name: type_name.to_owned(),
@@ -316,13 +316,13 @@ impl LiveSession {
             return;
         };
         match running.without_sample {
-            0 if self.is_replaced => {
+            0 if self.must_replace => {
                 self.start_again();
-                (self.is_replaced, self.due_s, self.problem) = (false, None, None);
+                (self.must_replace, self.due_s, self.problem) = (false, None, None);
             }
-            MOST_WITHOUT_SAMPLE.. if !self.is_replaced => {
+            MOST_WITHOUT_SAMPLE.. if !self.must_replace => {
                 self.start_again();
-                self.is_replaced = true;
+                self.must_replace = true;
             }
             _ => {}
         }
@@ -378,35 +378,35 @@ impl LiveSession {
     /// later messages, is discarded.
     fn take_over(&mut self, running: Running) {
         let elapsed_s = self.beginning.elapsed_s;
-        let is_first = self.running.is_none() || self.is_replaced;
-        if is_first || running.is_settled || self.has_same_beginning {
+        let is_first = self.running.is_none() || self.must_replace;
+        if is_first || running.is_final || self.has_same_beginning {
             self.running = Some(running);
         }
-        self.restarts += u64::from(self.is_replaced);
-        self.is_replaced = false;
+        self.restarts += u64::from(self.must_replace);
+        self.must_replace = false;
         self.problem = None;
         if elapsed_s >= LONGEST_BEGINNING_S {
             self.end_beginning();
         } else {
             self.has_same_beginning = true;
-            self.due_s = Some((LONGER * elapsed_s).min(LONGEST_BEGINNING_S));
+            self.due_s = Some((BEGINNING_GROWTH * elapsed_s).min(LONGEST_BEGINNING_S));
         }
     }
 
     /// Goes on with the identification that runs, unless it is to be replaced. Where it has not determined what it was to
     /// choose, a later half minute of messages may.
     fn end_beginning(&mut self) {
-        if self.is_replaced {
+        if self.must_replace {
             return;
         }
-        let is_settled = self
+        let is_final = self
             .running
             .as_ref()
-            .is_some_and(|running| running.is_settled);
+            .is_some_and(|running| running.is_final);
         self.beginning.restart();
         self.has_same_beginning = false;
         self.planning = None;
-        self.due_s = (!is_settled).then_some(LONGEST_BEGINNING_S);
+        self.due_s = (!is_final).then_some(LONGEST_BEGINNING_S);
     }
 }
 

@@ -58,8 +58,8 @@ impl LiveSession {
                     && self.request.wrench_topic.is_none()
                     && !is_of_tactid(&topic.name))
         };
-        let met = self.topics.values().map(|met| &met.topic);
-        let others = met.filter(|topic| is_open(topic) && !used.contains(&topic.name));
+        let topics = self.topics.values().map(|known| &known.topic);
+        let others = topics.filter(|topic| is_open(topic) && !used.contains(&topic.name));
         let topics: Vec<String> = others.map(|topic| topic.name.clone()).collect();
         (!topics.is_empty()).then_some(Finding::TopicsNotUsed { topics })
     }

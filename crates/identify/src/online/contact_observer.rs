@@ -8,7 +8,7 @@ use nalgebra::{Matrix6, Vector6};
 use super::least_squares::OnlineLeastSquares;
 use super::noise_tracker::{INITIAL_WINDOWS, MEMORY_WINDOWS};
 use super::trusted::JointEstimate;
-use crate::contact::{ContactState, Entries, Parts, WrenchEstimate, WrenchFrame};
+use crate::contact::{ContactState, Entries, LoadAndContact, Parts, WrenchFrame};
 use crate::equations::window::{NOISE_BANDWIDTH, PRODUCT_CORRELATION};
 use crate::equations::{Equation, Model, WRENCH};
 use crate::solve::offsets::WrenchNoise;
@@ -114,7 +114,7 @@ impl ContactObserver {
     /// Updates the noise after a window that shows it, where nothing contradicts the estimate.
     pub(crate) fn observe_noise(&mut self, equation: &Equation, estimator: &OnlineLeastSquares) {
         let weight = estimator.noise_weight();
-        let Some(estimate) = estimator.trusted().filter(|_| estimator.is_trusted()) else {
+        let Some(estimate) = estimator.trusted().filter(|_| estimator.is_settled()) else {
             return;
         };
         let Some(noise) = estimator.wrench_noise() else {
@@ -164,7 +164,7 @@ impl ContactObserver {
         estimator: &OnlineLeastSquares,
         frame: &WrenchFrame,
         is_held: bool,
-    ) -> Option<[WrenchEstimate; 2]> {
+    ) -> Option<LoadAndContact> {
         let mut parts = self.parts(estimator.trusted()?, &estimator.wrench_noise()?)?;
         let distance = parts
             .of_contact
@@ -172,8 +172,8 @@ impl ContactObserver {
             .map(|root| parts.contact.dot(&root.solve(&parts.contact)));
         let is_rare = distance.is_none_or(|distance| distance > rare_distance(WRENCH));
         let mut state = ContactState::Settled;
-        let is_doubtful = is_rare || !estimator.is_trusted();
-        if !estimator.is_settled() || (is_doubtful && !is_held) {
+        let is_doubtful = is_rare || !estimator.is_settled();
+        if !estimator.detects_changes() || (is_doubtful && !is_held) {
             state = ContactState::Changing;
             let ambiguity = parts.contact * parts.contact.transpose();
             parts.of_load += ambiguity;

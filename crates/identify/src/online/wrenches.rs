@@ -3,7 +3,7 @@
 use nalgebra::SMatrix;
 
 use super::identifier::Identifier;
-use crate::contact::{WrenchEstimate, WrenchFrame};
+use crate::contact::{LoadAndContact, WrenchEstimate, WrenchFrame};
 use crate::solve::offsets::joint_covariance;
 use crate::{IdentifyError, WrenchOffset};
 
@@ -81,8 +81,7 @@ impl Identifier {
         point: &str,
         axes: Option<&str>,
     ) -> Result<WrenchFrame, IdentifyError> {
-        let tool = self.stream.model().tool();
-        WrenchFrame::new(self.stream.robot(), tool, point, axes)
+        WrenchFrame::new(self.stream.robot(), &self.frame, point, axes)
     }
 
     /// Returns the wrench by which the robot carries and accelerates the load, which is payload and
@@ -91,7 +90,7 @@ impl Identifier {
     /// [`contact_wrench`](Self::contact_wrench).
     #[must_use]
     pub fn load_wrench(&self, frame: &WrenchFrame) -> Option<WrenchEstimate> {
-        self.wrenches(frame).map(|[load, _]| load)
+        Some(self.wrenches(frame)?.load)
     }
 
     /// Returns the wrench of a contact: the measured wrench less offset and load, without
@@ -118,13 +117,16 @@ impl Identifier {
     /// time, after a gap, and for methods without wrenches.
     #[must_use]
     pub fn contact_wrench(&self, frame: &WrenchFrame) -> Option<WrenchEstimate> {
-        self.wrenches(frame).map(|[_, contact]| contact)
+        Some(self.wrenches(frame)?.contact)
     }
 
-    fn wrenches(&self, frame: &WrenchFrame) -> Option<[WrenchEstimate; 2]> {
+    /// Returns [`load_wrench`](Self::load_wrench) and [`contact_wrench`](Self::contact_wrench) in
+    /// one computation.
+    #[must_use]
+    pub fn wrenches(&self, frame: &WrenchFrame) -> Option<LoadAndContact> {
         let estimator = self.update.estimator();
         let wrenches = self.contact.wrenches(estimator, frame, self.is_held)?;
-        Some(wrenches.map(|wrench| wrench.with_sign(self.sign)))
+        Some(wrenches.with_sign(self.sign))
     }
 
     /// Returns the time by which [`contact_wrench`](Self::contact_wrench) lags the last sample, s:
