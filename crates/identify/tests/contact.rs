@@ -289,8 +289,43 @@ fn a_payload_change_is_within_the_uncertainty_of_the_contact() {
                 assert!(seen.largest < 1.2 * 1.5 * 11.5, "{seen:?}");
                 // A payload at rest remains one that may be a contact.
                 let is_certain = f64::from(seen.settled_samples * 6) / f64::from(seen.samples);
-                assert!(is_certain > if stop_s > 20.0 { 0.7 } else { 0.3 }, "{seen:?}");
+                assert!(
+                    is_certain > if stop_s > 20.0 { 0.7 } else { 0.3 },
+                    "{seen:?}"
+                );
             }
+        }
+    }
+}
+
+/// A payload change leaves the noise of the contact as it was.
+#[test]
+fn a_payload_change_does_not_widen_later_contacts() {
+    let payloads = [
+        body(0.9, [0.0, 0.0, 0.05], [0.1, 0.1, 0.1]),
+        body(3.4, [0.0, 0.0, 0.1], [0.2, 0.2, 0.2]),
+    ];
+    for seed in 0..4 {
+        let trial = Trial {
+            payloads: vec![(0.0, payloads[0]), (8.0, payloads[1])],
+            duration_s: 14.0,
+            ..Trial::moving(seed)
+        };
+        let settings = EquationSettings::default();
+        let mut identifier =
+            Identifier::new(&arm(BaseKind::Fixed), TOOL, &[TOOL], &settings).unwrap();
+        let frame = identifier.wrench_frame(TOOL, None).unwrap();
+        let mut before = None;
+        for (instant, wrenches) in trial.samples() {
+            identifier.push(&instant.sample(&wrenches)).unwrap();
+            if instant.time_s < 7.5 {
+                before = identifier.contact_wrench(&frame);
+            }
+        }
+        let after = identifier.contact_wrench(&frame).unwrap();
+        assert_eq!(identifier.estimate().payload_changes, 1);
+        for (before, after) in before.unwrap().std_devs().iter().zip(after.std_devs()) {
+            assert!(after < 1.5 * before, "{before} {after}");
         }
     }
 }

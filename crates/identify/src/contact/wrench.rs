@@ -149,6 +149,14 @@ pub(crate) struct Parts {
 }
 
 impl Parts {
+    /// Returns the squared Mahalanobis distance of the contact from zero.
+    pub(crate) fn distance(&self) -> f64 {
+        let root = self.of_contact.cholesky();
+        root.map_or(f64::INFINITY, |root| {
+            self.contact.dot(&root.solve(&self.contact))
+        })
+    }
+
     /// Returns the wrench of the load and that of the contact in the frame to which a matrix maps.
     /// Of the contact, what is not measured is unknown: what a `projection` in the tool frame
     /// leaves out.

@@ -127,7 +127,9 @@ impl ContactObserver {
         }
         if let Some(parts) = self.parts(estimate, &noise) {
             self.windows = (self.windows + weight).min(MEMORY_WINDOWS);
-            let product = parts.contact * parts.contact.transpose();
+            // The first window of a contact or of another payload contradicts nothing yet.
+            let clip = (rare_distance(WRENCH) / parts.distance()).min(1.0);
+            let product = parts.contact * parts.contact.transpose() * clip;
             self.noise += (product - self.noise) * (weight / self.windows);
         }
     }
@@ -166,11 +168,7 @@ impl ContactObserver {
         is_held: bool,
     ) -> Option<LoadAndContact> {
         let mut parts = self.parts(estimator.trusted()?, &estimator.wrench_noise()?)?;
-        let distance = parts
-            .of_contact
-            .cholesky()
-            .map(|root| parts.contact.dot(&root.solve(&parts.contact)));
-        let is_rare = distance.is_none_or(|distance| distance > rare_distance(WRENCH));
+        let is_rare = parts.distance() > rare_distance(WRENCH);
         let mut state = ContactState::Settled;
         let is_doubtful = is_rare || !estimator.is_settled();
         if !estimator.detects_changes() || (is_doubtful && !is_held) {
