@@ -236,7 +236,7 @@ pub(crate) fn compensate(
 }
 
 /// Returns the load, once it is that of the robot, the tip and the sensors of a plan.
-fn checked<'a>(
+fn check_load<'a>(
     identified: &'a IdentifiedLoad,
     plan: &Plan<'_>,
 ) -> Result<&'a LoadEstimate, RecordingError> {
