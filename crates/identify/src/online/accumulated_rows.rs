@@ -160,6 +160,12 @@ impl AccumulatedRows {
         self.rls.residual_squares()
     }
 
+    /// Returns the sum of the squared residuals of all rows at some parameters.
+    pub(crate) fn squares_at(&self, parameters: &Vector) -> f64 {
+        let distance = self.rls.information_root() * parameters - self.rls.transformed_target();
+        self.rls.residual_squares() + distance.norm_squared()
+    }
+
     /// Returns the parameters that fit all rows best, however uncertain they are. Their residuals
     /// are noise.
     pub(crate) fn best_fit(&self) -> Vector {

@@ -187,22 +187,24 @@ impl Explanations {
         if self.windows <= INITIAL_WINDOWS && !explains(0.0) {
             return last;
         }
-        match self.compare(squares, unknowns) {
+        match self.compare(present, squares, unknowns) {
             Verdict::Ambiguous | Verdict::Unknown if last == Verdict::Payload => last,
             verdict => verdict,
         }
     }
 
-    /// Compares a payload that explains the windows, with this sum of squared residuals, with the
-    /// payload before the change and with a contact.
-    fn compare(&self, squares: f64, unknowns: usize) -> Verdict {
+    /// Compares a payload that explains the windows, with this least sum of squared residuals, with
+    /// the payload before the change and with a contact.
+    fn compare(&self, present: &State, squares: f64, unknowns: usize) -> Verdict {
+        // The least squares take noise of derived accelerations for an inertia; the estimate does not.
+        let of_estimate = present.rows.squares_at(&present.parameters);
         let size = (squares / self.freedom(unknowns)).max(1.0);
         let rare = NOISE_CORRELATION * rare_distance(10) * size;
         let of_contact = self.contact.residual_squares();
         let is_resting = self.scatter() < 1.0;
         if self.windows > INITIAL_WINDOWS && self.distance - squares < rare {
             Verdict::Returned
-        } else if of_contact - squares > rare {
+        } else if of_contact - of_estimate > rare {
             Verdict::Payload
         } else if squares - of_contact > rare {
             Verdict::Unknown
