@@ -238,11 +238,7 @@ pub(crate) fn negate_offsets(result: &mut BatchResult) {
     if let Some(offset) = &mut result.fit.wrench_offset {
         *offset = offset.clone().negated();
     }
-    for finding in &mut result.findings {
-        if let Data::WrongAssumption(found) = finding {
-            found.negate_wrenches();
-        }
-    }
+    result.findings.iter_mut().for_each(Data::negate_wrenches);
 }
 
 impl Identification {

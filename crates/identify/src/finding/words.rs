@@ -74,6 +74,13 @@ pub(super) fn sentences(finding: &Finding, reader: Reader) -> String {
 }
 
 impl Finding {
+    /// States wrenches with the opposite sign, that of wrenches which act on the sensor.
+    pub fn negate_wrenches(&mut self) {
+        if let Self::WrongAssumption(found) = self {
+            found.negate_wrenches();
+        }
+    }
+
     /// Says what was noticed about the mass; nothing for other findings.
     fn of_mass(&self, reader: Reader) -> String {
         match self {

@@ -116,7 +116,7 @@ impl WrongAssumption {
 
     /// States an offset with the opposite sign, that of wrenches which act on the sensor. No other
     /// value has a sign of the wrenches.
-    pub fn negate_wrenches(&mut self) {
+    pub(super) fn negate_wrenches(&mut self) {
         if self.cause == Hypothesis::Offset {
             for value in &mut self.values {
                 *value = -*value;

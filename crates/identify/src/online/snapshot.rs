@@ -21,6 +21,8 @@ pub struct Snapshot {
     checks: OnlineChecks,
     recent: RecentEquations,
     known: KnownBodies,
+    /// Whether the measured wrenches act on the sensor.
+    is_negated: bool,
 }
 
 impl Identifier {
@@ -34,6 +36,7 @@ impl Identifier {
             checks: self.checks.clone(),
             recent: self.recent.clone(),
             known: self.update.known(),
+            is_negated: self.sign < 0.0,
         }
     }
 
@@ -78,6 +81,9 @@ impl Snapshot {
             &self.stream,
             &self.known,
         ));
+        if self.is_negated {
+            findings.iter_mut().for_each(Finding::negate_wrenches);
+        }
         findings
     }
 }

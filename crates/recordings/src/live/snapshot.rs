@@ -7,7 +7,7 @@ use tactid_logs::messages::{JointState, WrenchStamped};
 use super::running::Running;
 use super::session::LiveSession;
 use crate::sources::is_of_tactid;
-use crate::{DataFault, Finding};
+use crate::{ActsOn, DataFault, Finding};
 
 /// A topic that was silent for longer is reported, s: ten periods of the slowest sensor that is of use.
 const LONGEST_SILENCE_S: f64 = 1.0;
@@ -29,6 +29,7 @@ impl LiveSession {
             noticed,
             faults: running.map(Running::faults).unwrap_or_default(),
             data: running.map(|running| running.identifier().snapshot()),
+            acts_on: self.request.wrench_acts_on.unwrap_or_default(),
         }
     }
 
@@ -71,6 +72,7 @@ pub struct LiveSnapshot {
     noticed: Vec<Finding>,
     faults: Vec<DataFault>,
     data: Option<Snapshot>,
+    acts_on: ActsOn,
 }
 
 impl LiveSnapshot {
@@ -81,7 +83,15 @@ impl LiveSnapshot {
         let is_of_messages =
             |found: &DataFinding| matches!(found, DataFinding::ConstantChannels { .. });
         let found = self.data.iter().flat_map(Snapshot::findings);
-        let found = found.filter(|found| !is_of_messages(found));
+        let found = found
+            .filter(|found| !is_of_messages(found))
+            .map(|mut found| {
+                // The session gives the identifier wrenches on the payload.
+                if self.acts_on == ActsOn::Sensor {
+                    found.negate_wrenches();
+                }
+                found
+            });
         self.noticed
             .iter()
             .cloned()
