@@ -1,5 +1,6 @@
 """The wrench of the contact in a recording: against the truth, and in a copy of the log."""
 
+import json
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -84,6 +85,15 @@ def test_a_payload_that_does_not_fit_is_named(bags: tuple[Path, Path], payload: 
     saved.write_text('{"schema": "tactid.live/1", "estimate": {"frame": "tool0"}}')
     with pytest.raises(tactid.ArgumentError, match="live session has saved without an offset"):
         tactid.compensate(bags[0], saved)
+
+
+def test_a_delay_of_the_payloads_recording_is_corrected(payload: Path, tmp_path: Path) -> None:
+    s = state(Arm(), 10.0, 200.0)
+    arrays = {"urdf": description().message.data, "q": s.q, "qd": s.v, "wrench": s.wrench + OFFSET}
+    late = tmp_path / "late.json"
+    late.write_text(json.dumps(json.loads(payload.read_bytes()) | {"delay_s": 0.012}))
+    assert tactid.compensate(s.time, late, cutoff_hz=25, **arrays).delay_s == 0.012
+    assert tactid.compensate(s.time, late, delay_s=0.003, **arrays).delay_s == 0.003
 
 
 def test_arrays_and_axes(result: tactid.Identification, payload: Path) -> None:

@@ -41,6 +41,8 @@ pub struct IdentifiedLoad {
     pub wrench_acts_on: ActsOn,
     /// Cutoff of the low-pass of the equations, Hz.
     pub cutoff_hz: f64,
+    /// Delay that was subtracted from the times of the wrenches, s.
+    pub delay_s: f64,
     /// Gravitational acceleration, m/s².
     pub gravity_m_s2: [f64; 3],
 }
@@ -108,7 +110,8 @@ pub trait WrenchReceiver: Send {
 /// [`identify_log`](crate::identify_log), and in bounded memory.
 ///
 /// The request says how the recording is read; what it says about an estimate is not used. What it
-/// leaves open of the sign, of the cutoff and of an unknown gravity is that of the identified load.
+/// leaves open of the sign, of the cutoff, of a delay that the load's recording showed and of an
+/// unknown gravity is that of the identified load.
 ///
 /// # Errors
 /// Returns [`RecordingError::Option`] with the option `payload` where the load is that of another
@@ -167,6 +170,9 @@ pub(crate) fn compensation_request(request: &Request, load: &IdentifiedLoad) -> 
         method: Some(Method::Tactile),
         gravity,
         cutoff_hz: request.cutoff_hz.or(Some(load.cutoff_hz)),
+        delay_s: request
+            .delay_s
+            .or((load.delay_s != 0.0).then_some(load.delay_s)),
         wrench_acts_on: request.wrench_acts_on.or(Some(load.wrench_acts_on)),
         tip: request.tip.or_else(|| Some(load.frame.clone())),
         ..request

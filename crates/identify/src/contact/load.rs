@@ -112,9 +112,25 @@ impl Load {
         }
     }
 
+    /// Returns what the load leaves of the noise in entries.
+    pub(super) fn noise_in(&self, noise: &Entries) -> Vector6<f64> {
+        noise.measured() - noise.regressor() * self.parameters
+    }
+
+    /// Variances of the noise in one sample, as the recording of the load shows it.
+    pub(super) fn noise_variances(&self) -> Vector6<f64> {
+        self.noise.diagonal()
+    }
+
     /// Returns what the load explains of mean entries, given the variance of the mean relative to
-    /// that of one instant.
-    pub(super) fn parts(&self, entries: &Entries, noise_power: f64) -> Parts {
+    /// that of one instant, and by what the standard deviations of the noise exceed those of white
+    /// noise of the same size.
+    pub(super) fn parts(
+        &self,
+        entries: &Entries,
+        noise_power: f64,
+        excess: &Vector6<f64>,
+    ) -> Parts {
         let regressor = entries.regressor();
         let load = regressor * self.parameters;
         let mut both = SMatrix::<f64, 6, 16>::identity();
@@ -125,7 +141,8 @@ impl Load {
             load,
             of_load: regressor * of_parameters * regressor.transpose(),
             contact: entries.measured() - self.offset - load,
-            of_contact: both * self.covariance * both.transpose() + self.noise * noise_power,
+            of_contact: both * self.covariance * both.transpose()
+                + self.noise.component_mul(&(excess * excess.transpose())) * noise_power,
         }
     }
 }

@@ -3,6 +3,7 @@
 use std::collections::VecDeque;
 use std::f64::consts::PI;
 
+use nalgebra::Vector6;
 use tactid_dynamics::{Manipulator, Wrench};
 
 use super::frame::WrenchFrame;
@@ -11,6 +12,9 @@ use super::wrench::{ContactState, Entries, LoadAndContact, wrench_of};
 use crate::equations::window::length_s;
 use crate::equations::{EquationSettings, Model, MotionStep, MotionStream, Sample};
 use crate::{ActsOn, IdentifyError, Method};
+
+/// Time over which the noise of the means is averaged, s.
+const NOISE_MEMORY_S: f64 = 10.0;
 
 /// The wrenches at one sample of a recording.
 #[derive(Clone, Copy, Debug)]
@@ -49,12 +53,39 @@ pub struct RecordedContact {
     samples: VecDeque<Instant>,
     /// Place of the first sample without its mean.
     next: usize,
+    noise: MeanNoise,
+}
+
+/// Variance of the noise in the means of the last 10 s, relative to that of white noise with the
+/// size of the load's: that of derived accelerations grows with the frequency.
+#[derive(Clone, Debug)]
+struct MeanNoise {
+    variances: Vector6<f64>,
+    /// Time that they are the mean of, s.
+    memory_s: f64,
+}
+
+impl MeanNoise {
+    /// Adds noise with its variance relative to that of white noise, of a sample that stands for a
+    /// time.
+    fn add(&mut self, variances: &Vector6<f64>, step_s: f64) {
+        self.memory_s = (self.memory_s + step_s).min(NOISE_MEMORY_S);
+        self.variances += (variances - self.variances) * (step_s / self.memory_s);
+    }
+
+    /// Factor on the standard deviations of white noise; the load has shown that it is no less.
+    fn excess(&self) -> Vector6<f64> {
+        self.variances.map(|variance| variance.max(1.0).sqrt())
+    }
 }
 
 /// A sample, with its entries where it has derivatives.
 #[derive(Clone, Copy, Debug)]
 struct Instant {
     time_s: f64,
+    /// Whether an even number of samples came before it in the stretch: accelerations of even and
+    /// of odd ones are derived from different samples.
+    is_even: bool,
     entries: Option<Entries>,
 }
 
@@ -91,6 +122,10 @@ impl RecordedContact {
             half_window_s: 0.5 * length_s(cutoff_hz),
             samples: VecDeque::new(),
             next: 0,
+            noise: MeanNoise {
+                variances: Vector6::repeat(1.0),
+                memory_s: 0.0,
+            },
             model,
         })
     }
@@ -108,6 +143,7 @@ impl RecordedContact {
         self.model.check_lengths(sample)?;
         let added = Instant {
             time_s: sample.time_s,
+            is_even: self.samples.back().is_none_or(|last| !last.is_even),
             entries: None,
         };
         match self.motion.push(sample) {
@@ -151,9 +187,12 @@ impl RecordedContact {
             if sample.time_s + self.half_window_s > time_s {
                 break;
             }
+            let Instant {
+                time_s, entries, ..
+            } = *sample;
             take(ContactSample {
-                time_s: sample.time_s,
-                wrenches: sample.entries.and_then(|_| self.wrenches(sample.time_s)),
+                time_s,
+                wrenches: entries.and_then(|_| self.wrenches(time_s)),
             });
             self.next += 1;
             // The sample before the window gives the first one in it its weight.
@@ -170,8 +209,9 @@ impl RecordedContact {
     }
 
     /// Returns the wrenches about a time.
-    fn wrenches(&self, middle_s: f64) -> Option<RecordedWrenches> {
-        let (mut mean, mut total, mut squares) = (Entries::zeros(), 0.0, 0.0);
+    fn wrenches(&mut self, middle_s: f64) -> Option<RecordedWrenches> {
+        // Of the odd and of the even samples.
+        let (mut sums, mut totals, mut squares) = ([Entries::zeros(); 2], [0.0; 2], 0.0);
         for (k, sample) in self.samples.iter().enumerate() {
             let since_s = sample.time_s - middle_s;
             let Some(entries) = sample
@@ -181,16 +221,26 @@ impl RecordedContact {
                 continue;
             };
             let weight = (0.5 * PI * since_s / self.half_window_s).cos().powi(4) * self.step_s(k);
-            mean.0 += entries.0 * weight;
-            total += weight;
+            let half = usize::from(sample.is_even);
+            sums[half].0 += entries.0 * weight;
+            totals[half] += weight;
             squares += weight * weight;
         }
+        let total = totals[0] + totals[1];
         if total <= 0.0 {
             return None;
         }
-        mean.0 /= total;
+        let noise_power = squares / (total * total);
+        if totals.iter().all(|half| *half > 0.0) {
+            let halves: [_; 2] = std::array::from_fn(|k| sums[k].0 / totals[k]);
+            let noise = self.load.noise_in(&Entries((halves[0] - halves[1]) * 0.5));
+            let white = self.load.noise_variances() * noise_power;
+            let relative = noise.zip_map(&white, |noise, white| noise * noise / white);
+            self.noise.add(&relative, self.step_s(self.next));
+        }
+        let mean = Entries((sums[0].0 + sums[1].0) / total);
         let projection = self.model.offset_frame().projection();
-        let mut parts = self.load.parts(&mean, squares / (total * total));
+        let mut parts = self.load.parts(&mean, noise_power, &self.noise.excess());
         if let Some(measured) = &projection {
             parts.contact = measured * parts.contact;
         }

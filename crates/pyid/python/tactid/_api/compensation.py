@@ -165,6 +165,7 @@ def _fields(
         "wrench_frames": setup.get("wrench_frames", []),
         "wrench_acts_on": setup.get("wrench_acts_on", "payload"),
         "cutoff_hz": result.get("cutoff_hz", 0.0),
+        "delay_s": result.get("delay_s", 0.0),
         "gravity_m_s2": result.get("gravity_m_s2", [0.0, 0.0, 0.0]),
     }
 
