@@ -61,7 +61,7 @@ pub use error::LogError;
 pub use merge::{Merged, merge_logs};
 pub use messages::Message;
 pub use reader::{
-    DEFAULT_MEMORY_LIMIT, Damage, Definition, LogReader, Messages, RawMessage, Topic,
+    DEFAULT_MEMORY_LIMIT, Damage, Definition, LogReader, Messages, Ranges, RawMessage, Topic,
     set_memory_limit,
 };
 pub use rosbag2::Durability;

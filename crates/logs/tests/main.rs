@@ -8,6 +8,7 @@ mod cdr;
 mod compressed;
 mod damage;
 mod limits;
+mod ranges;
 mod reading;
 mod sqlite;
 mod sqlite_faults;

@@ -16,6 +16,7 @@ use crate::interruption::InterruptionCheck;
 use crate::joint_arrays::JointArrays;
 use crate::options;
 use crate::poses::Poses;
+use crate::ranges::GivenLog;
 
 type Argument<'a, 'py> = Option<&'a Bound<'py, PyAny>>;
 
@@ -24,14 +25,12 @@ type Argument<'a, 'py> = Option<&'a Bound<'py, PyAny>>;
 #[pyo3(signature = (log, options, progress=None))]
 pub(crate) fn identify_log(
     py: Python<'_>,
-    log: PathBuf,
+    log: GivenLog,
     options: &Bound<'_, PyDict>,
     progress: Option<Py<PyAny>>,
 ) -> PyResult<Py<PyDict>> {
     let request = options::log_request(options)?;
-    let result = run(py, progress, |observer| {
-        tactid_recordings::identify_log(&log, &request, observer)
-    });
+    let result = run(py, progress, |observer| log.identify(&request, observer));
     identified(py, &urdf_errors(py, &request, result)?)
 }
 

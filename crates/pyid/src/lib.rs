@@ -28,6 +28,7 @@ mod motion;
 mod online;
 mod options;
 mod poses;
+mod ranges;
 mod read;
 mod record;
 mod regressor;

@@ -2,12 +2,15 @@
 
 use std::path::Path;
 
+use tactid_logs::{LogReader, Ranges};
+
 use crate::arrays::ArrayRecording;
 use crate::calibration::{identify_calibrated_arrays, identify_calibrated_log};
 use crate::log::LogRecording;
 use crate::paper_identification::PaperRun;
 use crate::parallel::in_parallel;
 use crate::plan::Plan;
+use crate::progress::{open_log, open_ranges};
 use crate::readings::contradicted_reading;
 use crate::recording::Recording;
 use crate::run::Run;
@@ -49,11 +52,34 @@ pub fn identify_log(
     request: &Request,
     observer: &mut Observer<'_>,
 ) -> Result<Identified, RecordingError> {
+    identify_opened(|observer| open_log(path, observer), request, observer)
+}
+
+/// Identifies the payload from an MCAP log whose bytes are read by ranges, such as an object in a
+/// store, as [`identify_log`] does from a file. Errors name the log by `path`.
+///
+/// # Errors
+/// Returns the errors of [`identify_log`].
+pub fn identify_ranges(
+    path: &Path,
+    ranges: &(impl Ranges + Clone + Sync + 'static),
+    request: &Request,
+    observer: &mut Observer<'_>,
+) -> Result<Identified, RecordingError> {
+    let open = |observer: &mut Observer<'_>| open_ranges(path, ranges, observer);
+    identify_opened(open, request, observer)
+}
+
+fn identify_opened(
+    open: impl FnOnce(&mut Observer<'_>) -> Result<LogReader, RecordingError>,
+    request: &Request,
+    observer: &mut Observer<'_>,
+) -> Result<Identified, RecordingError> {
     request.check()?;
     if let Some(calibration) = &request.calibration {
-        return identify_calibrated_log(path, request, calibration, observer);
+        return identify_calibrated_log(open, request, calibration, observer);
     }
-    let recording = LogRecording::open(path, request, observer)?;
+    let recording = LogRecording::opened(open(observer)?, request, observer)?;
     identify(&recording, request, observer)
 }
 

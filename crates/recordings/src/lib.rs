@@ -130,7 +130,7 @@ pub use estimates::write_estimates;
 pub use fault::{DataFault, FaultKind};
 pub use finding::{ArmChanged, Finding, NotUsedBecause};
 pub use identification::{CalibratedFit, Identification, Identified};
-pub use identify::{identify_arrays, identify_log, identify_logs};
+pub use identify::{identify_arrays, identify_log, identify_logs, identify_ranges};
 pub use known_tool::GivenTool;
 pub use live::{LiveContact, LiveSession, LiveSettings, LiveSnapshot, LiveStatus};
 pub use online::OnlineSetup;

@@ -32,19 +32,27 @@ impl LogRecording {
         request: &Request,
         observer: &mut Observer<'_>,
     ) -> Result<Self, RecordingError> {
-        let log = open_log(path, observer)?;
+        Self::opened(open_log(path, observer)?, request, observer)
+    }
+
+    /// Finds what a request asks for in a log that is open.
+    pub(crate) fn opened(
+        log: LogReader,
+        request: &Request,
+        observer: &mut Observer<'_>,
+    ) -> Result<Self, RecordingError> {
         if log.topics().iter().all(|topic| topic.count == 0) {
             let damage = log.damage().iter().map(|damage| format!(": {damage}"));
             return Err(RecordingError::data(format!(
                 "there is no message in {}{}",
-                path.display(),
+                log.path().display(),
                 damage.collect::<String>()
             )));
         }
         let mut recording = Self::of(log, request)?;
         if let Some(unloaded) = &request.unloaded {
             recording.unloaded = Some(find_unloaded(
-                [path, unloaded],
+                [recording.log.path(), unloaded],
                 (&recording.log, &recording.found, &recording.decoding),
                 request,
                 observer,

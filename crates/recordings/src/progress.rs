@@ -3,7 +3,7 @@
 use std::ops::ControlFlow;
 use std::path::Path;
 
-use tactid_logs::{LogError, LogReader};
+use tactid_logs::{LogError, LogReader, Ranges};
 
 use crate::RecordingError;
 
@@ -33,10 +33,24 @@ pub(crate) fn open_log(
     observer: &mut Observer<'_>,
 ) -> Result<LogReader, RecordingError> {
     let opened = LogReader::open_watched(path, &mut || observer(Progress { fraction: 0.0 }));
-    opened.map_err(|error| match error {
+    opened.map_err(of_opening)
+}
+
+/// Opens an MCAP log by ranges, unless the observer interrupts it.
+pub(crate) fn open_ranges(
+    path: &Path,
+    ranges: &(impl Ranges + Clone + Sync + 'static),
+    observer: &mut Observer<'_>,
+) -> Result<LogReader, RecordingError> {
+    let mut watch = || observer(Progress { fraction: 0.0 });
+    LogReader::of_ranges(path, ranges.clone(), &mut watch).map_err(of_opening)
+}
+
+fn of_opening(error: LogError) -> RecordingError {
+    match error {
         LogError::Interrupted => RecordingError::Interrupted,
         error => error.into(),
-    })
+    }
 }
 
 /// Returns an observer of one of several recordings, by its index, which reports the fraction of

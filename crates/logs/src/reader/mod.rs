@@ -26,7 +26,8 @@ use std::{
 
 use missing::no_such_log;
 use opening::Opening;
-use source::{Format, Source};
+pub use source::Ranges;
+use source::{Elsewhere, Format, Source};
 use storage::{Channel, FileIndex, MemoryBudget, Metadata};
 pub use storage::{Damage, Definition};
 pub use stream::{Messages, RawMessage};
@@ -140,6 +141,27 @@ impl LogReader {
         Self::open_files(path.as_ref(), MEMORY.load(Ordering::Relaxed), watch)
     }
 
+    /// Opens an MCAP log whose bytes are read by ranges, such as an object in a store, with the
+    /// memory and under the watch of [`open_watched`](Self::open_watched). Errors name it by `path`.
+    /// Of a finished log, its index and the chunks with the messages that are asked for are read.
+    ///
+    /// # Errors
+    /// Returns the errors of [`open_watched`](Self::open_watched).
+    pub fn of_ranges(
+        path: impl AsRef<Path>,
+        ranges: impl Ranges + Clone + Sync + 'static,
+        watch: &mut dyn FnMut() -> ControlFlow<()>,
+    ) -> Result<Self, LogError> {
+        let path = path.as_ref().to_owned();
+        let mut opening = Opening::new(MEMORY.load(Ordering::Relaxed), watch);
+        let content = Elsewhere {
+            path: path.clone(),
+            ranges,
+        };
+        let index = mcap::index(content, &mut opening)?;
+        Ok(Self::of_files(&path, [index].into(), opening.memory))
+    }
+
     /// Returns messages in memory as a log, which errors name by `path`. The number and the times
     /// of their topics are counted here, whatever the topics of the messages have.
     #[must_use]
@@ -185,6 +207,12 @@ impl LogReader {
             files,
             memory,
         }
+    }
+
+    /// Returns the path by which errors name the log.
+    #[must_use]
+    pub fn path(&self) -> &Path {
+        &self.path
     }
 
     /// Returns the topics in the order of their names.

@@ -4,6 +4,7 @@ use std::{
     fmt,
     fs::File,
     io::{self, Read, Seek, SeekFrom},
+    ops::Range,
     path::{Path, PathBuf},
     sync::Arc,
 };
@@ -34,13 +35,30 @@ pub(super) enum Format {
     Sqlite,
 }
 
-/// Bytes that are read by ranges, of a file or of whatever else has a length.
-pub(super) trait Ranges: Send + fmt::Debug {
+/// Bytes that are read by ranges, of a file, of an object in a store or of whatever else has a
+/// length.
+pub trait Ranges: Send + fmt::Debug {
     /// Returns the number of bytes.
+    ///
+    /// # Errors
+    /// Returns the error of the file or of the store.
     fn length(&mut self) -> io::Result<u64>;
 
     /// Reads the bytes from an offset on: as many as `length`, or fewer where the content ends.
+    ///
+    /// # Errors
+    /// Returns the error of the file or of the store.
     fn read_range(&mut self, at_byte: u64, length: u64) -> io::Result<Vec<u8>>;
+
+    /// Takes note of ranges of which the first are read next, in this order, so that several may be
+    /// fetched by one request.
+    fn announce(&mut self, _ranges: &[Range<u64>]) {}
+
+    /// Returns whether each read takes a request. Topics of types that this crate does not decode
+    /// then have the times of their chunks, and not those of their messages.
+    fn costs_requests(&self) -> bool {
+        false
+    }
 }
 
 /// A file, or, in a test, a stream that fails.
@@ -67,6 +85,28 @@ pub(super) trait Content: Send + Sync + fmt::Debug {
 
     /// Returns the damage of the compressed file, after which the content is missing.
     fn damage(&self) -> Option<&Damage>;
+}
+
+/// Ranges that are no file.
+#[derive(Debug)]
+pub(super) struct Elsewhere<R> {
+    /// Path by which errors name the content.
+    pub(super) path: PathBuf,
+    pub(super) ranges: R,
+}
+
+impl<R: Ranges + Clone + Sync + 'static> Content for Elsewhere<R> {
+    fn path(&self) -> &Path {
+        &self.path
+    }
+
+    fn open_ranges(&self) -> io::Result<Box<dyn Ranges>> {
+        Ok(Box::new(self.ranges.clone()))
+    }
+
+    fn damage(&self) -> Option<&Damage> {
+        None
+    }
 }
 
 impl Content for Source {

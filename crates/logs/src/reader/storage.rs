@@ -139,6 +139,9 @@ pub(super) trait Storage: fmt::Debug + Send + Sync {
 
 /// An open file with segments that are read one by one.
 pub(super) trait SegmentReader: fmt::Debug + Send {
+    /// Takes note of segments of which the first are read next, in this order.
+    fn announce(&mut self, _segments: &[usize]) {}
+
     /// Reads the messages of the selected channels in a segment, which is given by its place in
     /// [`FileIndex::segments`]. No segment is read that needs more memory than `budget.remaining`.
     fn read(

@@ -219,7 +219,16 @@ impl Messages {
     fn read_segment(&mut self, f: usize, s: usize) -> Result<Option<Cursor>, Stop> {
         let reader = match &mut self.file {
             Some((open, reader)) if *open == f => reader,
-            other => &mut other.insert((f, self.files[f].storage.open()?)).1,
+            other => {
+                let reader = &mut other.insert((f, self.files[f].storage.open()?)).1;
+                let due = self.due.iter().rev().filter(|(file, _)| *file == f);
+                reader.announce(
+                    &[s].into_iter()
+                        .chain(due.map(|&(_, s)| s))
+                        .collect::<Vec<_>>(),
+                );
+                reader
+            }
         };
         let selected = &self.selected[f];
         let budget = MemoryBudget {

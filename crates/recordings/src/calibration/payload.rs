@@ -1,8 +1,7 @@
 //! Payloads identified from joint efforts with a calibration of the arm.
 
-use std::path::Path;
-
 use tactid_calibrate::{CalibrateError, EffortRecording};
+use tactid_logs::LogReader;
 
 use super::record::Recorded;
 use crate::ArmCalibration;
@@ -22,7 +21,7 @@ use crate::{
 /// Returns [`RecordingError::InRecording`] if the unloaded log cannot be used, and the errors of an
 /// identification by the effort method, of [`Request::check_calibration`] and of the calibration.
 pub(crate) fn identify_calibrated_log(
-    path: &Path,
+    open: impl FnOnce(&mut Observer<'_>) -> Result<LogReader, RecordingError>,
     request: &Request,
     calibration: &ArmCalibration,
     observer: &mut Observer<'_>,
@@ -37,7 +36,7 @@ pub(crate) fn identify_calibrated_log(
         }
         None => None,
     };
-    let log = LogRecording::open(path, &efforts, observer);
+    let log = open(observer).and_then(|log| LogRecording::opened(log, &efforts, observer));
     let log = log.map_err(|error| of_the_tool(error, request, calibration))?;
     identify(&log, &efforts, calibration, unloaded, observer)
 }

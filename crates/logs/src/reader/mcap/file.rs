@@ -1,6 +1,6 @@
 //! Reading records from a file one by one. Every length is checked against the file's size.
 
-use std::{io, path::PathBuf};
+use std::{io, ops::Range, path::PathBuf};
 
 use crate::{
     error::LogError,
@@ -57,6 +57,16 @@ impl LogFile {
             ranges,
             ahead: (0, Vec::new()),
         })
+    }
+
+    /// Announces ranges that are read next.
+    pub(super) fn announce(&mut self, ranges: &[Range<u64>]) {
+        self.ranges.announce(ranges);
+    }
+
+    /// Returns whether each read takes a request.
+    pub(super) fn costs_requests(&self) -> bool {
+        self.ranges.costs_requests()
     }
 
     /// Reads a range of the file. The caller has checked that it is within the file.

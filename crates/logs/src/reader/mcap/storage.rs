@@ -67,6 +67,12 @@ struct McapReader {
 }
 
 impl SegmentReader for McapReader {
+    fn announce(&mut self, segments: &[usize]) {
+        let places = segments.iter().filter_map(|&s| self.places.get(s));
+        let ranges = places.map(|place| place.at_byte..place.at_byte.saturating_add(place.length));
+        self.file.announce(&ranges.collect::<Vec<_>>());
+    }
+
     fn read(
         &mut self,
         segment: usize,

@@ -16,9 +16,12 @@ use super::{
     index::{McapIndex, Place},
     record,
 };
-use crate::reader::{
-    opening::Opening,
-    storage::{Channel, Definition, Segment, Stop},
+use crate::{
+    messages::TYPES,
+    reader::{
+        opening::Opening,
+        storage::{Channel, Definition, Segment, Stop},
+    },
 };
 
 /// Opcode and length of a footer.
@@ -163,22 +166,19 @@ fn index(
         bytes_left,
     };
     for (&id, defined) in summary.channels.iter().collect::<BTreeMap<_, _>>() {
-        let schema = defined.schema.as_ref();
-        let type_name = schema.map(|schema| schema.name.as_str());
-        let text = schema.map(|schema| (schema.encoding.as_str(), &*schema.data));
-        let mut channel = Channel {
-            topic: defined.topic.clone(),
-            type_name: type_name.unwrap_or_default().to_owned(),
-            encoding: defined.message_encoding.clone(),
-            definition: Definition::new(defined.metadata.clone(), text),
-            ..Channel::default()
-        };
+        let mut channel = channel_of(defined);
         let (opening, path) = (&mut lookup.opening, &lookup.file.path);
         opening.keep_names(path, channel.key())?;
         opening.keep_definition(path, &channel.definition)?;
         channel.count = counts.get(&id).copied().unwrap_or(0);
         let chunks = chunks_of.remove(&id).unwrap_or_default();
-        lookup.find_times(id, &mut channel, chunks)?;
+        if lookup.file.costs_requests() && !is_decoded(&channel.type_name) {
+            for chunk in chunks {
+                channel.extend_times((chunk.message_start_time, chunk.message_end_time));
+            }
+        } else {
+            lookup.find_times(id, &mut channel, chunks)?;
+        }
         index.channels.insert(id.into(), channel);
     }
     for entry in &summary.metadata_indexes {
@@ -188,6 +188,26 @@ fn index(
         index.metadata.insert(record.name, record.metadata);
     }
     Ok(index)
+}
+
+/// Returns a channel as the summary defines it.
+fn channel_of(defined: &mcap::Channel<'_>) -> Channel {
+    let schema = defined.schema.as_ref();
+    let type_name = schema.map(|schema| schema.name.as_str());
+    let text = schema.map(|schema| (schema.encoding.as_str(), &*schema.data));
+    Channel {
+        topic: defined.topic.clone(),
+        type_name: type_name.unwrap_or_default().to_owned(),
+        encoding: defined.message_encoding.clone(),
+        definition: Definition::new(defined.metadata.clone(), text),
+        ..Channel::default()
+    }
+}
+
+/// Returns whether this crate decodes messages of a type, whose name may lack `/msg`.
+fn is_decoded(type_name: &str) -> bool {
+    let is_same = |known: &&str| *known == type_name || known.replace("/msg/", "/") == type_name;
+    TYPES.iter().any(|known| is_same(known))
 }
 
 /// Returns the position of the first chunk that begins before the one before it ends. Each would
