@@ -64,6 +64,8 @@ def test_every_command_ends_with_2_for_a_file_that_is_not_there(
         "calibrate": (*arm, "--unloaded", gone, "--out", tmp_path / "a.toml"),
         "excite": (*arm, "--out", tmp_path / "m"),
         "compare": (gone,),
+        "fleet": (gone,),
+        "fleet-report": (gone,),
         "info": (gone,),
         "view": (gone,),
     }

@@ -32,6 +32,7 @@ FOLDERS = [
     "_show",
     "_documents",
     "_api",
+    "_fleet",
     "_live",
     "_ros",
     "_cli",

@@ -72,6 +72,7 @@ from tactid._documents.schemas import (
     motion_schema,
     result_schema,
 )
+from tactid._fleet.run import fleet
 from tactid._native import (
     VALUE_NAMES,
     VERSION,
@@ -209,6 +210,7 @@ __all__ = [
     "compensate",
     "design_excitation",
     "dh_urdf",
+    "fleet",
     "identify",
     "identify_poses",
     "info",

@@ -207,7 +207,7 @@ fn channel_of(defined: &mcap::Channel<'_>) -> Channel {
 /// Returns whether this crate decodes messages of a type, whose name may lack `/msg`.
 fn is_decoded(type_name: &str) -> bool {
     let is_same = |known: &&str| *known == type_name || known.replace("/msg/", "/") == type_name;
-    TYPES.iter().any(|known| is_same(known))
+    TYPES.iter().any(is_same)
 }
 
 /// Returns the position of the first chunk that begins before the one before it ends. Each would

@@ -29,6 +29,7 @@ from tactid._cli.console import (
     reporting_partial_log,
 )
 from tactid._cli.excite_command import excite
+from tactid._cli.fleet_command import identify_fleet, report_fleet
 from tactid._cli.identify_command import identify_recording
 from tactid._cli.live_command import LiveCommand, run_live
 from tactid._cli.number_lists import NumberListCommand
@@ -201,6 +202,8 @@ app.command("excite", cls=NumberListCommand)(excite)
 app.command("live", cls=LiveCommand)(run_live)
 app.command("compensate", cls=NumberListCommand)(compensate_log)
 app.command("compare", cls=NumberListCommand)(compare_recording)
+app.command("fleet", cls=NumberListCommand)(identify_fleet)
+app.command("fleet-report")(report_fleet)
 
 
 @app.command("info")

@@ -230,8 +230,11 @@ def write_files(writers: Writers) -> list[Path]:
 
 
 @contextmanager
-def progress(label: str) -> Iterator[Callable[[float], None]]:
-    """Shows a progress bar with the remaining time if standard error is a terminal."""
+def progress(label: str, count: int | None = None) -> Iterator[Callable[[float], None]]:
+    """Shows a progress bar with the remaining time if standard error is a terminal.
+
+    The block calls what it gets with the fraction done, or with the number of ``count`` things.
+    """
     if not notes.is_terminal:
         yield lambda _: None
         return
@@ -241,9 +244,9 @@ def progress(label: str) -> Iterator[Callable[[float], None]]:
     columns = (
         bars.TextColumn("{task.description:<12}"),
         bars.BarColumn(bar_width=None),
-        bars.TaskProgressColumn(),
+        bars.TaskProgressColumn() if count is None else bars.MofNCompleteColumn(),
         bars.TimeRemainingColumn(elapsed_when_finished=True),
     )
     with bars.Progress(*columns, console=notes) as bar:
-        task = bar.add_task(label, total=1.0)
+        task = bar.add_task(label, total=1.0 if count is None else count)
         yield lambda done: bar.update(task, completed=done)

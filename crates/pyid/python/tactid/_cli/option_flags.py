@@ -3,10 +3,11 @@
 import inspect
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
 from pathlib import Path
-from typing import Annotated, Any, Literal, NamedTuple
+from typing import Annotated, Any, Literal, NamedTuple, get_origin
 
 import typer
 
+from tactid._base.errors import ArgumentError
 from tactid._base.naming import switched_off
 from tactid._cli import option_text
 from tactid._cli.console import FLAG
@@ -112,6 +113,30 @@ def values(arguments: Mapping[str, Any], options: Iterable[Declaration]) -> dict
             parse = _form(option).parse
             found[option.name] = value if parse is None else parse(option.flag, value)
     return found
+
+
+def from_text(option: Declaration, text: str) -> Any:
+    """Returns the value of an option from the text of a cell; a semicolon separates several.
+
+    Raises:
+        ValueError: The text is no such value.
+    """
+    form = _form(option)
+    types: dict[Any, Callable[[str], Any]] = {bool: _switch, Path: Path, float: float, int: int}
+    argument = types.get(form.argument, str)
+    several = get_origin(form.argument) is list
+    try:
+        value: Any = [*map(str.strip, text.split(";"))] if several else argument(text.strip())
+    except ValueError:
+        raise ArgumentError(f"{option.flag} is {text!r}: expected {option.kind}") from None
+    return value if form.parse is None else form.parse(option.flag, value)
+
+
+def _switch(text: str) -> bool:
+    words = {"yes": True, "true": True, "1": True, "no": False, "false": False, "0": False}
+    if text.lower() not in words:
+        raise ValueError
+    return words[text.lower()]
 
 
 def read(arguments: Mapping[str, Any], use: Use) -> Options:

@@ -10,11 +10,15 @@ INSTALLED_WITH = {
     "rosbags": "rosbags mcap",
     "mcap": "rosbags mcap",
     "xacro": "xacro",
+    "distributed": "'tactid[fleet]'",
+    "obstore": "'tactid[fleet]'",
 }
 """What pip installs for a package: those that one kind of file needs, together."""
 
 
-def package(module: str, what: str, option: str | None = None, advice: str = "") -> Any:
+def package(
+    module: str, what: str, option: str | None = None, advice: str = "", does: str = "reads"
+) -> Any:
     """Imports a module of a package that need not be installed.
 
     Args:
@@ -22,6 +26,7 @@ def package(module: str, what: str, option: str | None = None, advice: str = "")
         what: What needs the package, as the beginning of an error.
         option: The option that names the file.
         advice: What else helps, as the end of an error.
+        does: What the package does with it, as a verb.
 
     Raises:
         ArgumentError: The package is not installed.
@@ -31,7 +36,7 @@ def package(module: str, what: str, option: str | None = None, advice: str = "")
     except ImportError:
         name = module.partition(".")[0]
         raise ArgumentError(
-            f"{what}, which the Python package {name} reads, but it is not installed: pip install"
+            f"{what}, which the Python package {name} {does}, but it is not installed: pip install"
             f" {INSTALLED_WITH[name]}{advice}",
             option=option,
         ) from None

@@ -1,0 +1,1 @@
+"""Identification of many recordings: a fleet of robots, a data set, a bucket."""

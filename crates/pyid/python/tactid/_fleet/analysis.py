@@ -1,0 +1,274 @@
+"""What the rows of a fleet say together: equal payloads, changes, drift and what to look at."""
+
+import math
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, field, replace
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+
+from tactid._base.values import PATHS, Array
+from tactid._fleet.rows import Row
+
+COMPARED = ("mass", "com.x", "com.y", "com.z")
+"""Values by which payloads are distinguished, and the mass alone where another is not known."""
+
+CHANCE_Z = 3.09
+"""Quantile of the normal distribution that a distance of equal payloads exceeds once in 1000."""
+
+SECONDS_A_DAY = 86400.0
+
+
+@dataclass
+class Payload:
+    """The payload of a recording, as it is compared."""
+
+    row: Row
+    time_s: float
+    """Beginning of the recording, s since the epoch."""
+    values: Array
+    covariance: Array
+
+
+@dataclass
+class Cluster:
+    """Recordings of one robot with equal payloads."""
+
+    members: list[Payload] = field(default_factory=list)
+    information: Array = field(default_factory=lambda: np.zeros((4, 4)))
+    weighted: Array = field(default_factory=lambda: np.zeros(4))
+
+    def add(self, payload: Payload, covariance: Array) -> None:
+        """Adds a recording with its covariance, which includes what varies between recordings."""
+        inside = len(payload.values)
+        inverse = np.linalg.inv(covariance)
+        self.information[:inside, :inside] += inverse
+        self.weighted[:inside] += inverse @ payload.values
+        self.members.append(payload)
+
+    def with_all_of(self, other: "Cluster") -> "Cluster":
+        """Returns one cluster of the recordings of two."""
+        return Cluster(
+            [*self.members, *other.members],
+            self.information + other.information,
+            self.weighted + other.weighted,
+        )
+
+    def distance(self, payload: Payload, covariance: Array) -> float:
+        """Returns the chi-square of a recording's distance from the mean of the cluster."""
+        known = min(len(payload.values), self.known)
+        mean, own = self.mean[:known], payload.values[:known]
+        both = self.covariance[:known, :known] + covariance[:known, :known]
+        return float((own - mean) @ np.linalg.solve(both, own - mean))
+
+    @property
+    def known(self) -> int:
+        """Number of values that the mean has."""
+        return len(COMPARED) if self.information[-1, -1] > 0 else 1
+
+    @property
+    def covariance(self) -> Array:
+        """Covariance of the mean."""
+        inverse = np.linalg.inv(self.information[: self.known, : self.known])
+        return np.asarray(inverse, dtype=np.float64)
+
+    @property
+    def mean(self) -> Array:
+        """Mean of the values, weighted by their information."""
+        mean: Array = self.covariance @ self.weighted[: self.known]
+        return mean
+
+
+@dataclass
+class Robot:
+    """The recordings of one robot over time."""
+
+    name: str
+    payloads: list[Payload]
+    clusters: list[Cluster]
+    scatter: float
+    """Factor from the standard deviations of recordings to what varies between recordings."""
+    labels: list[int]
+    """Number of the cluster of each payload."""
+
+    @property
+    def changes(self) -> Iterator[tuple[Payload, int, int]]:
+        """The first recording after each change, and the clusters before and after it."""
+        pairs = zip(self.payloads[1:], self.labels, self.labels[1:], strict=False)
+        return ((payload, a, b) for payload, a, b in pairs if a != b)
+
+    def drift(self) -> list[tuple[str, float, float]]:
+        """Returns the slope of the sensor's offset by channel, per day, and its t-value."""
+        found = []
+        times, offsets = self.offsets()
+        days = (times - times.mean()) / SECONDS_A_DAY if len(times) else times
+        if len(times) < 4 or not np.ptp(days):
+            return []
+        for name, values in zip(("Fx", "Fy", "Fz", "Mx", "My", "Mz"), offsets.T, strict=False):
+            slope = float(days @ values / (days @ days))
+            residual = values - values.mean() - slope * days
+            error = math.sqrt(float(residual @ residual) / (len(days) - 2) / float(days @ days))
+            found.append((name, slope, slope / error if error else math.inf))
+        return found
+
+    def offsets(self) -> tuple[Array, Array]:
+        """Returns the times and the offsets of the first wrench sensor, N and N m."""
+        rows = [(each.time_s, each.row.get("fit.wrench_offset.values")) for each in self.payloads]
+        known = [(time, values[:6]) for time, values in rows if values and None not in values[:6]]
+        times = np.array([time for time, _ in known])
+        return times, np.array([values for _, values in known], dtype=float).reshape(-1, 6)
+
+
+def robots_of(rows: Sequence[Row]) -> list[Robot]:
+    """Returns the robots with payloads, those with the most recordings first."""
+    by_name: dict[str, list[Payload]] = {}
+    for row in rows:
+        payload = payload_of(row)
+        if payload is not None:
+            by_name.setdefault(row["robot"] or "robot", []).append(payload)
+    found = [_robot(name, payloads) for name, payloads in by_name.items()]
+    return sorted(found, key=lambda robot: (-len(robot.payloads), robot.name))
+
+
+def payload_of(row: Row) -> Payload | None:
+    """Returns the payload of a row; None where its mass is not known, or where data contradict."""
+    if row["outcome"] != "identified" or row.get("estimate.values.mass") is None:
+        return None
+    values = [row.get(f"estimate.values.{name}") for name in COMPARED]
+    known = len(COMPARED) if None not in values else 1
+    places = [".".join(path) for path in PATHS]
+    chosen = [places.index(name) for name in COMPARED[:known]]
+    whole = row.get("estimate.covariance")
+    std_devs = [row.get(f"estimate.std_devs.{name}") or 0.0 for name in COMPARED[:known]]
+    covariance = np.diag(np.square(std_devs))
+    if whole is not None:
+        matrix = np.array(whole, dtype=float)[np.ix_(chosen, chosen)]
+        if np.isfinite(matrix).all():
+            covariance = matrix
+    if not np.all(np.diag(covariance) > 0):
+        return None
+    time_s = float(row["start_ns"] or 0) * 1e-9
+    return Payload(row, time_s, np.array(values[:known], dtype=float), covariance)
+
+
+def _robot(name: str, payloads: list[Payload]) -> Robot:
+    payloads = sorted(payloads, key=lambda each: each.time_s)
+    scatter = _scatter(payloads)
+    labels: list[int] = []
+    clusters: list[Cluster] = []
+    for payload in payloads:
+        covariance = scatter**2 * payload.covariance
+        nearest = _nearest(payload, covariance, clusters)
+        if nearest is None:
+            clusters.append(Cluster())
+            nearest = len(clusters) - 1
+        clusters[nearest].add(payload, covariance)
+        labels.append(nearest)
+    joined = _joined(clusters, scatter)
+    numbers = {label: number for number, label in enumerate(dict.fromkeys(map(joined.get, labels)))}
+    labels = [numbers[joined[label]] for label in labels]
+    clusters = [Cluster() for _ in numbers]
+    for payload, label in zip(payloads, labels, strict=True):
+        clusters[label].add(payload, scatter**2 * payload.covariance)
+    return Robot(name, payloads, clusters, scatter, labels)
+
+
+def _joined(clusters: Sequence[Cluster], scatter: float) -> dict[int, int]:
+    """Returns the cluster that each one is part of.
+
+    A cluster that begins with a recording far from the mean attracts others of the same payload. It
+    is part of a larger one where most of its recordings are near the mean of both.
+    """
+    part_of = {place: place for place in range(len(clusters))}
+    kept = dict(enumerate(clusters))
+    for place in sorted(kept, key=lambda k: len(clusters[k].members)):
+        small = kept.pop(place)
+        covariance = scatter**2 * small.members[0].covariance
+        mean = replace(small.members[0], values=small.mean)
+        distances = {k: each.distance(mean, covariance) for k, each in kept.items()}
+        nearest = min(distances, key=distances.__getitem__, default=place)
+        if nearest != place:
+            both = kept[nearest].with_all_of(small)
+            each = ((one, scatter**2 * one.covariance) for one in small.members)
+            near = [_nearest(one, covariance, [both]) is not None for one, covariance in each]
+            if 2 * sum(near) > len(near):
+                kept[nearest], part_of[place] = both, nearest
+                continue
+        kept[place] = small
+    # What was joined first may be part of what was joined later.
+    for place in part_of:
+        while part_of[place] != part_of[part_of[place]]:
+            part_of[place] = part_of[part_of[place]]
+    return part_of
+
+
+def _nearest(payload: Payload, covariance: Array, clusters: Sequence[Cluster]) -> int | None:
+    """Returns the place of the cluster that a recording belongs to; None where there is none."""
+    distances = [each.distance(payload, covariance) for each in clusters]
+    if not distances:
+        return None
+    nearest = int(np.argmin(distances))
+    known = min(len(payload.values), clusters[nearest].known)
+    return nearest if distances[nearest] <= _largest(known) else None
+
+
+def _scatter(payloads: Sequence[Payload]) -> float:
+    """Returns by how much recordings of one payload differ beyond their standard deviations.
+
+    It is that of the median distance of recordings that follow each other, of which most have
+    equal payloads.
+    """
+    ratios = []
+    for one, other in pairwise(payloads):
+        known = min(len(one.values), len(other.values))
+        difference = one.values[:known] - other.values[:known]
+        both = one.covariance[:known, :known] + other.covariance[:known, :known]
+        square = float(difference @ np.linalg.solve(both, difference))
+        ratios.append(square / _quantile(known, 0.0))
+    return math.sqrt(max(1.0, float(np.median(ratios)))) if ratios else 1.0
+
+
+def _largest(known: int) -> float:
+    return _quantile(known, CHANCE_Z)
+
+
+def _quantile(degrees: int, z: float) -> float:
+    """Returns a quantile of chi-square by that of the normal distribution (Wilson, Hilferty)."""
+    part = 2.0 / (9.0 * degrees)
+    return float(degrees * (1.0 - part + z * math.sqrt(part)) ** 3)
+
+
+def severity(row: Row) -> tuple[int, int, int, float]:
+    """Returns how much a recording needs a look: more first."""
+    order = ("internal error", "contradicted", "refused", "unreachable", "undetermined")
+    outcome = row["outcome"]
+    place = len(order) - order.index(outcome) if outcome in order else 0
+    grades = [each["severity"] for each in row.get("findings") or ()]
+    width = row.get("estimate.std_devs.mass") or 0.0
+    return place, grades.count("contradicts"), grades.count("doubts"), width
+
+
+def disagreements(rows: Sequence[Row]) -> list[tuple[Row, float, float]]:
+    """Returns recordings whose mass is not the configured one, with difference and chi-square."""
+    found = []
+    for row in rows:
+        configured, payload = row.get("configured"), payload_of(row)
+        if configured and payload is not None:
+            difference = float(payload.values[0] - configured[0])
+            square = difference**2 / float(payload.covariance[0, 0])
+            if square > _largest(1):
+                found.append((row, difference, square))
+    return sorted(found, key=lambda each: -abs(each[1]))
+
+
+def kinds_of(rows: Sequence[Row]) -> list[tuple[str, str, int]]:
+    """Returns the findings by kind, the gravest first, with the number of recordings of each."""
+    counts: dict[tuple[str, str], int] = {}
+    for row in rows:
+        each = {(one["kind"], one["severity"]) for one in row.get("findings") or ()}
+        for key in each:
+            counts[key] = counts.get(key, 0) + 1
+    order = ("contradicts", "doubts", "notes")
+    listed: list[Any] = [(kind, grade, count) for (kind, grade), count in counts.items()]
+    return sorted(listed, key=lambda each: (order.index(each[1]), -each[2], each[0]))

@@ -1,0 +1,152 @@
+"""An MCAP file in a store, of which only what is needed is read."""
+
+import os
+import tempfile
+from bisect import bisect_right
+from collections.abc import Callable, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from itertools import pairwise
+
+Range = tuple[int, int]
+"""First byte, and the byte after the last one."""
+
+BLOCK = 1 << 15
+"""Bytes that are read at least: the end of a recording of minutes with its index."""
+
+MOST_BLOCK = 1 << 23
+"""Bytes that are read at once where reads follow each other, as in a file without index."""
+
+READ_AHEAD = 1 << 13
+"""Bytes that the reader asks for after a short record, whether they are needed or not."""
+
+AHEAD = 1 << 25
+"""Announced bytes that are fetched together."""
+
+OVERHEAD = 0.05
+"""Fraction of what is needed by which gaps may be read, too, so that requests become fewer."""
+
+AT_ONCE = 4
+"""Requests at once."""
+
+MOST_KEPT = 1 << 31
+"""Bytes that are kept on the disk, because a recording is read more than once."""
+
+
+class Ranges:
+    """Bytes of an object, as the native reader asks for them.
+
+    What was read is kept in a temporary file, which ends with this object.
+    """
+
+    def __init__(self, path: str, size: int, fetch: Callable[[int, int], bytes]) -> None:
+        self.path = path
+        """Address, by which errors name the recording."""
+        self.failure: Exception | None = None
+        """The error of the store that has ended the reading."""
+        self.requests, self.bytes_read = 0, 0
+        self._size, self._fetch = size, fetch
+        self._kept: list[Range] = []
+        self._announced: list[Range] = []
+        self._block = BLOCK
+        self._file = tempfile.TemporaryFile(prefix="tactid-")  # noqa: SIM115 - until `close`
+
+    def close(self) -> None:
+        """Removes what is kept."""
+        self._file.close()
+
+    def length(self) -> int:
+        """Returns the number of bytes of the object."""
+        return self._size
+
+    def announce(self, ranges: Sequence[Range]) -> None:
+        """Takes note of ranges that are read next, in this order."""
+        self._announced = list(ranges)
+
+    def read(self, at_byte: int, length: int) -> bytes:
+        """Returns bytes from an offset on, fewer at the end of the object."""
+        end = min(at_byte + length, self._size)
+        if self._missing((at_byte, end)):
+            try:
+                self._fetch_all(self._needed((at_byte, end)))
+            except Exception as error:
+                self.failure = error
+                raise
+        return os.pread(self._file.fileno(), end - at_byte, at_byte)
+
+    def _needed(self, asked: Range) -> list[Range]:
+        """Returns what to fetch for a range: what was announced after it, too."""
+        start, end = asked
+        place = next((k for k, (a, b) in enumerate(self._announced) if a <= start < b), None)
+        if place is None:
+            self._block = min(2 * self._block, MOST_BLOCK) if self._follows(start) else BLOCK
+            return [(min(start, max(self._size - BLOCK, 0)), max(end, start + self._block))]
+        chosen, total = [asked], 0
+        for a, b in self._announced[place:]:
+            if chosen and total + b - a > AHEAD:
+                break
+            chosen.append((a, b + READ_AHEAD))
+            total += b - a
+        return chosen
+
+    def _follows(self, start: int) -> bool:
+        """Returns whether a range begins where what is kept ends."""
+        place = bisect_right(self._kept, (start, self._size))
+        return place > 0 and self._kept[place - 1][1] >= start
+
+    def _fetch_all(self, needed: list[Range]) -> None:
+        requests = coalesced(self._parts(needed))
+        if sum(end - start for start, end in [*self._kept, *requests]) > MOST_KEPT:
+            self._kept = []
+            os.ftruncate(self._file.fileno(), 0)
+            requests = coalesced(self._parts(needed))
+        with ThreadPoolExecutor(AT_ONCE) as threads:
+            bodies = threads.map(lambda each: self._fetch(*each), requests)
+            for (start, end), body in zip(requests, bodies, strict=True):
+                os.pwrite(self._file.fileno(), body, start)
+                self._kept = joined([*self._kept, (start, end)])
+                self.requests += 1
+                self.bytes_read += len(body)
+
+    def _parts(self, needed: list[Range]) -> list[Range]:
+        """Returns what is missing of some ranges."""
+        cut = ((start, min(end, self._size)) for start, end in joined(needed))
+        return [part for each in cut for part in self._missing(each)]
+
+    def _missing(self, asked: Range) -> list[Range]:
+        """Returns the parts of a range that are not kept."""
+        start, end = asked
+        found = []
+        for a, b in self._kept:
+            if b <= start or a >= end:
+                continue
+            if a > start:
+                found.append((start, a))
+            start = max(start, b)
+        return [*found, (start, end)] if start < end else found
+
+
+def joined(ranges: Sequence[Range]) -> list[Range]:
+    """Returns ranges in order, as one where they touch or overlap."""
+    found: list[Range] = []
+    for start, end in sorted(ranges):
+        if found and start <= found[-1][1]:
+            found[-1] = (found[-1][0], max(end, found[-1][1]))
+        else:
+            found.append((start, end))
+    return found
+
+
+def coalesced(ranges: Sequence[Range]) -> list[Range]:
+    """Returns fewer ranges that contain all: the smallest gaps are read, too.
+
+    Their bytes together are at most :data:`OVERHEAD` of those of the ranges.
+    """
+    parts = joined(ranges)
+    left = OVERHEAD * sum(end - start for start, end in parts)
+    gaps = sorted((b[0] - a[1], a[1], b[0]) for a, b in pairwise(parts))
+    for gap, start, end in gaps:
+        left -= gap
+        if left < 0:
+            break
+        parts.append((start, end))
+    return joined(parts)

@@ -1,0 +1,194 @@
+"""The recordings that addresses stand for: of folders, patterns, stores, lists and data sets."""
+
+import glob
+import hashlib
+import json
+import os
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from dataclasses import dataclass, field
+from fnmatch import fnmatch
+from pathlib import Path
+
+from tactid._base.errors import ArgumentError
+from tactid._fleet import stores
+from tactid._fleet.stores import Object, is_address
+from tactid._read import lerobot
+
+LOGS = (".mcap", ".db3", ".mcap.zstd", ".db3.zstd", ".bag")
+"""Ends of the names of the files of logs, which a folder is searched for."""
+
+TABLES = (".csv", ".npz", ".parquet")
+"""Ends of the names of tables, which are read where an address names them."""
+
+
+@dataclass(frozen=True)
+class Recording:
+    """A recording as it is listed."""
+
+    address: str
+    """Path or address, by which rows and errors name it."""
+    size: int
+    """Number of bytes of its files."""
+    tag: str
+    """E-tag, or the time of the last change: it is another one where the recording is."""
+    episode: int | None = None
+    """Number of the episode of a data set."""
+    base: str = ""
+    """Address below which its objects are; empty for a path."""
+    objects: Sequence[Object] = field(default=(), compare=False)
+    """Objects in a store that it consists of."""
+
+    @property
+    def key(self) -> tuple[str, int]:
+        """What makes two rows those of one recording: address, and episode or -1."""
+        return self.address, -1 if self.episode is None else self.episode
+
+
+def find(urls: Iterable[str | os.PathLike[str]]) -> list[Recording]:
+    """Returns the recordings that paths and addresses stand for, each once, in order.
+
+    Raises:
+        ArgumentError: There is nothing at an address, or it is of an unknown kind.
+        StoreError: A store cannot be reached.
+    """
+    found: dict[tuple[str, int], Recording] = {}
+    for url in urls:
+        text = os.fspath(url)
+        before = len(found)
+        each = list(_in_store(text) if is_address(text) else _at_path(text))
+        found |= {recording.key: recording for recording in each}
+        if not each and len(found) == before:
+            raise ArgumentError(
+                f"{text} has no recording: expected logs ({', '.join(LOGS)}), or a folder, a"
+                " pattern, a data set of LeRobot or a .txt file with addresses of some"
+            )
+    return list(found.values())
+
+
+def _at_path(text: str) -> Iterator[Recording]:
+    path = Path(text)
+    if not path.exists():
+        matches = sorted(glob.glob(text, recursive=True))
+        if not matches:
+            raise ArgumentError(f"there is no file or folder {text}")
+        for match in matches:
+            yield from _at_path(match) if Path(match).is_dir() else _files([Path(match)])
+    elif path.is_dir():
+        yield from _in_folder(path)
+    elif path.suffix == ".txt":
+        lines = (line.partition("#")[0].strip() for line in path.read_text("utf-8").splitlines())
+        yield from find(filter(None, lines))
+    else:
+        yield from _files([path])
+
+
+def _in_folder(folder: Path) -> Iterator[Recording]:
+    """Yields the recordings in a folder and below it, in the order of their names."""
+    if lerobot.is_dataset(folder):
+        files = [folder / lerobot.INFO, *sorted((folder / "data").rglob("*.parquet"))]
+        yield from _episodes(str(folder), _statuses(files), (folder / lerobot.INFO).read_bytes)
+        return
+    entries = sorted(folder.iterdir())
+    files = [entry for entry in entries if entry.is_file() and entry.name.endswith(LOGS)]
+    description = folder / "metadata.yaml"
+    if files and description.is_file():
+        statuses = _statuses([description, *files])
+        yield Recording(str(folder), *_whole(statuses))
+    else:
+        yield from _files(files)
+    for entry in entries:
+        if entry.is_dir() and not entry.is_symlink() and not entry.name.startswith("."):
+            yield from _in_folder(entry)
+
+
+def _files(paths: Iterable[Path]) -> Iterator[Recording]:
+    for path, status in zip(paths, _statuses(paths), strict=True):
+        yield Recording(str(path), status.size, status.tag)
+
+
+def _statuses(paths: Iterable[Path]) -> list[Object]:
+    """Returns files with the times of their last changes as tags."""
+    found = ((path, path.stat()) for path in paths)
+    return [Object(str(path), each.st_size, str(each.st_mtime_ns)) for path, each in found]
+
+
+def _whole(objects: Sequence[Object]) -> tuple[int, str]:
+    """Returns size and tag of a recording of some files."""
+    if len(objects) == 1:
+        return objects[0].size, objects[0].tag
+    tags = "\n".join(f"{each.name} {each.size} {each.tag}" for each in objects)
+    return sum(each.size for each in objects), hashlib.sha256(tags.encode()).hexdigest()[:32]
+
+
+def _in_store(url: str) -> Iterator[Recording]:
+    stores.check_address(url)
+    folder, _, name = url.rpartition("/")
+    if "*" not in url and name.endswith((*LOGS, *TABLES, ".txt")):
+        one = stores.found(folder, name)
+        if one is None:
+            raise ArgumentError(f"there is no object {url}")
+        if name.endswith(".txt"):
+            text = stores.read(folder, one, 0, one.size).decode()
+            yield from find(filter(None, map(str.strip, text.splitlines())))
+        else:
+            yield Recording(url, one.size, one.tag, base=folder, objects=[one])
+        return
+    if url.startswith("http"):
+        raise ArgumentError(f"{url}: a web server does not list folders: give addresses of files")
+    base = url if "*" not in url else url[: url.index("*")].rpartition("/")[0]
+    base = base.rstrip("/")
+    pattern = url[len(base) + 1 :] if "*" in url else "*"
+    objects = [each for each in stores.listed(base) if fnmatch(each.name, pattern)]
+    yield from _grouped(base, objects, (*LOGS, *TABLES) if "*" in url else LOGS)
+
+
+def _grouped(base: str, objects: Iterable[Object], ends: tuple[str, ...]) -> Iterator[Recording]:
+    """Yields the recordings of listed objects: bags and data sets are folders."""
+    folders: dict[str, list[Object]] = {}
+    for each in objects:
+        folders.setdefault(each.name.rpartition("/")[0], []).append(each)
+    sets = [name.removesuffix("meta") for name, inside in folders.items() if _has_info(inside)]
+    for prefix in sets:
+        inside = [each for each in objects if each.name.startswith(prefix)]
+        info = next(each for each in inside if each.name == f"{prefix}{lerobot.INFO.as_posix()}")
+        data = [each for each in inside if each.name.startswith(f"{prefix}data/")]
+        address = f"{base}/{prefix}".rstrip("/")
+
+        def described(info: Object = info) -> bytes:
+            return stores.read(base, info, 0, info.size)
+
+        yield from _episodes(address, [info, *data], described, base)
+    for folder, inside in folders.items():
+        if any(f"{folder}/".startswith(prefix) for prefix in sets):
+            continue
+        logs = [each for each in inside if each.name.endswith(ends)]
+        described_by = [each for each in inside if each.name.endswith("metadata.yaml")]
+        if logs and described_by:
+            bag = [*described_by, *logs]
+            address = f"{base}/{folder}".rstrip("/")
+            yield Recording(address, *_whole(bag), base=base, objects=bag)
+        else:
+            for one in logs:
+                address = f"{base}/{one.name}"
+                yield Recording(address, one.size, one.tag, base=base, objects=[one])
+
+
+def _has_info(objects: Iterable[Object]) -> bool:
+    return any(f"/{each.name}".endswith(f"/{lerobot.INFO.as_posix()}") for each in objects)
+
+
+def _episodes(
+    address: str, objects: Sequence[Object], described: Callable[[], bytes], base: str = ""
+) -> Iterator[Recording]:
+    """Yields each episode of a data set, with the size and the tag of the whole or of its file."""
+    try:
+        total = int(json.loads(described())["total_episodes"])
+    except (ValueError, KeyError, TypeError):
+        raise ArgumentError(
+            f"{address}/{lerobot.INFO} has no `total_episodes`: how many episodes there are"
+        ) from None
+    for episode in range(total):
+        own = [each for each in objects if f"episode_{episode:06d}." in each.name]
+        info = [each for each in objects if each.name.endswith(lerobot.INFO.name)]
+        files = [*info, *own] if own else objects
+        yield Recording(address, *_whole(files), episode, base, files if base else ())

@@ -1,0 +1,177 @@
+"""The report of a fleet: one HTML file."""
+
+import html
+import shlex
+from collections import Counter
+from collections.abc import Iterable, Sequence
+from datetime import datetime, timezone
+from pathlib import Path
+from typing import Any
+
+from tactid._base.naming import counted
+from tactid._fleet import plots
+from tactid._fleet.analysis import Robot, disagreements, kinds_of, robots_of, severity
+from tactid._fleet.rows import Row
+from tactid._show import page
+from tactid._show.drawing import Figures
+
+MOST_ROBOTS = 12
+"""Robots with a panel of a figure: those with the most recordings."""
+
+MOST_LINES = 100
+"""Lines of a table; it says how many there are."""
+
+DRIFTING = 4.0
+"""Smallest t-value of a drift that is listed: noise alone reaches it in one of 10,000 channels."""
+
+PAYLOADS = """Mass of each recording over time with its 95 % interval. Recordings of one colour have
+equal payloads: their mass and centre of mass agree within their covariances and what varies between
+recordings that follow each other. The line is the payload that the controller was configured with.
+"""
+
+OFFSETS = (
+    "Offset of the forces of each recording over time, which the identification has estimated."
+)
+
+
+def write_report(rows: Sequence[Row], path: Path) -> None:
+    """Writes the report of rows."""
+    figures = Figures()
+    figures.write(path, render(rows, figures))
+
+
+def render(rows: Sequence[Row], figures: Figures) -> str:
+    """Returns the report of rows as HTML, figures included."""
+    robots = robots_of(rows)
+    shown = robots[:MOST_ROBOTS]
+    body = [
+        f"<h1>{counted(len(rows), 'recording')} of {counted(max(len(robots), 1), 'robot')}</h1>",
+        f'<p class="lead">{html.escape(_period(robots))}</p>',
+        "<h2>Outcomes</h2>",
+        _table(("outcome", "recordings"), _outcomes(rows)),
+    ]
+    if shown:
+        body += ["<h2>Payloads</h2>", figures.html("payloads", plots.payloads(shown), PAYLOADS)]
+        body += [_clusters(robots), "<h2>Changes</h2>", _changes(robots)]
+    with_offsets = [robot for robot in shown if len(robot.offsets()[0])]
+    if with_offsets:
+        drawn = figures.html("offsets", plots.offsets(with_offsets), OFFSETS)
+        body += ["<h2>Drift of offsets</h2>", drawn, _drifts(robots)]
+    body += ["<h2>Configured payloads</h2>", _disagreements(rows)]
+    body += ["<h2>Findings</h2>", _table(("finding", "severity", "recordings"), kinds_of(rows))]
+    body += ["<h2>Recordings to look at</h2>", _worst(rows)]
+    return page.document(f"tactid: a fleet of {len(rows)} recordings", "\n".join(body))
+
+
+def _period(robots: Sequence[Robot]) -> str:
+    times = [each.time_s for robot in robots for each in robot.payloads]
+    return f"From {_date(min(times))} to {_date(max(times))}." if times else "There is no payload."
+
+
+def _date(time_s: float) -> str:
+    return datetime.fromtimestamp(time_s, timezone.utc).strftime("%Y-%m-%d %H:%M UTC")
+
+
+def _outcomes(rows: Sequence[Row]) -> list[tuple[str, int]]:
+    return Counter(row["outcome"] for row in rows).most_common()
+
+
+def _table(heads: Sequence[str], lines: Iterable[Sequence[Any]], note: str = "") -> str:
+    """Returns a table of the first lines; it is a sentence where there is none."""
+    listed = list(lines)
+    if not listed:
+        return "<p>There are none.</p>"
+    cells = (
+        "<tr>" + "".join(f"<td>{html.escape(_text(cell))}</td>" for cell in line) + "</tr>\n"
+        for line in listed[:MOST_LINES]
+    )
+    more = f"The first {MOST_LINES} of {len(listed)} lines. " if len(listed) > MOST_LINES else ""
+    caption = f"<caption>{html.escape(more + note)}</caption>" if more + note else ""
+    titles = "".join(f"<th>{html.escape(head)}</th>" for head in heads)
+    return (
+        f'<div class="wide"><table>{caption}<thead><tr>{titles}</tr></thead>'
+        f"<tbody>{''.join(cells)}</tbody></table></div>"
+    )
+
+
+def _text(cell: Any) -> str:
+    if isinstance(cell, float):
+        return f"{cell:.4g}"
+    return "" if cell is None else str(cell)
+
+
+def _clusters(robots: Sequence[Robot]) -> str:
+    lines = []
+    for robot in robots:
+        for place, cluster in enumerate(robot.clusters, start=1):
+            times = [each.time_s for each in cluster.members]
+            mean = [float(value) for value in cluster.mean]
+            around = 1.96 * float(cluster.covariance[0, 0]) ** 0.5
+            values = [mean[0], around, *(1e3 * value for value in mean[1:])]
+            values += [""] * (5 - len(values))
+            last = (_date(min(times)), _date(max(times)))
+            lines.append((robot.name, place, len(cluster.members), *values, *last))
+    heads = ["robot", "payload", "recordings", "mass / kg", "± 95 %"]
+    heads += ["com x / mm", "com y / mm", "com z / mm", "first", "last"]
+    return _table(heads, lines)
+
+
+def _changes(robots: Sequence[Robot]) -> str:
+    lines = [
+        (robot.name, _date(payload.time_s), a + 1, b + 1, payload.row["address"])
+        for robot in robots
+        for payload, a, b in robot.changes
+    ]
+    return _table(("robot", "time", "payload before", "payload after", "recording"), lines)
+
+
+def _drifts(robots: Sequence[Robot]) -> str:
+    lines = [
+        (robot.name, name, slope, ratio)
+        for robot in robots
+        for name, slope, ratio in robot.drift()
+        if abs(ratio) > DRIFTING
+    ]
+    lines.sort(key=lambda line: -abs(line[3]))
+    heads = ("robot", "channel", "drift a day / N or N m", "ratio to its standard deviation")
+    return _table(heads, lines)
+
+
+def _disagreements(rows: Sequence[Row]) -> str:
+    if not any(row.get("configured") for row in rows):
+        return "<p>No recording was identified with a configured payload.</p>"
+    lines = [
+        (
+            row["robot"],
+            row["configured"][0],
+            row["estimate.values.mass"],
+            difference,
+            row["address"],
+        )
+        for row, difference, _ in disagreements(rows)
+    ]
+    heads = ("robot", "configured / kg", "identified / kg", "difference / kg", "recording")
+    return _table(heads, lines)
+
+
+def _worst(rows: Sequence[Row]) -> str:
+    ranked = sorted(rows, key=severity, reverse=True)
+    lines = [
+        (row["address"], row["episode"], row["outcome"], _reason(row))
+        for row in ranked
+        if severity(row)[:3] != (0, 0, 0)
+    ]
+    example = lines[0][0] if lines else ""
+    note = f"A report of one of them: tactid identify {shlex.quote(example)} --report report.html"
+    text = _table(("recording", "episode", "outcome", "why"), lines, note if example else "")
+    return text.replace('<div class="wide">', '<div class="wide worst">')
+
+
+def _reason(row: Row) -> str:
+    if row["error"]:
+        return str(row["error"])
+    graver = ("contradicts", "doubts")
+    found = [
+        each for grade in graver for each in row.get("findings") or () if each["severity"] == grade
+    ]
+    return str(found[0]["text"]) if found else ""

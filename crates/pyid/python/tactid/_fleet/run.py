@@ -1,0 +1,261 @@
+"""The identification of many recordings on Dask, a row for each."""
+
+import hashlib
+import json
+import os
+import time
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from contextlib import closing, contextmanager
+from fnmatch import fnmatch
+from itertools import islice
+from pathlib import Path
+from typing import Any
+
+from tactid._base.errors import ArgumentError
+from tactid._base.files import is_urdf_text, sha256
+from tactid._fleet import rows
+from tactid._fleet.recordings import Recording, find
+from tactid._fleet.rows import Row, Task
+from tactid._fleet.table import new_or_changed, rows_at
+from tactid._fleet.work import identify_recording
+from tactid._options.declaration import with_options
+from tactid._options.options import OPTIONS, Options, collect
+from tactid._read.descriptions import with_urdf
+from tactid._read.packages import package
+
+WINDOW = 16
+"""Recordings that the scheduler knows at once, at least, and for each four threads of workers."""
+
+ATTEMPTS = 20
+"""How often a recording is submitted whose scheduler loses the connection meanwhile."""
+
+RECONNECTION_S = 60.0
+"""Time to wait for a scheduler that has lost the connection, s."""
+
+ROBOT_KEYS = ("pattern", "robot")
+"""What an entry of ``robots`` has besides options."""
+
+
+@with_options(OPTIONS, "log")
+def fleet(
+    urls: str | os.PathLike[str] | Sequence[str | os.PathLike[str]],
+    /,
+    *,
+    out: str | os.PathLike[str] | None = None,
+    client: Any = None,
+    robots: Sequence[Mapping[str, Any]] = (),
+    options: Options | None = None,
+    progress: Callable[[int, int], object] | None = None,
+    **keywords: Any,
+) -> list[dict[str, Any]]:
+    """Identifies the payload of each of many recordings, and returns a row for each.
+
+    The recordings are those of files, folders, patterns (``logs/**/*.mcap``), addresses in stores
+    (``s3://``, ``gs://``, ``az://``, ``https://``), and text files with a path or an address a
+    line. A bag is one recording, and so is each episode of a data set of LeRobot. Of an MCAP file
+    in a store, only the messages that are needed are read. Credentials come from the environment.
+
+    Dask does the work: processes of this computer, or a cluster. A script that calls this function
+    without a ``client`` does so below ``if __name__ == "__main__":``, because the processes import
+    it. A recording that cannot be identified has a row, too, with an outcome and an error.
+
+        rows = tactid.fleet("logs/", out="payloads.parquet", urdf="arm.urdf", tip="tool0")
+        payloads = pandas.DataFrame(rows)
+
+    Args:
+        urls: Where the recordings are, one place or several.
+        out: Where the rows are stored: a folder of Parquet files, to which a later call adds what
+            is new or has changed; or a ``.csv`` file, which is written anew.
+        client: The ``distributed.Client`` of a cluster, or the address of its scheduler. Default:
+            a process for each core of this computer.
+        robots: What differs between recordings: for each robot a mapping of a ``pattern`` of
+            addresses (with ``*``), the name of the ``robot``, and options. The first match counts.
+        options: Options to start from; keywords replace them.
+        progress: Called after each row with the number of recordings that are done, and of all.
+        **keywords: The fields of :class:`tactid.Options`, as follows. The topics are those of a
+            log.
+
+            <options>
+
+    Returns:
+        A dictionary for each recording, in the order of their addresses. Its keys are those of the
+        JSON document of a result, joined by dots, and those of the recording, such as ``address``,
+        ``outcome`` and ``error``.
+
+    Raises:
+        ArgumentError: There is no recording at an address, an option does not apply, or a package
+            is missing.
+        OSError: A store or the scheduler cannot be reached.
+    """
+    own = ("out", "client", "robots", "options", "progress")
+    collected = collect(options, keywords, "log", own)
+    given = [urls] if isinstance(urls, str | os.PathLike) else urls
+    recordings = find(given)
+    table = rows_at(None if out is None else Path(out))
+    run(tasks_of(recordings, collected, robots), table, client, progress)
+    keys = {recording.key for recording in recordings}
+    missing = dict.fromkeys((*rows.HEAD, *rows.COLUMNS))
+    chosen = [missing | row for row in table.all() if rows.key_of(row) in keys]
+    return sorted(chosen, key=rows.key_of)
+
+
+def tasks_of(
+    recordings: Iterable[Recording], options: Options, robots: Sequence[Mapping[str, Any]] = ()
+) -> list[Task]:
+    """Returns what to do for recordings: the options of each, with their hash.
+
+    Raises:
+        ArgumentError: An option does not apply, or its file is not there.
+    """
+    if options.estimator == "nlms":
+        raise ArgumentError(
+            "`estimator` is the paper's filter, which has no intervals: the rows of a fleet do",
+            option="estimator",
+        )
+    prepared = [(entry, _prepared(options.replace(**_options(entry)))) for entry in robots]
+    default = _prepared(options)
+    tasks = []
+    for recording in recordings:
+        (chosen, digest), robot = default, ""
+        for entry, of_robot in prepared:
+            if fnmatch(recording.address, str(entry["pattern"])):
+                (chosen, digest), robot = of_robot, str(entry.get("robot") or "")
+                break
+        tasks.append(Task(recording, chosen, digest, robot))
+    return tasks
+
+
+def _options(entry: Mapping[str, Any]) -> dict[str, Any]:
+    if "pattern" not in entry:
+        raise ArgumentError(
+            "an entry of `robots` has no `pattern`: which addresses are those of the robot"
+        )
+    given = {name: value for name, value in entry.items() if name not in ROBOT_KEYS}
+    return dict(collect(None, given, "log", ROBOT_KEYS).given)
+
+
+def _prepared(options: Options) -> tuple[Options, str]:
+    """Returns options that need no file of the robot, and the hash of all that they say."""
+    options = with_urdf(options)
+    if options.urdf is not None and not is_urdf_text(options.urdf):
+        try:
+            options = options.replace(urdf=Path(options.urdf).read_text(encoding="utf-8"))
+        except (OSError, UnicodeError) as error:
+            reason = getattr(error, "strerror", None) or "it is no text"
+            raise ArgumentError(f"cannot read {options.urdf}: {reason}", option="urdf") from None
+    said: dict[str, Any] = options.plain()
+    for name, value in said.items():
+        if isinstance(value, str | os.PathLike) and name != "urdf" and Path(value).is_file():
+            said[name] = sha256(Path(value))
+    text = json.dumps(said, sort_keys=True, default=str)
+    return options, hashlib.sha256(text.encode()).hexdigest()
+
+
+def run(
+    tasks: Sequence[Task],
+    table: Any,
+    client: Any = None,
+    progress: Callable[[int, int], object] | None = None,
+) -> int:
+    """Adds the rows of recordings to a table, and returns how many were there already.
+
+    Whatever ends the run, such as Ctrl-C, the rows that are done are stored.
+
+    Raises:
+        OSError: The scheduler cannot be reached any more.
+    """
+    pending = new_or_changed(tasks, table.stored())
+    before, total = len(tasks) - len(pending), len(tasks)
+    if progress is not None:
+        progress(before, total)
+    with closing(table):
+        if pending:
+            with _connected(client, len(pending)) as connection:
+                for done, row in enumerate(_computed(connection, pending), start=before + 1):
+                    table.add(row)
+                    if progress is not None:
+                        progress(done, total)
+    return before
+
+
+@contextmanager
+def _connected(client: Any, count: int) -> Iterator[Any]:
+    """Yields a client: the given one, that of a scheduler, or that of processes of this machine."""
+    distributed = _distributed()
+    if client is not None and not isinstance(client, str):
+        yield client
+        return
+    if isinstance(client, str):
+        with distributed.Client(client, set_as_default=False) as connection:
+            yield connection
+        return
+    cores = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count()
+    with (
+        distributed.LocalCluster(
+            n_workers=min(cores or 1, count),
+            threads_per_worker=1,
+            dashboard_address="127.0.0.1:0",
+            silence_logs="CRITICAL",
+        ) as cluster,
+        distributed.Client(cluster, set_as_default=False) as connection,
+    ):
+        yield connection
+
+
+def _computed(client: Any, tasks: Sequence[Task]) -> Iterator[Row]:
+    """Yields the row of each task as it is done.
+
+    A worker that is killed loses what it has begun, which the scheduler gives to another one; a
+    connection that is lost loses what the scheduler knows, which is submitted again.
+    """
+    distributed = _distributed()
+    waiting, running, attempts = iter(tasks), {}, dict.fromkeys((t.recording.key for t in tasks), 0)
+    completed = distributed.as_completed(loop=client.loop)
+
+    def submit(task: Task) -> None:
+        attempts[task.recording.key] += 1
+        future = client.submit(identify_recording, task, pure=False)
+        running[future] = task
+        completed.add(future)
+
+    for task in islice(waiting, max(WINDOW, 4 * sum(client.nthreads().values()))):
+        submit(task)
+    while running:
+        future = next(completed)
+        task = running.pop(future)
+        if future.status == "finished":
+            yield future.result()
+        elif future.status == "error":
+            yield rows.failed(task, _failure(future.exception()))
+        elif attempts[task.recording.key] < ATTEMPTS:
+            _wait_for_scheduler(client)
+            submit(task)
+            continue
+        else:
+            yield rows.failed(task, OSError("the scheduler lost it again and again"))
+        for task in islice(waiting, 1):
+            submit(task)
+
+
+def _distributed() -> Any:
+    return package("distributed", "this is a fleet of recordings", does="runs")
+
+
+def _failure(error: BaseException) -> BaseException:
+    """Returns the error of a task that Dask has given up."""
+    if type(error).__name__ == "KilledWorker":
+        return OSError("each worker that read it was killed, as where memory is exhausted")
+    return error
+
+
+def _wait_for_scheduler(client: Any) -> None:
+    """Waits until a client that has lost its scheduler has it again.
+
+    Raises:
+        OSError: The scheduler does not come back.
+    """
+    end = time.monotonic() + RECONNECTION_S
+    while client.status != "running":
+        if client.status == "closed" or time.monotonic() > end:
+            raise OSError("the scheduler is gone: the rows that are done are stored")
+        time.sleep(0.1)

@@ -1,0 +1,108 @@
+"""What a worker does: it identifies one recording and returns its row."""
+
+import os
+import shutil
+import tempfile
+import time
+from collections.abc import Iterator
+from contextlib import closing, contextmanager
+from datetime import datetime, timezone
+from pathlib import Path
+from typing import Any
+
+from tactid import _native
+from tactid._api.offline import identification, provenance
+from tactid._api.result import Identification
+from tactid._base.errors import IdentificationError, TactidError
+from tactid._fleet import rows, stores
+from tactid._fleet.ranges import Ranges
+from tactid._fleet.recordings import Recording
+from tactid._fleet.rows import Row, Task
+from tactid._read.recordings import opened
+
+MOST_DOWNLOADED = 1 << 34
+"""Bytes of a recording that is downloaded as a whole, because it cannot be read by ranges."""
+
+BLOCK = 1 << 24
+"""Bytes of a request of a download."""
+
+
+def identify_recording(task: Task) -> Row:
+    """Returns the row of a recording, whatever happens to it."""
+    begun = time.monotonic()
+    read = {"requests": 0, "bytes_read": 0}
+    try:
+        with _available(task.recording, read) as source:
+            row = rows.of_result(_identified(source, task))
+    except Exception as error:
+        row = rows.of_error(error)
+    end = {"finished": datetime.now(timezone.utc), "seconds": time.monotonic() - begun}
+    return task.head() | read | end | row
+
+
+def _identified(source: Any, task: Task) -> Identification:
+    """Identifies the payload from a path, or from ranges."""
+    options = task.options
+    if task.recording.episode is not None:
+        options = options.replace(episode=task.recording.episode)
+    try:
+        with opened([source], options) as ([log], run):
+            found = _native.identify_log(log, run.options.plain(), None)
+    except TactidError as error:
+        if isinstance(source, Ranges) and source.failure is not None:
+            raise source.failure from None
+        # What was downloaded has another name in the row.
+        if isinstance(source, Path):
+            error.message = error.message.replace(str(source), task.recording.address)
+        raise
+    # The log is known by its size and tag: its hash would need all of its bytes.
+    result = identification(found | provenance({}, options))
+    if not isinstance(result, Identification):
+        raise IdentificationError("a fleet has intervals, which the paper's filter has not")
+    return result
+
+
+@contextmanager
+def _available(recording: Recording, read: dict[str, int]) -> Iterator[Any]:
+    """Yields what is read of a recording: its path, ranges, or the path of a temporary copy."""
+    logs = [each for each in recording.objects if not each.name.endswith(".yaml")]
+    if not recording.base:
+        yield Path(recording.address)
+    elif len(logs) == 1 and logs[0].name.endswith(".mcap"):
+
+        def fetch(start: int, end: int) -> bytes:
+            return stores.read(recording.base, logs[0], start, end)
+
+        with closing(Ranges(recording.address, logs[0].size, fetch)) as ranges:
+            yield ranges
+            read |= {"requests": ranges.requests, "bytes_read": ranges.bytes_read}
+    else:
+        with tempfile.TemporaryDirectory(prefix="tactid-") as folder:
+            yield _downloaded(recording, Path(folder), read)
+
+
+def _downloaded(recording: Recording, folder: Path, read: dict[str, int]) -> Path:
+    """Downloads the objects of a recording; returns the path of the file, or of their folder.
+
+    Raises:
+        IdentificationError: They are larger than the folder of temporary files may become.
+    """
+    free = shutil.disk_usage(folder).free // 2
+    if recording.size > min(MOST_DOWNLOADED, free):
+        raise IdentificationError(
+            f"{recording.address} has {recording.size / 1e9:.1f} GB, and a recording that is no"
+            f" single MCAP file is downloaded up to {min(MOST_DOWNLOADED, free) / 1e9:.1f} GB"
+        )
+    root = folder / (recording.address.rpartition("/")[2] or "recording")
+    below = recording.address.removeprefix(recording.base).strip("/")
+    is_file = len(recording.objects) == 1
+    for each in recording.objects:
+        path = root if is_file else root / os.path.relpath(each.name, below or ".")
+        path.parent.mkdir(parents=True, exist_ok=True)
+        with path.open("wb") as file:
+            for start in range(0, each.size, BLOCK):
+                end = min(start + BLOCK, each.size)
+                file.write(stores.read(recording.base, each, start, end))
+                read["requests"] += 1
+                read["bytes_read"] += end - start
+    return root

@@ -1,0 +1,116 @@
+"""The report of a fleet: clusters of equal payloads, changes, drift, and what to look at first."""
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from conftest import TactidCommand
+from tactid._fleet import analysis, report
+from tactid._fleet.table import ParquetRows
+from tactid._show.drawing import Figures
+
+pytest.importorskip("pyarrow")
+
+HOUR_NS = 3_600_000_000_000
+STD_DEVS = {"mass": 0.002, "com.x": 1e-4, "com.y": 1e-4, "com.z": 2e-4}
+
+
+def row(number: int, robot: str, values: list[float], **others: Any) -> dict[str, Any]:
+    """A row with mass and centre of mass."""
+    names = dict(zip(STD_DEVS, values, strict=True))
+    return {
+        "address": f"{robot}/{number:03}.mcap",
+        "episode": None,
+        "robot": robot,
+        "outcome": "identified",
+        "error": None,
+        "start_ns": 1_790_000_000_000_000_000 + number * HOUR_NS,
+        "findings": [],
+        **{f"estimate.values.{name}": value for name, value in names.items()},
+        **{f"estimate.std_devs.{name}": value for name, value in STD_DEVS.items()},
+        **others,
+    }
+
+
+def shift(robot: str, scatter: float = 1.0, seed: int = 0) -> list[dict[str, Any]]:
+    """A day with two tools in turns of ten hours: three stretches, and two changes."""
+    rng = np.random.default_rng(seed)
+    tools = ([1.2, 0.0, 0.01, 0.08], [1.9, 0.002, 0.0, 0.11])
+    errors = scatter * rng.normal(size=(30, 4)) * list(STD_DEVS.values())
+    return [row(k, robot, (np.array(tools[k // 10 % 2]) + errors[k]).tolist()) for k in range(30)]
+
+
+def test_equal_payloads_are_one_cluster_and_changes_are_found() -> None:
+    (robot,) = analysis.robots_of(shift("arm"))
+    assert [len(cluster.members) for cluster in robot.clusters] == [20, 10]
+    assert robot.clusters[0].mean == pytest.approx([1.2, 0.0, 0.01, 0.08], abs=2e-3)
+    found = [(change[0].row["address"], *change[1:]) for change in robot.changes]
+    assert found == [("arm/010.mcap", 0, 1), ("arm/020.mcap", 1, 0)]
+
+
+def test_what_varies_between_recordings_is_no_change() -> None:
+    """Recordings that differ by five of their standard deviations are still of two payloads."""
+    (robot,) = analysis.robots_of(shift("arm", scatter=5.0))
+    assert 3.0 < robot.scatter < 8.0
+    assert len(robot.clusters) == 2
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_one_payload_is_rarely_split(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    errors = rng.normal(size=(200, 4)) * list(STD_DEVS.values())
+    rows = [row(k, "arm", (np.array([1, 0, 0, 0.1]) + errors[k]).tolist()) for k in range(200)]
+    (robot,) = analysis.robots_of(rows)
+    assert len(robot.clusters[0].members) >= 197
+
+
+def test_a_mass_alone_is_compared_with_a_whole_payload() -> None:
+    rows = shift("arm")[:4]
+    rows[2]["estimate.values.com.y"] = None
+    (robot,) = analysis.robots_of(rows)
+    assert len(robot.clusters) == 1
+
+
+def test_a_drift_of_the_offset_has_its_slope() -> None:
+    rng = np.random.default_rng(3)
+    rows = shift("arm")
+    for k, each in enumerate(rows):
+        offset = [0.02 * rng.normal() for _ in range(6)]
+        offset[2] += 0.5 * k / 24
+        each["fit.wrench_offset.values"] = offset
+    (robot,) = analysis.robots_of(rows)
+    slopes = {name: (slope, ratio) for name, slope, ratio in robot.drift()}
+    assert slopes["Fz"][0] == pytest.approx(0.5, abs=0.05)
+    assert slopes["Fz"][1] > 10
+    assert abs(slopes["Mx"][1]) < report.DRIFTING
+
+
+def test_the_page_shows_what_is_wrong_first() -> None:
+    rows = [*shift("left"), *shift("right", seed=1)]
+    rows[3] |= {"outcome": "refused", "error": "<b>no</b> joint states"}
+    text = "The wrench has the opposite sign."
+    rows[5]["findings"] = [{"kind": "wrench_sign", "severity": "contradicts", "text": text}]
+    rows[5]["outcome"] = "contradicted"
+    rows[7]["configured"] = [1.0, 0.0, 0.0, 0.05]
+    page = report.render(rows, Figures())
+    assert "<b>no</b>" not in page
+    assert page.index(text) < page.index("&lt;b&gt;no&lt;/b&gt; joint states")
+    assert page.index("left/007.mcap") < page.index("left/005.mcap")  # of the configured payloads
+    assert "60 recordings of 2 robots" in page
+    assert page.count("<img") == 1
+    assert "tactid identify left/005.mcap --report" in page
+
+
+def test_the_command_writes_the_report(command: TactidCommand, tmp_path: Path) -> None:
+    table = ParquetRows(tmp_path / "payloads.parquet")
+    for each in shift("arm"):
+        table.add(each)
+    table.close()
+    done = command("fleet-report", "payloads.parquet")
+    assert done.returncode == 0, done.stderr
+    assert done.stderr == "Wrote fleet.html.\n"
+    assert "30 recordings of 1 robot" in (tmp_path / "fleet.html").read_text()
+    done = command("fleet-report", "payloads.parquet", "--out", "x.pdf")
+    assert done.returncode == 2

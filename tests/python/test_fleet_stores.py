@@ -1,0 +1,180 @@
+"""Recordings in an object store: read by ranges, from a store that fails, without secrets."""
+
+import io
+import shutil
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from mcap.reader import make_reader
+from mcap.writer import CompressionType, Writer
+
+import object_store
+import tactid
+from object_store import Request, Store
+from tactid._fleet import run, stores, work
+from tactid._fleet.recordings import find
+
+PASSING = ("503", "reset", "truncated")
+CAMERA_BYTES = 200_000
+"""Bytes of an image, of which there are 20 after each second."""
+
+
+@pytest.fixture
+def store(monkeypatch: pytest.MonkeyPatch) -> Iterator[Store]:
+    monkeypatch.setattr(stores, "FIRST_WAIT_S", 0.001)
+    stores._store.cache_clear()
+    with object_store.serving() as served:
+        for name, value in served.environment.items():
+            monkeypatch.setenv(name, value)
+        yield served
+
+
+def rows_of(*urls: str, **options: Any) -> list[dict[str, Any]]:
+    """Rows as a worker computes them."""
+    tasks = run.tasks_of(find(urls), tactid.Options(**options))
+    return [work.identify_recording(task) for task in tasks]
+
+
+def of_the_payload(row: dict[str, Any]) -> dict[str, Any]:
+    passing = ("address", "size", "tag", "finished", "seconds", "requests", "bytes_read")
+    return {name: value for name, value in row.items() if name not in passing}
+
+
+def with_camera(log: Path) -> tuple[bytes, int]:
+    """A recording with a camera, in chunks of its own, and the bytes of the other chunks."""
+    written = io.BytesIO()
+    writer = Writer(written, chunk_size=1 << 30, compression=CompressionType.ZSTD)
+    writer.start(profile="ros2", library="test")
+    channels: dict[int, int] = {}
+    image_schema = writer.register_schema("sensor_msgs/msg/Image", "ros2msg", b"")
+    camera = writer.register_channel("/camera", "cdr", image_schema)
+    due, rng = 0, np.random.default_rng(1)
+    with log.open("rb") as file:
+        for schema, channel, message in make_reader(file).iter_messages():
+            if channel.id not in channels:
+                known = writer.register_schema(schema.name, schema.encoding, schema.data)
+                channels[channel.id] = writer.register_channel(channel.topic, "cdr", known)
+            writer.add_message(
+                channels[channel.id], message.log_time, message.data, message.publish_time
+            )
+            due = due or message.log_time
+            if message.log_time >= due + 1_000_000_000:
+                for _ in range(20):
+                    _flush(writer)
+                    image = rng.bytes(CAMERA_BYTES)
+                    writer.add_message(camera, message.log_time, image, message.log_time)
+                _flush(writer)
+                due = message.log_time
+    writer.finish()
+    summary = make_reader(io.BytesIO(written.getvalue())).get_summary()
+    assert summary is not None
+    chunks = [each for each in summary.chunk_indexes if camera not in each.message_index_offsets]
+    return written.getvalue(), sum(each.chunk_length for each in chunks)
+
+
+def _flush(writer: Writer) -> None:
+    writer._Writer__finalize_chunk()  # type: ignore[attr-defined]
+
+
+def test_an_object_has_the_row_of_its_file(store: Store, log: Path) -> None:
+    store.objects = {"runs/a.mcap": log.read_bytes(), "runs/notes.md": b"no log"}
+    (row,) = rows_of("s3://fleet/runs")
+    (local,) = rows_of(str(log))
+    assert row["address"] == "s3://fleet/runs/a.mcap"
+    assert row["outcome"] == "identified"
+    assert of_the_payload(row) == of_the_payload(local)
+    (one,) = rows_of("s3://fleet/runs/a.mcap")
+    (matching,) = rows_of("s3://fleet/ru*/*.mcap")
+    assert of_the_payload(one) == of_the_payload(matching) == of_the_payload(local)
+
+
+def test_of_a_recording_with_a_camera_little_is_read(store: Store, log: Path) -> None:
+    content, needed = with_camera(log)
+    assert needed < 0.25 * len(content)
+    store.objects = {"camera.mcap": content}
+    (row,) = rows_of("s3://fleet/camera.mcap")
+    (local,) = rows_of(str(log))
+    for name in ("estimate.values.mass", "estimate.covariance", "estimate.windows"):
+        assert row[name] == local[name]
+    assert store.requests["camera.mcap"] == row["requests"] <= 10
+    assert store.sent["camera.mcap"] == row["bytes_read"] <= 1.2 * needed
+
+
+@pytest.mark.parametrize("fault", PASSING)
+def test_a_fault_that_passes_changes_nothing(store: Store, log: Path, fault: str) -> None:
+    store.objects = {"a.mcap": log.read_bytes()}
+    (sound,) = rows_of("s3://fleet/a.mcap")
+    store.requests.clear()
+    store.fault = lambda request: fault if request.number % 3 else None
+    (row,) = rows_of("s3://fleet/a.mcap")
+    assert of_the_payload(row) == of_the_payload(sound)
+    assert store.requests["a.mcap"] > sound["requests"]
+
+
+@pytest.mark.parametrize("fault", PASSING)
+def test_a_fault_that_stays_is_a_row_that_the_next_run_repeats(
+    store: Store, log: Path, fault: str
+) -> None:
+    store.objects = {"a.mcap": log.read_bytes()}
+    store.fault = lambda request: fault if request.number > 0 else None
+    (row,) = rows_of("s3://fleet/a.mcap")
+    assert row["outcome"] == "unreachable"
+    assert row["error"].startswith("s3://fleet/a.mcap cannot be read: the store ")
+    assert "estimate.values.mass" not in row
+    assert object_store.SECRET not in str(row)
+
+
+def test_an_object_that_changes_meanwhile_is_no_number(store: Store, log: Path) -> None:
+    store.objects = {"a.mcap": log.read_bytes()}
+
+    def fault(request: Request) -> str | None:
+        return "changed" if request.number == 1 else None
+
+    store.fault = fault
+    (row,) = rows_of("s3://fleet/a.mcap")
+    assert (row["outcome"], row["error"]) == (
+        "unreachable",
+        "s3://fleet/a.mcap has changed while it was read",
+    )
+
+
+def test_an_object_without_index_is_read_once(store: Store, log: Path) -> None:
+    whole = log.read_bytes()
+    cut = whole[: len(whole) * 3 // 4]
+    store.objects = {"killed.mcap": cut}
+    (row,) = rows_of("s3://fleet/killed.mcap")
+    assert row["outcome"] in ("identified", "contradicted")
+    assert row["damage"]
+    assert store.sent["killed.mcap"] <= 1.1 * len(cut)
+    assert store.requests["killed.mcap"] <= 20
+
+
+def test_bags_are_downloaded_as_a_whole(store: Store, log: Path, tmp_path: Path) -> None:
+    shutil.copy(log, tmp_path / "bag_0.mcap")
+    store.objects = {
+        "x/bag/bag_0.mcap": log.read_bytes()[:100],
+        "x/bag/bag_1.mcap": log.read_bytes(),
+        "x/bag/metadata.yaml": b"",
+        "x/old.db3": b"SQLite format 3\0 but no more",
+    }
+    bag, old = rows_of("s3://fleet/x")
+    assert (bag["address"], old["address"]) == ("s3://fleet/x/bag", "s3://fleet/x/old.db3")
+    assert old["outcome"] == "refused"
+    assert "s3://fleet/x/old.db3" in old["error"]
+    assert "/tmp" not in old["error"] + str(bag["error"])
+    assert bag["bytes_read"] == bag["size"]
+
+
+@pytest.mark.usefixtures("store")
+def test_a_store_that_is_not_there_is_reported_without_keys(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setenv("AWS_ENDPOINT_URL", "http://127.0.0.1:9")
+    stores._store.cache_clear()
+    with pytest.raises(stores.StoreError) as caught:
+        stores.read("s3://fleet/x", stores.Object("a.mcap", 3, '"x"'), 0, 3)
+    assert object_store.SECRET not in str(caught.value)
+    assert str(caught.value) == "s3://fleet/x/a.mcap cannot be read: the store cannot be reached"
