@@ -254,6 +254,31 @@ def test_killed_workers_and_a_stopped_run_lose_nothing(log: Path, tmp_path: Path
     assert len({row["estimate.values.mass"] for row in rows}) == 1
 
 
+def test_a_connection_that_is_cut_loses_no_row(log: Path, tmp_path: Path) -> None:
+    for k in range(8):
+        os.link(log, tmp_path / f"{k:02}.mcap")
+    done: list[int] = []
+    with (
+        distributed.LocalCluster(
+            n_workers=1,
+            threads_per_worker=2,
+            processes=False,
+            protocol="tcp",
+            dashboard_address="127.0.0.1:0",
+        ) as cluster,
+        distributed.Client(cluster.scheduler_address, set_as_default=False) as connection,
+    ):
+
+        def cut(count: int, _: int) -> None:
+            done.append(count)
+            if count == 2:
+                connection.loop.add_callback(connection.scheduler_comm.comm.abort)
+
+        rows = tactid.fleet(tmp_path, client=connection, progress=cut)
+    assert done == list(range(9))
+    assert [row["outcome"] for row in rows] == ["identified"] * 8
+
+
 def _worker_of(parent: int) -> int:
     """Returns the id of a worker's process, once it runs."""
     end = time.monotonic() + 60

@@ -168,12 +168,17 @@ def _store(base: str, most_retries: int = 8) -> Any:
     """Returns the store of the objects below an address, whose connections are kept."""
     store = package("obstore.store", base)
     retries = {"max_retries": most_retries, "retry_timeout": timedelta(seconds=60)}
-    clear = {"allow_http": True, "timeout": "60s"}
+    client = {"timeout": "60s", "allow_http": base.startswith("http://") or _may_be_plain()}
     if base.startswith("http"):
-        return store.HTTPStore.from_url(base, client_options=clear, retry_config=retries)
+        return store.HTTPStore.from_url(base, client_options=client, retry_config=retries)
     config = _aws_files() if base.startswith("s3") else {}
-    # Plain HTTP is for stores of one's own, which the environment names.
-    return store.from_url(base, config=config, client_options=clear, retry_config=retries)
+    return store.from_url(base, config=config, client_options=client, retry_config=retries)
+
+
+def _may_be_plain() -> bool:
+    """Returns whether the environment permits a store without TLS, such as one of one's own."""
+    given = (os.environ.get(f"{each}_ALLOW_HTTP", "") for each in ("AWS", "AZURE", "GOOGLE"))
+    return any(value.lower() in ("1", "true") for value in given)
 
 
 def _aws_files() -> dict[str, str]:

@@ -74,8 +74,10 @@ def _available(recording: Recording, read: dict[str, int]) -> Iterator[Any]:
             return stores.read(recording.base, logs[0], start, end)
 
         with closing(Ranges(recording.address, logs[0].size, fetch)) as ranges:
-            yield ranges
-            read |= {"requests": ranges.requests, "bytes_read": ranges.bytes_read}
+            try:
+                yield ranges
+            finally:
+                read |= {"requests": ranges.requests, "bytes_read": ranges.bytes_read}
     else:
         with tempfile.TemporaryDirectory(prefix="tactid-") as folder:
             yield _downloaded(recording, Path(folder), read)
