@@ -13,6 +13,7 @@ from tactid._base.output_files import check_report
 from tactid._cli import option_flags, option_text
 from tactid._cli.console import check_files, interruptible, notes, print_written, progress
 from tactid._fleet import run as fleet
+from tactid._fleet.analysis import READ
 from tactid._fleet.recordings import find
 from tactid._fleet.rows import Row
 from tactid._fleet.table import read_rows, rows_at
@@ -143,5 +144,5 @@ def report_fleet(
     with interruptible("no report was written"), notes.status("drawing"):
         from tactid._fleet import report  # imports matplotlib, which takes a while to load
 
-        report.write_report(read_rows(table), out)
+        report.write_report(read_rows(table, READ), out)
     print_written(f"Wrote {out}.", replaced)

@@ -19,6 +19,16 @@ CHANCE_Z = 3.09
 
 SECONDS_A_DAY = 86400.0
 
+OFFSETS = "fit.wrench_offset.values"
+"""Column with the offset of the wrench sensors."""
+
+READ = (
+    *("address", "episode", "robot", "configured", "finished", "outcome", "error"),
+    *("start_ns", "estimate.covariance", "findings", OFFSETS),
+    *(f"estimate.{kind}.{name}" for kind in ("values", "std_devs") for name in COMPARED),
+)
+"""Columns that a report needs."""
+
 
 @dataclass
 class Payload:
@@ -38,6 +48,7 @@ class Cluster:
     members: list[Payload] = field(default_factory=list)
     information: Array = field(default_factory=lambda: np.zeros((4, 4)))
     weighted: Array = field(default_factory=lambda: np.zeros(4))
+    _solution: tuple[int, tuple[Array, Array]] | None = None
 
     def add(self, payload: Payload, covariance: Array) -> None:
         """Adds a recording with its covariance, which includes what varies between recordings."""
@@ -65,19 +76,27 @@ class Cluster:
     @property
     def known(self) -> int:
         """Number of values that the mean has."""
-        return len(COMPARED) if self.information[-1, -1] > 0 else 1
-
-    @property
-    def covariance(self) -> Array:
-        """Covariance of the mean."""
-        inverse = np.linalg.inv(self.information[: self.known, : self.known])
-        return np.asarray(inverse, dtype=np.float64)
+        return len(self.mean)
 
     @property
     def mean(self) -> Array:
         """Mean of the values, weighted by their information."""
-        mean: Array = self.covariance @ self.weighted[: self.known]
-        return mean
+        return self._solved[0]
+
+    @property
+    def covariance(self) -> Array:
+        """Covariance of the mean."""
+        return self._solved[1]
+
+    @property
+    def _solved(self) -> tuple[Array, Array]:
+        # Thousands of recordings are compared with a mean that stays the same.
+        if self._solution is None or self._solution[0] != len(self.members):
+            known = len(COMPARED) if self.information[-1, -1] > 0 else 1
+            inverse = np.linalg.inv(self.information[:known, :known])
+            covariance = np.asarray(inverse, dtype=np.float64)
+            self._solution = len(self.members), (covariance @ self.weighted[:known], covariance)
+        return self._solution[1]
 
 
 @dataclass
@@ -114,7 +133,7 @@ class Robot:
 
     def offsets(self) -> tuple[Array, Array]:
         """Returns the times and the offsets of the first wrench sensor, N and N m."""
-        rows = [(each.time_s, each.row.get("fit.wrench_offset.values")) for each in self.payloads]
+        rows = [(each.time_s, each.row.get(OFFSETS)) for each in self.payloads]
         known = [(time, values[:6]) for time, values in rows if values and None not in values[:6]]
         times = np.array([time for time, _ in known])
         return times, np.array([values for _, values in known], dtype=float).reshape(-1, 6)

@@ -9,9 +9,11 @@ from pathlib import Path
 from typing import Any
 
 from tactid._base.naming import counted
+from tactid._base.values import Z95, Interval
 from tactid._fleet import plots
 from tactid._fleet.analysis import Robot, disagreements, kinds_of, robots_of, severity
 from tactid._fleet.rows import Row
+from tactid._results.table import number
 from tactid._show import page
 from tactid._show.drawing import Figures
 
@@ -43,7 +45,8 @@ def write_report(rows: Sequence[Row], path: Path) -> None:
 def render(rows: Sequence[Row], figures: Figures) -> str:
     """Returns the report of rows as HTML, figures included."""
     robots = robots_of(rows)
-    shown = robots[:MOST_ROBOTS]
+    shown = sorted(robots[:MOST_ROBOTS], key=lambda robot: robot.name)
+    robots = sorted(robots, key=lambda robot: robot.name)
     body = [
         f"<h1>{counted(len(rows), 'recording')} of {counted(max(len(robots), 1), 'robot')}</h1>",
         f'<p class="lead">{html.escape(_period(robots))}</p>',
@@ -65,11 +68,13 @@ def render(rows: Sequence[Row], figures: Figures) -> str:
 
 def _period(robots: Sequence[Robot]) -> str:
     times = [each.time_s for robot in robots for each in robot.payloads]
-    return f"From {_date(min(times))} to {_date(max(times))}." if times else "There is no payload."
+    if not times:
+        return "There is no payload."
+    return f"From {_date(min(times))} to {_date(max(times))}, in UTC."
 
 
 def _date(time_s: float) -> str:
-    return datetime.fromtimestamp(time_s, timezone.utc).strftime("%Y-%m-%d %H:%M UTC")
+    return datetime.fromtimestamp(time_s, timezone.utc).strftime("%Y-%m-%d %H:%M")
 
 
 def _outcomes(rows: Sequence[Row]) -> list[tuple[str, int]]:
@@ -105,9 +110,10 @@ def _clusters(robots: Sequence[Robot]) -> str:
     for robot in robots:
         for place, cluster in enumerate(robot.clusters, start=1):
             times = [each.time_s for each in cluster.members]
-            mean = [float(value) for value in cluster.mean]
-            around = 1.96 * float(cluster.covariance[0, 0]) ** 0.5
-            values = [mean[0], around, *(1e3 * value for value in mean[1:])]
+            mass, *center = (float(value) for value in cluster.mean)
+            around = Z95 * float(cluster.covariance[0, 0]) ** 0.5
+            shown = number(mass, Interval(mass - around, mass + around))
+            values = [shown, f"{around:.2g}", *(f"{1e3 * value:.2f}" for value in center)]
             values += [""] * (5 - len(values))
             last = (_date(min(times)), _date(max(times)))
             lines.append((robot.name, place, len(cluster.members), *values, *last))

@@ -4,7 +4,7 @@ import csv
 import io
 import json
 import time
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any, Protocol
 
@@ -194,8 +194,8 @@ class ParquetRows:
         return read_rows(self._folder)
 
 
-def read_rows(out: Path) -> list[Row]:
-    """Returns all rows of a table of Parquet, in the order of their addresses.
+def read_rows(out: Path, columns: Sequence[str] | None = None) -> list[Row]:
+    """Returns all rows of a table of Parquet, or some of their columns, in order of the addresses.
 
     Raises:
         ArgumentError: There is no such table.
@@ -205,11 +205,19 @@ def read_rows(out: Path) -> list[Row]:
     if not files or not all(path.is_file() for path in files):
         raise ArgumentError(f"there is no table at {out}: tactid fleet writes one")
     found: dict[Key, Row] = {}
-    for row in (row for path in files for row in parquet.read_table(path).to_pylist()):
+    for row in (row for path in files for row in _read(parquet, path, columns)):
         earlier = found.get(key_of(row))
         if earlier is None or earlier["finished"] < row["finished"]:
             found[key_of(row)] = row
     return [found[key] for key in sorted(found)]
+
+
+def _read(parquet: Any, path: Path, columns: Sequence[str] | None) -> list[Row]:
+    """Reads the rows of a file, with the columns that it has: another version may have others."""
+    there = set(parquet.read_schema(path).names)
+    chosen = None if columns is None else [name for name in columns if name in there]
+    rows: list[Row] = parquet.read_table(path, columns=chosen).to_pylist()
+    return rows
 
 
 def new_or_changed(tasks: Iterable[Task], stored: Mapping[Key, tuple[Any, ...]]) -> list[Task]:
