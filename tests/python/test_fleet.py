@@ -182,14 +182,20 @@ def test_addresses_are_patterns_lists_and_bags(log: Path, tmp_path: Path) -> Non
 def test_a_data_set_has_a_row_for_each_episode(
     log: Path, urdf: str, tmp_path: Path, client: Any
 ) -> None:
-    samples = tactid.read(log, "/joint_states")
-    folder = tmp_path / "set"
+    folder = write_data_set(tmp_path / "set", log)
+    rows = tactid.fleet(folder, client=client, urdf=urdf)
+    assert [row["episode"] for row in rows] == [0, 1]
+    assert [row["outcome"] for row in rows] == ["refused"] * 2  # there is no effort
+
+
+def write_data_set(folder: Path, log: Path) -> Path:
+    """Writes a data set of LeRobot with two episodes of an arm at rest."""
     (folder / "meta").mkdir(parents=True)
     (folder / "data").mkdir()
-    joints = len(samples.names)
+    names = list(tactid.read(log, "/joint_states").names)
     features = {
         "timestamp": {"dtype": "float32"},
-        "observation.state": {"dtype": "float32", "names": list(samples.names)},
+        "observation.state": {"dtype": "float32", "names": names},
         "episode_index": {"dtype": "int64"},
     }
     info = {"total_episodes": 2, "features": features}
@@ -197,13 +203,11 @@ def test_a_data_set_has_a_row_for_each_episode(
     count = 50
     table = {
         "timestamp": np.tile(0.01 * np.arange(count), 2),
-        "observation.state": [[0.1] * joints] * (2 * count),
+        "observation.state": [[0.1] * len(names)] * (2 * count),
         "episode_index": np.repeat([0, 1], count),
     }
     parquet.write_table(pyarrow.table(table), folder / "data" / "file-000.parquet")
-    rows = tactid.fleet(folder, client=client, urdf=urdf)
-    assert [row["episode"] for row in rows] == [0, 1]
-    assert [row["outcome"] for row in rows] == ["refused"] * 2  # there is no effort
+    return folder
 
 
 def test_the_command_writes_tables_and_says_what_has_become_of_recordings(

@@ -16,6 +16,7 @@ import tactid
 from object_store import Request, Store
 from tactid._fleet import run, stores, work
 from tactid._fleet.recordings import find
+from test_fleet import write_data_set
 
 PASSING = ("503", "reset", "truncated")
 CAMERA_BYTES = 200_000
@@ -166,6 +167,23 @@ def test_bags_are_downloaded_as_a_whole(store: Store, log: Path, tmp_path: Path)
     assert "s3://fleet/x/old.db3" in old["error"]
     assert "/tmp" not in old["error"] + str(bag["error"])
     assert bag["bytes_read"] == bag["size"]
+
+
+def test_a_data_set_is_downloaded_for_its_episodes(
+    store: Store, log: Path, urdf: str, tmp_path: Path
+) -> None:
+    folder = write_data_set(tmp_path / "set", log)
+    files = [path for path in folder.rglob("*") if path.is_file()]
+    store.objects = {
+        f"x/{path.relative_to(tmp_path).as_posix()}": path.read_bytes() for path in files
+    }
+    there, here = rows_of("s3://fleet/x", urdf=urdf), rows_of(str(folder), urdf=urdf)
+    assert [(row["address"], row["episode"]) for row in there] == [
+        ("s3://fleet/x/set", 0),
+        ("s3://fleet/x/set", 1),
+    ]
+    for one, other in zip(there, here, strict=True):
+        assert one["error"] == other["error"].replace(str(folder), "s3://fleet/x/set")
 
 
 @pytest.mark.usefixtures("store")
