@@ -15,7 +15,7 @@ from tactid._fleet.analysis import Robot
 from tactid._show.drawing import EARLIER, ESTIMATE, STYLE, TRUE, padded
 
 COLOURS = (ESTIMATE, "#2a8a5b", "#8b5fbf", "#b8860b", "#1f9e9e", "#a0446c", "#5b6570")
-"""Colours of clusters, the largest first; further ones share the last."""
+"""Colours of clusters in the order of their first recordings; further ones share the last."""
 
 
 LEAST_MARGIN_S = 60.0
@@ -62,15 +62,13 @@ def _dates(times_s: Sequence[float]) -> NDArray[np.datetime64]:
 
 
 def _masses(axes: Axes, robot: Robot) -> None:
-    sizes = [len(cluster.members) for cluster in robot.clusters]
-    ranks = np.argsort(np.argsort(-np.array(sizes), kind="stable"), kind="stable")
     labels = np.array(robot.labels)
     times: Any = _dates([each.time_s for each in robot.payloads])
     masses = np.array([each.values[0] for each in robot.payloads])
     half = Z95 * robot.scatter * np.sqrt([each.covariance[0, 0] for each in robot.payloads])
     for place in range(len(robot.clusters)):
         chosen = labels == place
-        colour = COLOURS[min(int(ranks[place]), len(COLOURS) - 1)]
+        colour = COLOURS[min(place, len(COLOURS) - 1)]
         axes.errorbar(
             times[chosen],
             masses[chosen],

@@ -115,8 +115,8 @@ def _clusters(robots: Sequence[Robot]) -> str:
             shown = number(mass, Interval(mass - around, mass + around))
             values = [shown, f"{around:.2g}", *(f"{1e3 * value:.2f}" for value in center)]
             values += [""] * (5 - len(values))
-            last = (_date(min(times)), _date(max(times)))
-            lines.append((robot.name, place, len(cluster.members), *values, *last))
+            days = (_date(min(times))[:10], _date(max(times))[:10])
+            lines.append((robot.name, place, len(cluster.members), *values, *days))
     heads = ["robot", "payload", "recordings", "mass / kg", "± 95 %"]
     heads += ["com x / mm", "com y / mm", "com z / mm", "first", "last"]
     return _table(heads, lines)
