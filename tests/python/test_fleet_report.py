@@ -100,7 +100,7 @@ def test_the_page_shows_what_is_wrong_first() -> None:
     assert page.index("left/007.mcap") < page.index("left/005.mcap")  # of the configured payloads
     assert "60 recordings of 2 robots" in page
     assert page.count("<img") == 1
-    assert "tactid identify left/005.mcap --report" in page
+    assert "tactid.identify(&#x27;left/005.mcap&#x27;).write_report" in page
 
 
 def test_the_command_writes_the_report(command: TactidCommand, tmp_path: Path) -> None:

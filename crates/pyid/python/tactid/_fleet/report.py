@@ -1,7 +1,6 @@
 """The report of a fleet: one HTML file."""
 
 import html
-import shlex
 from collections import Counter
 from collections.abc import Iterable, Sequence
 from datetime import datetime, timezone
@@ -168,7 +167,7 @@ def _worst(rows: Sequence[Row]) -> str:
         if severity(row)[:3] != (0, 0, 0)
     ]
     example = lines[0][0] if lines else ""
-    note = f"A report of one of them: tactid identify {shlex.quote(example)} --report report.html"
+    note = f'A report of one of them: tactid.identify({example!r}).write_report("report.html")'
     text = _table(("recording", "episode", "outcome", "why"), lines, note if example else "")
     return text.replace('<div class="wide">', '<div class="wide worst">')
 
