@@ -14,7 +14,7 @@ from mcap.writer import CompressionType, Writer
 import object_store
 import tactid
 from object_store import Request, Store
-from tactid._fleet import run, stores, work
+from tactid._fleet import ranges, run, stores, work
 from tactid._fleet.recordings import find
 from test_fleet import write_data_set
 
@@ -196,3 +196,16 @@ def test_a_store_that_is_not_there_is_reported_without_keys(
         stores.read("s3://fleet/x", stores.Object("a.mcap", 3, '"x"'), 0, 3)
     assert object_store.SECRET not in str(caught.value)
     assert str(caught.value) == "s3://fleet/x/a.mcap cannot be read: the store cannot be reached"
+
+
+def test_what_is_kept_on_the_disk_is_bounded(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Where too much would be kept, it is read again, and the bytes stay right."""
+    monkeypatch.setattr(ranges, "MOST_KEPT", 3 * ranges.BLOCK)
+    content = np.random.default_rng(4).bytes(20 * ranges.BLOCK)
+    given = ranges.Ranges("x.mcap", len(content), lambda start, end: content[start:end])
+    for place in (0, 11, 3, 19, 11, 0):
+        at_byte = place * ranges.BLOCK + 7
+        assert given.read(at_byte, 100) == content[at_byte : at_byte + 100]
+        assert sum(end - start for start, end in given._kept) <= 3 * ranges.BLOCK
+    assert given.requests == 6
+    given.close()

@@ -1,6 +1,5 @@
 """An MCAP file in a store, of which only what is needed is read."""
 
-import os
 import tempfile
 from bisect import bisect_right
 from collections.abc import Callable, Sequence
@@ -71,7 +70,8 @@ class Ranges:
             except Exception as error:
                 self.failure = error
                 raise
-        return os.pread(self._file.fileno(), end - at_byte, at_byte)
+        self._file.seek(at_byte)
+        return self._file.read(end - at_byte)
 
     def _needed(self, asked: Range) -> list[Range]:
         """Returns what to fetch for a range: what was announced after it, too."""
@@ -97,12 +97,13 @@ class Ranges:
         requests = coalesced(self._parts(needed))
         if sum(end - start for start, end in [*self._kept, *requests]) > MOST_KEPT:
             self._kept = []
-            os.ftruncate(self._file.fileno(), 0)
+            self._file.truncate(0)
             requests = coalesced(self._parts(needed))
         with ThreadPoolExecutor(AT_ONCE) as threads:
             bodies = threads.map(lambda each: self._fetch(*each), requests)
             for (start, end), body in zip(requests, bodies, strict=True):
-                os.pwrite(self._file.fileno(), body, start)
+                self._file.seek(start)
+                self._file.write(body)
                 self._kept = joined([*self._kept, (start, end)])
                 self.requests += 1
                 self.bytes_read += len(body)
