@@ -151,8 +151,8 @@ class LiveNode(Node):
         self._status.publish(own)
         self._log(own.level, self._contradiction or status.problem)
         if self._reporting is None or not self._reporting.is_alive():
-            known = [own, *self._of_inputs()]
-            self._reporting = threading.Thread(target=self._report, args=(known,), daemon=True)
+            of_inputs = self._of_inputs()
+            self._reporting = threading.Thread(target=self._report, args=(of_inputs,), daemon=True)
             self._reporting.start()
 
     def _log(self, level: bytes, words: str | None) -> None:
@@ -162,7 +162,7 @@ class LiveNode(Node):
             (log.error if level == DiagnosticStatus.ERROR else log.warning)(words)
         self._logged = words
 
-    def _report(self, known: list[DiagnosticStatus]) -> None:
+    def _report(self, of_inputs: list[DiagnosticStatus]) -> None:
         findings, faults = self._session.notices()
         contradictions = (str(finding) for finding in findings if finding.contradicts_result)
         self._contradiction = next(contradictions, None)
@@ -177,10 +177,11 @@ class LiveNode(Node):
             for fault in faults
         ]
         self._level = max(
-            (each.level for each in (*known[1:], *of_findings, *of_faults)),
+            (each.level for each in (*of_inputs, *of_findings, *of_faults)),
             default=DiagnosticStatus.OK,
         )
-        array.status = [*known, *of_findings, *of_faults]
+        own = self._own_status(self._session.status())
+        array.status = [own, *of_inputs, *of_findings, *of_faults]
         self._diagnostics.publish(array)
 
     def _own_status(self, status: LiveStatus) -> DiagnosticStatus:
