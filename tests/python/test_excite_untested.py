@@ -67,7 +67,7 @@ def test_an_arm_without_its_meshes_is_refused(command: TactidCommand, tmp_path: 
     assert (
         "its file was not found in AMENT_PREFIX_PATH, in ROS_PACKAGE_PATH, or in a folder" in line
     )
-    assert "STL or OBJ" in line
+    assert "STL, OBJ or PLY" in line
     assert line.endswith(
         "accept a motion that may run the robot through itself with --no-collisions"
     )
@@ -96,7 +96,7 @@ def test_the_same_arm_is_tested_where_the_package_is_found(
 def test_a_collada_mesh_is_refused_on_the_base_too(link: str, tmp_path: Path) -> None:
     (tmp_path / "a.dae").write_text("<COLLADA/>")
     urdf = _robot(tmp_path / "arm.urdf", **{link: "a.dae"})
-    expected = rf"the link {link} are left out \(`a.dae`: only STL and OBJ are read\)"
+    expected = rf"the link {link} are left out \(`a.dae`: only STL, OBJ and PLY are read\)"
     with pytest.raises(tactid.ExcitationError, match=expected) as raised:
         _design(urdf)
     assert raised.value.option == "collisions"

@@ -111,7 +111,7 @@ options! {
         pub base_position: Option<f64>,
         /// Whether the links of the robot must not touch one another, the payload's box or a
         /// keep-out box. It is an error if a link that could be hit has a collision shape that
-        /// cannot be tested, such as a mesh that is not found or is neither STL nor OBJ: without
+        /// cannot be tested, such as a mesh that is not found or is neither STL, OBJ nor PLY: without
         /// the test, a motion may run the robot through itself. Links to which the URDF gives no
         /// collision shape are not tested; the result lists them.
         #[option(LIMITS, DESIGN, default = "true", kind = Kind::Switch)]

@@ -26,7 +26,7 @@ impl UntestedLinks {
         if self.0.is_empty() {
             "give a URDF with collision shapes"
         } else {
-            "put the meshes, as STL or OBJ files, where the URDF names them (for package://, ROS_PACKAGE_PATH may name the \
+            "put the meshes, as STL, OBJ or PLY files, where the URDF names them (for package://, ROS_PACKAGE_PATH may name the \
              folder that contains the package)"
         }
     }

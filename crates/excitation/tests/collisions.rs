@@ -306,7 +306,7 @@ fn meshes_are_read_or_named() {
     binary.truncate(150);
     let flat = String::from_utf8(ascii).unwrap().replace("100", "0");
     let cases = [
-        ("a.dae", Ok(Vec::new()), "only STL and OBJ are read"),
+        ("a.dae", Ok(Vec::new()), "only STL, OBJ and PLY are read"),
         ("a.stl", Ok(flat.into_bytes()), "its points span no volume"),
         (
             "a.stl",

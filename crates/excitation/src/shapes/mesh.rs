@@ -8,9 +8,9 @@ use nalgebra::Vector3;
 use parry3d_f64::math::{Pose, Vector};
 use parry3d_f64::shape::SharedShape;
 use parry3d_f64::transformation::try_convex_hull;
+use tactid_shapes::Mesh;
 
 use super::convert::glam_vector;
-use super::mesh_file::vertices;
 use super::placed::Placed;
 use crate::checks::LARGEST_SIZE_M;
 
@@ -84,7 +84,7 @@ impl ConvexHulls {
 
 impl Hull {
     fn of_mesh(file: &str, bytes: &[u8]) -> Result<Self, String> {
-        let vertices = vertices(file, bytes)?;
+        let vertices = Mesh::read(file, bytes)?.vertices;
         let point = |vertex: &[f32; 3]| Vector::from(vertex.map(f64::from));
         if !vertices.iter().all(|vertex| point(vertex).is_finite()) {
             return Err("a coordinate is not finite".to_owned());

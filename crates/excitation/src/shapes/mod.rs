@@ -2,7 +2,6 @@
 
 mod convert;
 mod mesh;
-mod mesh_file;
 mod model;
 mod placed;
 

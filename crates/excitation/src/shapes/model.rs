@@ -158,7 +158,7 @@ impl fmt::Display for CollisionFinding {
 
 impl CollisionModel {
     /// Returns the collision shapes of a robot from its URDF. `read_mesh` reads the files of
-    /// meshes, of which STL and OBJ are understood; other shapes that cannot be used are left out,
+    /// meshes, of which STL, OBJ and PLY are understood; other shapes that cannot be used are left out,
     /// see [`CollisionModel::findings`].
     ///
     /// No motion is designed for a robot with shapes left out, because it could run through them:
