@@ -252,6 +252,7 @@ FINDINGS = [
     ),
     Finding("stamps_missing", {"topics": ["/wrench"], "clock_rate": 0.6}),
     Finding("tool_uncertainty_assumed", {"std_dev": 0.01}),
+    Finding("shape_contradicted", {"p_value": 1e-9, "scale": 0.001}),
     Finding("no_stamps"),
     Finding("topic_silent", {"topic": "/wrench", "silent_s": 3.04}),
     Finding("topics_not_used", {"topics": ["/left", "/right"]}),
@@ -534,6 +535,10 @@ SENTENCES = {
         " is assumed and is part of the intervals. `known_tool_std_dev` gives another one, and an"
         " earlier result as `known_tool` has its own."
     ),
+    "shape_contradicted": (
+        "The measurements contradict the shape (`shape`, p < 1e-06): with 0.001 m as the unit of"
+        " its file (`shape_scale`) they agree. The result does not use it."
+    ),
     "no_stamps": ("The messages have no stamps: their times are those of logging."),
     "topic_silent": (
         "/wrench has had no message for 3.0 s: its publisher has ended, or its messages do not"
@@ -697,6 +702,7 @@ CONTRADICTIONS = (
     "forces_and_moments_exchanged",
     "joints_exchanged",
     "joint_sign_contradicted",
+    "shape_contradicted",
     "too_few_windows",
     "negative_mass",
     "known_bodies_too_heavy",

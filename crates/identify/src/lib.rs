@@ -113,7 +113,7 @@ pub use equations::{
 pub use error::{IdentifyError, digits, three_digits};
 pub use finding::{
     Disagreement, FarCenter, Finding, Hypothesis, NextAttitude, OtherLoad, OutlyingPose,
-    RestingPoses, Rests, UnexplainedLoad, WrongAssumption, distance_of_runs, probability,
+    RestingPoses, Rests, UnexplainedLoad, WrongAssumption, distance_of_runs, p_equals, probability,
 };
 pub use fingerprint::fingerprint;
 pub use fit::{Delay, GainErrors};

@@ -102,6 +102,8 @@ pub enum Kind {
     Tool,
     /// A link, then three coordinates and a quaternion.
     Frame,
+    /// Three coordinates and a quaternion.
+    Pose,
     /// Calibration of an arm, or the path of its file.
     Calibration,
 }

@@ -47,7 +47,10 @@ pub(crate) fn request(given: &Bound<'_, PyDict>) -> PyResult<Request> {
     take(&plain, "unloaded")?;
     let urdf = take(&plain, "urdf")?.map(|given| with_option(urdf(&given), "urdf"));
     let calibration = take(&plain, "calibration")?.map(|given| calibration(&given));
+    let shape = take(&plain, "shape")?;
+    let shape = shape.map(|given| path("shape", "the path of a file", &given));
     Ok(Request {
+        shape: shape.transpose()?,
         urdf: urdf.transpose()?,
         calibration: calibration.transpose()?,
         ..read(&plain, Request::OPTIONS)?
@@ -175,6 +178,7 @@ pub(crate) fn expected(kind: Kind) -> String {
             "a tactid.MassProperties, a result or its estimate, or the path of its JSON file"
         }
         Kind::Frame => "a link, then x, y, z, qx, qy, qz, qw",
+        Kind::Pose => "seven numbers, x, y, z, qx, qy, qz, qw",
         Kind::Calibration => "a tactid.Calibration, or the path of its file",
         Kind::Choice(names) => {
             let names = names.iter().map(|name| format!("'{name}'"));

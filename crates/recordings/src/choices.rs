@@ -199,18 +199,31 @@ impl SensorFrame {
     /// # Errors
     /// Returns [`RecordingError::Option`] as [`new`](Self::new) does.
     pub fn parent_from_sensor(&self) -> Result<Isometry3<f64>, RecordingError> {
-        let quaternion = Quaternion::from(Vector4::from(self.quaternion));
-        let rotation = unit_quaternion(quaternion)
-            .ok_or_else(|| RecordingError::Option {
-                option: "sensor_frame",
-                what: format!(
-                    "the quaternion (qx, qy, qz, qw) of `sensor_frame` has the norm {}, but must have the norm 1",
-                    three_digits(quaternion.norm())
-                ),
-            })?;
-        let origin = Translation3::from(self.origin_m);
-        Ok(Isometry3::from_parts(origin, rotation))
+        pose("sensor_frame", self.origin_m, self.quaternion)
     }
+}
+
+/// Returns the pose that an option gives.
+///
+/// # Errors
+/// Returns [`RecordingError::Option`] if the norm of the quaternion is not one to within 0.1.
+pub(crate) fn pose(
+    option: &'static str,
+    origin_m: [f64; 3],
+    quaternion: [f64; 4],
+) -> Result<Isometry3<f64>, RecordingError> {
+    let quaternion = Quaternion::from(Vector4::from(quaternion));
+    let rotation = unit_quaternion(quaternion).ok_or_else(|| RecordingError::Option {
+        option,
+        what: format!(
+            "the quaternion (qx, qy, qz, qw) of `{option}` has the norm {}, but must have the norm 1",
+            three_digits(quaternion.norm())
+        ),
+    })?;
+    Ok(Isometry3::from_parts(
+        Translation3::from(origin_m),
+        rotation,
+    ))
 }
 
 impl Value for SensorFrame {

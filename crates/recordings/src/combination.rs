@@ -1,10 +1,10 @@
 //! One payload from the results of several recordings.
 
 use serde::Deserialize;
-use tactid_identify::{BoundingBox, Finding, KnownMass, LinearEstimate, PriorKnowledge};
+use tactid_identify::{BoundingBox, Finding as Data, KnownMass, LinearEstimate, PriorKnowledge};
 
 use crate::combine::{Combination, combine_estimates};
-use crate::{Identification, RecordingError};
+use crate::{Finding, Identification, RecordingError, ShapePrior};
 
 /// What the result of one recording contributes to a combination: fields of its [`Identification`]
 /// and of the estimate in it.
@@ -19,6 +19,8 @@ pub struct CombinedRun {
     pub known_mass: Option<KnownMass>,
     /// Box around the payload as it was given.
     pub bounding_box: Option<BoundingBox>,
+    /// What the shape of the payload says, where one was given.
+    pub shape: Option<ShapePrior>,
     /// Frame of the estimate.
     pub frame: String,
     /// Number that identifies its first messages; empty where it is not known.
@@ -42,6 +44,7 @@ pub fn combine(results: &[Identification]) -> Result<Combination, RecordingError
         linear: result.linear.clone(),
         known_mass: result.known_mass,
         bounding_box: result.bounding_box,
+        shape: result.shape.as_ref().map(|fit| fit.prior),
         frame: result.estimate.frame.to_string(),
         beginning: result.recording.setup.beginning.clone(),
         windows: result.estimate.windows,
@@ -56,11 +59,11 @@ pub fn combine(results: &[Identification]) -> Result<Combination, RecordingError
 /// [`combine_estimates`] for the weights, the verdict and the intervals.
 ///
 /// The numbers of windows, rejected samples and gaps of the estimate are the sums over the
-/// recordings. A known mass and a bounding box count once.
+/// recordings. A known mass, a bounding box and a shape count once.
 ///
 /// # Errors
 /// Returns [`RecordingError::Together`] if there is no recording, the recordings have different
-/// frames, known masses or bounding boxes, or two of them begin with the same measurements.
+/// frames, known masses, bounding boxes or shapes, or two of them begin with the same measurements.
 pub fn combine_runs(runs: &[CombinedRun]) -> Result<Combination, RecordingError> {
     let estimates: Vec<_> = runs.iter().map(|run| run.linear.clone()).collect();
     let first = runs.first();
@@ -69,6 +72,7 @@ pub fn combine_runs(runs: &[CombinedRun]) -> Result<Combination, RecordingError>
             ("frame", run.frame == first.frame),
             ("known mass", run.known_mass == first.known_mass),
             ("bounding box", run.bounding_box == first.bounding_box),
+            ("shape", run.shape == first.shape),
         ];
         if let Some((what, _)) = same.into_iter().find(|(_, is_same)| !is_same) {
             return Err(RecordingError::Together(format!(
@@ -82,7 +86,8 @@ pub fn combine_runs(runs: &[CombinedRun]) -> Result<Combination, RecordingError>
         bounding_box: first.and_then(|first| first.bounding_box),
     };
     let frame = first.map_or("", |first| &first.frame);
-    let mut combination = combine_estimates(frame, &estimates, &prior)?;
+    let shape = first.and_then(|first| first.shape.as_ref());
+    let mut combination = combine_estimates(frame, &estimates, &prior, shape)?;
     check_apart(runs)?;
     for run in runs {
         combination.estimate.windows += run.windows;
@@ -90,7 +95,7 @@ pub fn combine_runs(runs: &[CombinedRun]) -> Result<Combination, RecordingError>
         combination.estimate.gaps += run.gaps;
     }
     for finding in &mut combination.findings {
-        if let Finding::RunsDisagree(found) = finding {
+        if let Finding::Data(Data::RunsDisagree(found)) = finding {
             let names = runs.iter().map(|run| run.name.clone());
             *found = found.clone().with_names(names.collect());
         }

@@ -12,6 +12,7 @@ use tactid_identify::{
     PrincipalMoments, serial::TenValues,
 };
 
+use crate::ShapeFit;
 use crate::plan::Plan;
 use crate::run::Run;
 use crate::shortage::{check_windows, explain};
@@ -73,7 +74,7 @@ pub struct Identification {
     /// of each of several recordings.
     #[schemars(extend("kept" = "memory"))]
     pub linear: LinearEstimate,
-    /// Estimate over time.
+    /// Estimate over time, from the measurements alone where a shape is used.
     #[serde(serialize_with = "History::of")]
     #[schemars(with = "History", extend("kept" = "file"))]
     pub history: Vec<HistoryPoint>,
@@ -84,8 +85,8 @@ pub struct Identification {
     /// How well the payload explains the measurements. Its offset, as that of a finding, has the
     /// sign in which the sensor reports wrenches, whichever body these act on.
     pub fit: FitReport,
-    /// Forecast of the uncertainty for a motion that goes on; `None` where the mass is zero, and
-    /// with a calibration.
+    /// Forecast of the uncertainty for a motion that goes on; `None` where the mass is zero, with a
+    /// calibration, and with a shape.
     #[schemars(extend("kept" = "memory"))]
     pub forecast: Option<Forecast>,
     /// Delay as it was estimated; `None` where the request gave it, or where it cannot be
@@ -99,6 +100,8 @@ pub struct Identification {
     pub known_mass: Option<KnownMass>,
     /// Box around the payload as the request gave it.
     pub bounding_box: Option<BoundingBox>,
+    /// What the shape of the payload contributed; `None` where the request has none.
+    pub shape: Option<ShapeFit>,
     /// What was assumed of the recording, and what was noticed about it.
     #[serde(flatten)]
     pub recording: RecordingReport,
@@ -361,6 +364,7 @@ impl Identification {
             calibrated: None,
             known_mass: plan.request.known_mass(),
             bounding_box: plan.request.bounding_box,
+            shape: None,
             recording: RecordingReport::new(
                 plan,
                 run,

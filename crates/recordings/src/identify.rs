@@ -76,11 +76,15 @@ fn identify_opened(
     observer: &mut Observer<'_>,
 ) -> Result<Identified, RecordingError> {
     request.check()?;
-    if let Some(calibration) = &request.calibration {
-        return identify_calibrated_log(open, request, calibration, observer);
-    }
-    let recording = LogRecording::opened(open(observer)?, request, observer)?;
-    identify(&recording, request, observer)
+    let shape = request.read_shape()?;
+    let found = match &request.calibration {
+        Some(calibration) => identify_calibrated_log(open, request, calibration, observer)?,
+        None => {
+            let recording = LogRecording::opened(open(observer)?, request, observer)?;
+            identify(&recording, request, observer)?
+        }
+    };
+    found.with_shape(shape.as_ref())
 }
 
 /// Identifies one payload from several logs, each on its own and with the same request, for
@@ -158,11 +162,12 @@ pub fn identify_arrays(
     observer: &mut Observer<'_>,
 ) -> Result<Identified, RecordingError> {
     request.check()?;
-    if let Some(calibration) = &request.calibration {
-        return identify_calibrated_arrays(arrays, request, calibration, observer);
-    }
-    let recording = ArrayRecording::new(arrays, request)?;
-    identify(&recording, request, observer)
+    let shape = request.read_shape()?;
+    let found = match &request.calibration {
+        Some(calibration) => identify_calibrated_arrays(arrays, request, calibration, observer)?,
+        None => identify(&ArrayRecording::new(arrays, request)?, request, observer)?,
+    };
+    found.with_shape(shape.as_ref())
 }
 
 fn identify(

@@ -77,6 +77,7 @@ mod feed;
 mod finding;
 mod identification;
 mod identify;
+mod known_shape;
 mod known_tool;
 mod live;
 mod log;
@@ -95,10 +96,12 @@ mod recording;
 mod recording_report;
 mod request;
 mod request_checks;
+mod request_shape;
 mod request_tool;
 mod run;
 mod same_log;
 mod setup;
+mod shaped;
 mod shortage;
 mod sources;
 mod steps;
@@ -118,7 +121,9 @@ pub use choices::{
 };
 pub use clock::Clock;
 pub use combination::{CombinedRun, combine, combine_runs};
-pub use combine::{Agreement, Combination, RunDistance, ValueDifference, combine_estimates};
+pub use combine::{
+    Agreement, Combination, RunDistance, ShapeFit, ValueDifference, combine_estimates,
+};
 pub use compensated_log::{CompensatedLog, WrenchSummary, WrittenWrench, compensate_into};
 pub use compensation::{
     CompensationReport, IdentifiedLoad, WrenchPlace, WrenchReceiver, compensate_arrays,
@@ -131,6 +136,7 @@ pub use fault::{DataFault, FaultKind};
 pub use finding::{ArmChanged, Finding, NotUsedBecause};
 pub use identification::{CalibratedFit, Identification, Identified};
 pub use identify::{identify_arrays, identify_log, identify_logs, identify_ranges};
+pub use known_shape::ShapePose;
 pub use known_tool::GivenTool;
 pub use live::{LiveContact, LiveSession, LiveSettings, LiveSnapshot, LiveStatus};
 pub use online::OnlineSetup;
@@ -148,3 +154,4 @@ pub use tactid_identify::{
     PrincipalMoments, PriorKnowledge, RecordedWrenches, VALUE_NAMES,
 };
 pub use tactid_options::{Declaration, Kind, Use};
+pub use tactid_shapes::ShapePrior;

@@ -2,6 +2,7 @@
 
 use std::ops::ControlFlow;
 
+use tactid_calibrate::distributions::students_factor;
 use tactid_dynamics::words::HALF_WIDTH_95;
 use tactid_dynamics::{BaseKind, Wrench};
 use tactid_identify::{
@@ -106,7 +107,20 @@ pub fn identify_poses(
         interrupted: false,
         damage: Vec::new(),
     };
-    Ok(identification(result, report))
+    with_shape(identification(result, report), request)
+}
+
+/// Returns a result with what the shape of a request says, where there is one.
+fn with_shape(
+    mut found: Identification,
+    request: &Request,
+) -> Result<Identification, RecordingError> {
+    if let Some(shape) = request.read_shape()? {
+        // The noise is estimated from few poses.
+        let freedom = found.linear.degrees_of_freedom;
+        found.add_shape(&shape, students_factor(freedom.min(1e6) as u32))?;
+    }
+    Ok(found)
 }
 
 /// Returns the finding that the load is certainly heavier than what most arms lift.
@@ -287,6 +301,7 @@ fn identification(result: BatchResult, recording: RecordingReport) -> Identifica
         calibrated: None,
         known_mass: None,
         bounding_box: None,
+        shape: None,
         recording,
     }
 }

@@ -16,11 +16,12 @@ use crate::choices::{
     ConfiguredPayload, EstimatorKind, GravityChoice, OffsetChoice, SensorFrame, WrenchIs,
 };
 use crate::clock::LONGEST_STAMP_DELAY_S;
+use crate::known_shape::{LN_DENSITY, SHAPE_STD_DEV, ShapePose, UNIT_M};
 use crate::known_tool::GivenTool;
 use crate::paper::PaperSettings;
 use crate::uses::{
     ALL, DELAY, EFFORT_CONTENT, EFFORTS, FRAME, LEAST_SQUARES, LOG, LOGS, METHODS, MODEL, OFFSET,
-    PAPER, RECORDING, SAMPLES, STREAM, TOOL, WEIGHT, WRENCHES,
+    PAPER, RECORDING, SAMPLES, SHAPE, STREAM, TOOL, WEIGHT, WRENCHES,
 };
 
 /// Range of gravity, m/s²: up to twice that of Jupiter. A larger one is in another unit.
@@ -262,6 +263,44 @@ options! {
         /// (2, 3): the result is a body that fits into it.
         #[option(PRIOR, RECORDING, unit = "m")]
         pub bounding_box: Option<BoundingBox>,
+        /// File of the payload's shape: a solid in STL, OBJ or PLY, or a point cloud of its surface
+        /// in PLY. What the shape says of the centre of mass and the inertia is part of the
+        /// estimate. The density inside is not known and may differ from part to part.
+        #[option(PRIOR, SHAPE, placeholder = "FILE")]
+        pub shape: Option<PathBuf>,
+        /// Pose of the frame of the shape's file in the tip's frame: its origin x, y, z and its
+        /// quaternion qx, qy, qz, qw.
+        #[option(PRIOR, SHAPE, unit = "m", default = "that of the tip", range = Range::FINITE)]
+        pub shape_pose: Option<ShapePose>,
+        /// Length of one unit of the shape's file: 0.001 for millimetres.
+        #[option(PRIOR, SHAPE, unit = "m", default = "1", range = UNIT_M)]
+        pub shape_scale: Option<f64>,
+        /// Standard deviation of the position of the shape along each axis.
+        #[option(PRIOR, SHAPE, unit = "m", default = "0.003", range = SHAPE_STD_DEV)]
+        pub shape_position_std_dev_m: Option<f64>,
+        /// Standard deviation of the orientation of the shape about each axis: in rad in Python, and
+        /// in degrees on the command line.
+        #[option(
+            PRIOR, SHAPE,
+            default = "3 degrees",
+            kind = Kind::Degrees,
+            range = SHAPE_STD_DEV
+        )]
+        pub shape_rotation_std_dev: Option<f64>,
+        /// Standard deviation of the size of the shape along each axis: a fraction in Python, 0.03,
+        /// and a percentage on the command line, 3%.
+        #[option(
+            PRIOR, SHAPE,
+            default = "3 %",
+            kind = Kind::Percentage,
+            range = Range::GAIN_STD_DEV
+        )]
+        pub shape_size_std_dev: Option<f64>,
+        /// Standard deviation of the natural logarithm of the density from place to place: 1.4 for
+        /// parts of steel, wood and plastic, 2 where parts may be hollow, 0.1 for a solid that is
+        /// known to be uniform.
+        #[option(PRIOR, SHAPE, default = "1.4", range = LN_DENSITY)]
+        pub shape_ln_density_std_dev: Option<f64>,
         /// Robust least squares over the whole recording, or the paper's filter (nlms).
         #[option(NOISE, RECORDING, default = "least-squares")]
         pub estimator: Option<EstimatorKind>,

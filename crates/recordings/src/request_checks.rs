@@ -131,6 +131,9 @@ impl Request {
             if self.bounding_box.is_some() {
                 return Err(needs_least_squares("a bounding box").into());
             }
+            if self.shape.is_some() {
+                return Err(needs_least_squares("a shape").into());
+            }
             return Ok(());
         }
         match self.given().find(|given| given.option.group == FILTER) {
@@ -199,6 +202,7 @@ impl Request {
             frame.parent_from_sensor()?;
         }
         self.check_tool()?;
+        self.check_shape()?;
         if let Some(configured) = self.configured_payload {
             check_body("configured_payload", configured.0)?;
         }

@@ -41,6 +41,7 @@ pub(crate) const FRAME: &[Use] = &[
 ];
 pub(crate) const LOGS: &[Use] = &[Use::Log, Use::Live, Use::Compensation, Use::Calibration];
 pub(crate) const RECORDING: &[Use] = &[Use::Log, Use::Arrays];
+pub(crate) const SHAPE: &[Use] = &[Use::Log, Use::Arrays, Use::Poses];
 pub(crate) const DELAY: &[Use] = &[
     Use::Log,
     Use::Live,

@@ -16,7 +16,7 @@ fn identified(
 }
 
 fn combined(runs: &[LinearEstimate]) -> Combination {
-    combine_estimates("tool", runs, &PriorKnowledge::default()).unwrap()
+    combine_estimates("tool", runs, &PriorKnowledge::default(), None).unwrap()
 }
 
 /// Returns the variance of the mass that two runs share.

@@ -33,4 +33,6 @@ mod requests;
 mod rest;
 mod runs;
 mod sensor_frame;
+mod shape;
+mod shape_errors;
 mod times;

@@ -24,7 +24,7 @@ use crate::sampling::Sampling;
 
 pub use self::other_load::OtherLoad;
 pub use self::resting_poses::{FarCenter, NextAttitude, OutlyingPose, RestingPoses, Rests};
-pub use self::run_words::{distance_of_runs, probability};
+pub use self::run_words::{distance_of_runs, p_equals, probability};
 pub(crate) use self::wrong_assumption::CHANNELS;
 pub use self::wrong_assumption::{Hypothesis, WrongAssumption};
 

@@ -23,7 +23,7 @@ pub(super) fn runs_disagree(found: &Disagreement) -> String {
         alone = format!(" in {}", found.least_probable);
         distance = format!(
             "{}; all values together: {distance}",
-            equals(found.least_p_value)
+            p_equals(found.least_p_value)
         );
     }
     format!(
@@ -45,7 +45,8 @@ pub fn probability(p_value: f64) -> String {
 }
 
 /// Returns a probability as a sentence shows it.
-fn equals(p_value: f64) -> String {
+#[must_use]
+pub fn p_equals(p_value: f64) -> String {
     let shown = probability(p_value);
     if shown.starts_with('<') {
         format!("p {shown}")
@@ -73,7 +74,7 @@ pub fn distance_of_runs(
         "chi-square {} for {} degrees of freedom{noise}, {}",
         general(chi_square, 4),
         general(degrees_of_freedom, 4),
-        equals(p_value)
+        p_equals(p_value)
     )
 }
 

@@ -21,5 +21,5 @@ pub use pseudo_inverse::{PseudoInverse, information, normalized, pseudo_inverse,
 pub use report::{Posterior, Report};
 pub use spectrum::{Excitation, Spectrum};
 pub use subspace::{Matrix, NullSpace, Vector};
-pub use uncertainty::{HALF_WIDTH_95, largest_of_kind, value_jacobian, values_of};
+pub use uncertainty::{HALF_WIDTH_95, is_mass_known, largest_of_kind, value_jacobian, values_of};
 pub use widening::widened;

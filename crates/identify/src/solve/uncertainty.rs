@@ -11,7 +11,8 @@ use crate::result::{KINDS, Observability, values_of_body};
 const MASS_KNOWN: f64 = 0.25;
 
 /// Returns whether a mass with this standard deviation is known.
-pub(crate) fn is_mass_known(mass: f64, std_dev: f64) -> bool {
+#[must_use]
+pub fn is_mass_known(mass: f64, std_dev: f64) -> bool {
     std_dev <= MASS_KNOWN * mass.abs()
 }
 

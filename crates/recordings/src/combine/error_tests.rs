@@ -103,7 +103,7 @@ fn the_same_run_twice_is_refused() {
     let mut random = SmallRng::seed_from_u64(11);
     let mut runs: Vec<_> = (0..3).map(|_| run(&mut random, &truth())).collect();
     runs.push(runs[1].clone());
-    let error = combine_estimates("tool", &runs, &PriorKnowledge::default()).unwrap_err();
+    let error = combine_estimates("tool", &runs, &PriorKnowledge::default(), None).unwrap_err();
     let text = error.to_string();
     assert!(
         text.starts_with("recordings 2 and 4 have the same data"),

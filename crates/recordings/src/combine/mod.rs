@@ -37,6 +37,7 @@ mod agreement;
 mod between;
 mod check;
 mod scatter;
+mod shape;
 mod term;
 
 use schemars::JsonSchema;
@@ -46,10 +47,12 @@ use self::agreement::Comparison;
 pub use self::agreement::{Agreement, RunDistance, ValueDifference};
 use self::between::Variation;
 use self::check::check_run;
+pub use self::shape::ShapeFit;
+use self::shape::with_shape;
 use self::term::{Pooled, Term};
-use crate::RecordingError;
+use crate::{Finding, RecordingError};
 use tactid_calibrate::distributions::students_factor;
-use tactid_identify::Finding;
+use tactid_identify::Finding as Data;
 use tactid_identify::GainErrors;
 use tactid_identify::LinearEstimate;
 use tactid_identify::PayloadEstimate;
@@ -59,7 +62,8 @@ use tactid_identify::solve::value_jacobian;
 use tactid_identify::solve::with_variance;
 use tactid_identify::solve::{Matrix, Vector};
 use tactid_identify::solve::{Posterior, PrincipalMoments, Report};
-use tactid_identify::{KnownMass, PriorKnowledge};
+use tactid_identify::{KnownMass, PriorKnowledge, SharedErrors};
+use tactid_shapes::ShapePrior;
 
 /// Standard deviation of a run's parameters, relative to a body of the payload's size, below which
 /// runs are not compared: exact samples give the payload to 1e-7.
@@ -81,12 +85,15 @@ pub struct Combination {
     /// two runs determine has the largest relative one of the others, if the runs disagree.
     #[schemars(with = "TenValues<f64>")]
     pub between_runs: [f64; 10],
-    /// A disagreement between the runs, and a body that is far from consistent.
+    /// What the shape of the payload contributed; `None` where none was given.
+    pub shape: Option<ShapeFit>,
+    /// A disagreement between the runs, a shape that they contradict, and a body that is far from consistent.
     #[serde(skip)]
     pub findings: Vec<Finding>,
 }
 
-/// Combines the estimates of several recordings of one payload, all in the frame named `frame`.
+/// Combines the estimates of several recordings of one payload, all in the frame named `frame`, and
+/// what its shape says.
 ///
 /// The order of the runs does not matter. One run alone is its own combination, and `n` with the
 /// same information have its covariance divided by `n`, except for the errors that they share.
@@ -108,7 +115,7 @@ pub struct Combination {
 /// let std_devs = SVector::from([0.02, 2e-3, 2e-3, 2e-3, 3e-4, 3e-4, 3e-4, 3e-4, 3e-4, 3e-4]);
 /// let information = SMatrix::from_diagonal(&std_devs.map(|s: f64| s.powi(-2)));
 /// let run = |gain: f64| LinearEstimate::with_known_noise(gain * parameters, information);
-/// let found = combine_estimates("flange", &[run(1.0), run(1.0005), run(1.1)], &PriorKnowledge::default())?;
+/// let found = combine_estimates("flange", &[run(1.0), run(1.0005), run(1.1)], &PriorKnowledge::default(), None)?;
 /// assert!(!found.agreement.agree);
 /// assert_eq!(found.agreement.largest.unwrap().run, 2);
 /// assert!((found.estimate.body.mass_kg - 2.067).abs() < 1e-3);
@@ -121,6 +128,7 @@ pub fn combine_estimates(
     frame: &str,
     runs: &[LinearEstimate],
     prior: &PriorKnowledge,
+    shape: Option<&ShapePrior>,
 ) -> Result<Combination, RecordingError> {
     if runs.is_empty() {
         return Err(RecordingError::Together(
@@ -145,15 +153,34 @@ pub fn combine_estimates(
     let agreement = comparison.agreement();
     let variations = comparison.variations();
     let between = between_runs(&variations, &within, agreement.agree);
-    let pooled = pooled(&terms, &between, &within, prior.known_mass);
+    let mean = |terms: &[Term]| pooled(terms, &between, &within, prior.known_mass);
+    let (pooled, shape) = match shape {
+        None => (mean(&terms), None),
+        Some(shape) => {
+            // What an error causes that gains, a calibration or a known tool have.
+            let of_noise = mean(&comparable(&runs.iter().map(alone).collect::<Vec<_>>()));
+            let of_all = mean(&terms);
+            let constant = of_all.covariance() - of_noise.covariance();
+            let (pooled, fit) = with_shape(&of_all, &constant, shape);
+            (pooled, Some(fit))
+        }
+    };
     let factors = variations.map(|variation| match variation.runs {
         _ if agreement.agree => 1.0,
         0 | 1 => students_factor(terms.len() as u32 - 1),
         runs => students_factor(runs - 1),
     });
     Ok(combination(
-        frame, prior, &pooled, factors, agreement, between,
+        frame, prior, &pooled, factors, agreement, between, shape,
     ))
+}
+
+/// Returns an estimate without the errors that others may share.
+fn alone(run: &LinearEstimate) -> LinearEstimate {
+    LinearEstimate {
+        shared: SharedErrors::none(),
+        ..run.clone()
+    }
 }
 
 /// Returns the terms of runs, limited to a precision at which runs can be compared.
@@ -257,6 +284,7 @@ fn combination(
     factors: [f64; 10],
     agreement: Agreement,
     between_runs: [f64; 10],
+    shape: Option<ShapeFit>,
 ) -> Combination {
     let bounding_box = prior.bounding_box.as_ref();
     let scales = pooled.inverse.null_space.scales();
@@ -272,16 +300,24 @@ fn combination(
         estimate,
         principal_moments,
     } = posterior.report(frame, prior);
-    let disagreement = agreement.disagreement().map(Finding::RunsDisagree);
+    let disagreement = agreement.disagreement().map(Data::RunsDisagree);
+    let contradicted = shape.as_ref().filter(|fit| fit.is_contradicted());
+    let contradicted = contradicted.map(|fit| Finding::ShapeContradicted {
+        p_value: fit.p_value,
+        scale: None,
+    });
     Combination {
         estimate,
         principal_moments,
         findings: disagreement
             .into_iter()
             .chain(consistent.contradiction)
+            .map(Finding::Data)
+            .chain(contradicted)
             .collect(),
         agreement,
         between_runs,
+        shape,
     }
 }
 

@@ -39,7 +39,7 @@ pub(super) fn run(random: &mut SmallRng, at: &Vector) -> LinearEstimate {
 }
 
 pub(super) fn combined(runs: &[LinearEstimate]) -> Combination {
-    combine_estimates("tool", runs, &PriorKnowledge::default()).unwrap()
+    combine_estimates("tool", runs, &PriorKnowledge::default(), None).unwrap()
 }
 
 pub(super) fn half_widths(combination: &Combination) -> [f64; 10] {
@@ -209,7 +209,7 @@ fn a_run_with_another_gain_is_named() {
         runs[odd].parameters = 1.1 * truth() + 0.2 * (runs[odd].parameters - truth());
         let found = combined(&runs);
         assert!(!found.agreement.agree);
-        let [Finding::RunsDisagree(disagreement)] = &found.findings[..] else {
+        let [Finding::Data(Data::RunsDisagree(disagreement))] = &found.findings[..] else {
             panic!("{:?}", found.findings);
         };
         let name = format!("recording {}", odd + 1);
@@ -248,7 +248,7 @@ fn two_runs_that_disagree_have_a_wide_interval() {
     let information = Matrix::from_diagonal(&truth().map(|entry| (0.001 * entry).powi(-2)));
     let at = |gain: f64| LinearEstimate::with_known_noise(gain * truth(), information);
     let found = combined(&[at(1.0), at(1.1)]);
-    let [Finding::RunsDisagree(disagreement)] = &found.findings[..] else {
+    let [Finding::Data(Data::RunsDisagree(disagreement))] = &found.findings[..] else {
         panic!("{:?}", found.findings);
     };
     assert_eq!(
@@ -304,7 +304,7 @@ fn a_known_mass_counts_once() {
             }),
             bounding_box: None,
         };
-        combine_estimates("tool", &runs, &settings).unwrap()
+        combine_estimates("tool", &runs, &settings, None).unwrap()
     };
     assert!((with(1e-4).estimate.std_devs[0] / 1e-4 - 1.0).abs() < 1e-3);
     let exact = with(0.0).estimate;
@@ -330,9 +330,9 @@ fn the_combined_payload_is_consistent() {
             max: nalgebra::Vector3::new(0.3, 0.3, 0.0),
         }),
     };
-    let found = combine_estimates("tool", &runs, &settings).unwrap();
+    let found = combine_estimates("tool", &runs, &settings, None).unwrap();
     assert!(found.estimate.body.center_of_mass.z <= 0.0);
-    let [Finding::Inconsistent { within_box, .. }] = found.findings[..] else {
+    let [Finding::Data(Data::Inconsistent { within_box, .. })] = found.findings[..] else {
         panic!("{:?}", found.findings);
     };
     assert!(within_box);
@@ -343,13 +343,13 @@ fn the_combined_payload_is_consistent() {
 #[test]
 fn bad_input_is_an_error() {
     let settings = PriorKnowledge::default();
-    let error = combine_estimates("tool", &[], &settings).unwrap_err();
+    let error = combine_estimates("tool", &[], &settings, None).unwrap_err();
     assert_eq!(error.to_string(), "there is no recording to combine");
     let good = run(&mut SmallRng::seed_from_u64(9), &truth());
     let with = |change: &dyn Fn(&mut LinearEstimate)| {
         let mut bad = good.clone();
         change(&mut bad);
-        combine_estimates("tool", &[good.clone(), bad], &settings)
+        combine_estimates("tool", &[good.clone(), bad], &settings, None)
     };
     let changes: [&dyn Fn(&mut LinearEstimate); 8] = [
         &|bad| bad.degrees_of_freedom = 0.0,

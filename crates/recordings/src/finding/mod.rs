@@ -238,6 +238,14 @@ pub enum Finding {
         /// Standard deviation of the values, relative to the largest of their kind, without a unit.
         std_dev: f64,
     },
+    /// The measurements contradict the shape of the payload, which is not used.
+    ShapeContradicted {
+        /// Probability of at least this distance between both if the shape were that of the
+        /// payload, without a unit.
+        p_value: f64,
+        /// Length of one unit of the file with which they agree, m; `None` where no usual one does.
+        scale: Option<f64>,
+    },
     /// The messages have no stamps: their times are those of logging.
     NoStamps,
     /// Topics have no stamps, but others have: the times of logging of their messages were brought
@@ -324,6 +332,8 @@ pub enum NotUsedBecause {
     OtherMotion,
     /// The accelerations of the inertial unit on the sensor contain gravity.
     GravityIsMeasured,
+    /// The measurements do not determine the mass.
+    MassUnknown,
 }
 
 impl NotUsedBecause {

@@ -2,7 +2,7 @@
 
 use tactid_dynamics::Reader;
 use tactid_dynamics::words::{listed, percent, with_interval};
-use tactid_identify::EffortContent;
+use tactid_identify::{EffortContent, p_equals};
 
 use super::Finding;
 use crate::OrientationReading;
@@ -64,12 +64,32 @@ impl Finding {
                 mass_kg,
                 std_dev_kg,
             } => heavy_load(*mass_kg, *std_dev_kg, reader),
+            Self::ShapeContradicted { p_value, scale } => wrong_shape(*p_value, *scale, reader),
             Self::ForcesAndMomentsExchanged { residual_ratio } => {
                 forces_and_moments_exchanged(*residual_ratio)
             }
             _ => String::new(),
         }
     }
+}
+
+/// Says that the measurements contradict a shape, and in which unit of its file they do not.
+fn wrong_shape(p_value: f64, scale: Option<f64>, reader: Reader) -> String {
+    let cause = match scale {
+        Some(unit_m) => format!(
+            "with {unit_m} m as the unit of its file ({}) they agree",
+            reader.option("shape_scale")
+        ),
+        None => format!(
+            "another object is held, or the shape has another pose ({})",
+            reader.option("shape_pose")
+        ),
+    };
+    format!(
+        "The measurements contradict the shape ({}, {}): {cause}. The result does not use it.",
+        reader.option("shape"),
+        p_equals(p_value)
+    )
 }
 
 fn frame_followed(frame: &str, link: &str, origin_m: [f64; 3]) -> String {

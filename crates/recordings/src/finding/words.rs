@@ -20,6 +20,7 @@ impl Notice for Finding {
             | Self::EffortContentContradicted { .. }
             | Self::OrientationContradicted { .. }
             | Self::ForcesAndMomentsExchanged { .. }
+            | Self::ShapeContradicted { .. }
             | Self::JointSignContradicted { .. }
             | Self::JointsExchanged { .. } => Severity::Contradicts,
             Self::FrictionChanged(changed) if changed.has_other_friction() => Severity::Contradicts,
@@ -44,6 +45,7 @@ impl Notice for Finding {
             | Self::EffortContentContradicted { .. }
             | Self::OrientationContradicted { .. }
             | Self::ForcesAndMomentsExchanged { .. }
+            | Self::ShapeContradicted { .. }
             | Self::JointSignContradicted { .. }
             | Self::JointsExchanged { .. }
             | Self::RecordingCalibrated { .. } => Subject::Assumption,
@@ -81,6 +83,7 @@ impl Notice for Finding {
             | Self::ForcesAndMomentsExchanged { .. }
             | Self::HeavyLoad { .. }
             | Self::JointSignContradicted { .. }
+            | Self::ShapeContradicted { .. }
             | Self::JointsExchanged { .. } => self.of_readings(reader),
             Self::FrameAssumed { .. }
             | Self::ForcesSummed { .. }
@@ -116,27 +119,34 @@ impl Notice for Finding {
     }
 }
 
+impl NotUsedBecause {
+    /// Says why an option has no effect.
+    fn words(self) -> String {
+        let plain = match self {
+            Self::Method(method) => {
+                return format!(
+                    "it is about measurements that the {method} method does not use with this \
+                     recording"
+                );
+            }
+            Self::OtherMotion => "the motion is measured by another topic",
+            Self::GravityIsMeasured => "the accelerations of the inertial unit contain gravity",
+            Self::MassUnknown => "the measurements do not determine the mass",
+        };
+        plain.to_owned()
+    }
+}
+
 impl Finding {
     /// Says what was noticed about options, and about what an option would change; nothing for
     /// other findings.
     fn of_options(&self, reader: Reader) -> String {
         match self {
             Self::OptionNotUsed { option, because } => {
-                let reason = match because {
-                    NotUsedBecause::Method(method) => format!(
-                        "it is about measurements that the {method} method does not use with this \
-                         recording"
-                    ),
-                    NotUsedBecause::OtherMotion => {
-                        "the motion is measured by another topic".to_owned()
-                    }
-                    NotUsedBecause::GravityIsMeasured => {
-                        "the accelerations of the inertial unit contain gravity".to_owned()
-                    }
-                };
                 format!(
-                    "The option {} has no effect: {reason}.",
-                    reader.option(option)
+                    "The option {} has no effect: {}.",
+                    reader.option(option),
+                    because.words()
                 )
             }
             Self::AccelerationNotUsed {

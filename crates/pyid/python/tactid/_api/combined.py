@@ -113,7 +113,7 @@ def combine(results: Sequence[Recorded]) -> Combination:
     differs most, and a long recording does not outvote the others. Of two recordings that disagree
     none is known to be right: the intervals become very wide.
 
-    A known mass and a bounding box count once. What the gains of a robot's efforts or its
+    A known mass, a bounding box and a shape count once. What the gains of a robot's efforts or its
     calibration leave unknown is the same in all recordings: no number of them reduces it, and it is
     in the combined interval. The same holds for a known tool. Other errors that the recordings
     share (an unloaded reference, the gain of a sensor) show in no difference between them and are
@@ -130,8 +130,8 @@ def combine(results: Sequence[Recorded]) -> Combination:
         The payload from all recordings, with the verdict on whether they agree.
 
     Raises:
-        ArgumentError: There is no result, or the results have different frames, known masses or
-            bounding boxes, or one is a copy or the beginning of another.
+        ArgumentError: There is no result, or the results have different frames, known masses,
+            bounding boxes or shapes, or one is a copy or the beginning of another.
         IdentificationError: A result is that of the paper's filter, which has no information.
     """
     results = _checked(results)
@@ -190,6 +190,7 @@ def _by_least_squares(name: str, result: Recorded) -> IdentificationData:
 def _contribution(name: str, result: IdentificationData) -> dict[str, Any]:
     """Returns what a result contributes to a combination."""
     known = {key: getattr(result, key) for key in ("linear", "known_mass", "bounding_box")}
+    known["shape"] = None if result.shape is None else result.shape.prior
     return {
         "name": name,
         "beginning": result.setup.beginning,

@@ -194,6 +194,7 @@ def inputs(source: str | os.PathLike[str] | None, options: Options) -> dict[str,
         "`unloaded`": options.unloaded,
         "`calibration`": options.calibration,
         "`known_tool`": options.known_tool,
+        "`shape`": options.shape,
     }
     return {
         words: Path(path).absolute()

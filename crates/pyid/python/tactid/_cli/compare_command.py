@@ -45,6 +45,7 @@ def compare_recording(
             "--unloaded": options["unloaded"],
             "--calibration": options["calibration"],
             "--known-tool": option_text.tool_file(options["known_tool"]),
+            "--shape": options["shape"],
         },
     )
     with interruptible("no result"), progress("comparing") as done:

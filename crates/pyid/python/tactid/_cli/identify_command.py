@@ -188,6 +188,7 @@ def _check(output: Output, logs: list[Path], options: dict[str, Any]) -> list[Pa
             "--unloaded": options["unloaded"],
             "--calibration": options["calibration"],
             "--known-tool": option_text.tool_file(options["known_tool"]),
+            "--shape": options["shape"],
         },
     )
     check_figures(output.report, output.figures)

@@ -57,6 +57,7 @@ _FORMS = {
     "payload": _Form(str, "M,X,Y,Z", option_text.numbers),
     "body": _Form(str, "M,X,Y,Z,XX,XY,XZ,YY,YZ,ZZ", option_text.body),
     "tool": _Form(str, "FILE.json|M,X,Y,Z,XX,XY,XZ,YY,YZ,ZZ", option_text.tool),
+    "pose": _Form(str, "X,Y,Z,QX,QY,QZ,QW", option_text.pose),
     "frame": _Form(str, "LINK,X,Y,Z,QX,QY,QZ,QW", option_text.frame),
 }
 """How options are written, by the names of their kinds."""

@@ -114,6 +114,11 @@ def inertia(flag: str, text: str) -> list[list[float]]:
     return [[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]]
 
 
+def pose(flag: str, text: str) -> list[float]:
+    """Reads the origin and the quaternion of a frame."""
+    return numbers(flag, text, 7)
+
+
 def frame(flag: str, text: str) -> tuple[str, list[float]]:
     """Reads the name of a link, then the origin and the quaternion of a frame on it."""
     link, _, pose = text.partition(",")

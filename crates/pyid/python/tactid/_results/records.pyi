@@ -149,6 +149,7 @@ class Combination(Record):
     agreement: Agreement
     between_runs: NDArray[np.float64]
     principal_moments: PrincipalMoments | None = ...
+    shape: ShapeFit | None = ...
 
 @dataclass(frozen=True, eq=False)
 class Delay(Record):
@@ -233,6 +234,7 @@ class Identification(RecordingReport):
     calibrated: CalibratedFit | None = ...
     known_mass: KnownMass | None = ...
     bounding_box: BoundingBox | None = ...
+    shape: ShapeFit | None = ...
 
 @dataclass(frozen=True, eq=False)
 class KnownMass(Record):
@@ -387,6 +389,20 @@ class Setup(Record):
     known_tool: MassProperties | None = ...
     known_tool_std_devs: NDArray[np.float64] | None = ...
     gripper: MassProperties | None = ...
+
+@dataclass(frozen=True, eq=False)
+class ShapeFit(Record):
+    fraction: NDArray[np.float64]
+    is_used: bool
+    chi_square: float
+    degrees_of_freedom: float
+    p_value: float
+    prior: ShapePrior
+
+@dataclass(frozen=True, eq=False)
+class ShapePrior(Record):
+    mean: NDArray[np.float64]
+    covariance: NDArray[np.float64]
 
 @dataclass(frozen=True, eq=False)
 class SharedErrors(Record):

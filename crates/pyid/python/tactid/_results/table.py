@@ -27,6 +27,10 @@ MOST_WRITTEN_OUT = 1e9
 """Numbers from here on have an exponent: no payload is that large."""
 
 
+OF_SHAPE = "of shape"
+"""Title of the column with the fraction of the information that is the shape's."""
+
+
 @dataclass(frozen=True)
 class Column:
     """The result of one identification: the ten values, and the principal moments if there are."""
@@ -39,6 +43,8 @@ class Column:
     """The 95 % interval of each value; None where the estimator has none."""
     observability: Sequence[Observability] | None = None
     """Why a value is missing; by default it is unobservable."""
+    shape_fractions: Sequence[float | None] | None = None
+    """Fraction of the information on each value that is the shape's; None without a shape."""
 
     @property
     def rows(self) -> list["Row"]:
@@ -50,6 +56,7 @@ class Column:
             self.intervals or [None] * count,
             self.errors or [None] * count,
             self.observability or ["unobservable"] * count,
+            self.shape_fractions or [None] * count,
         )
         ends = [kind.stop - 1 for kind in KINDS]
         return [
@@ -72,6 +79,8 @@ class Row:
     """Error in percent; None where it is not known."""
     observability: Observability
     """Whether the motion excites the value, and whether the noise leaves enough of it."""
+    shape_fraction: float | None
+    """Fraction of the information that is the shape's; None where it is not known."""
     ends_kind: bool
     """Whether the value is the last of its kind: mass, centre of mass or inertia."""
 
@@ -94,6 +103,11 @@ class Row:
             return _written(half_width, digits)
         low, high = (_written(limit, digits) for limit in self.interval)
         return f"{low} .. {high}"
+
+    @property
+    def of_shape(self) -> str:
+        """The fraction of the information that is the shape's, as a table shows it."""
+        return "–" if self.shape_fraction is None else f"{100 * self.shape_fraction:.0f} %"
 
 
 def number(value: float, interval: Interval | None = None) -> str:
@@ -133,6 +147,8 @@ def rich_table(columns: Sequence[Column], truth: Truth | None = None) -> "Table"
         table.add_column(column.title, justify="right", style="bold")
         if column.intervals is not None:
             table.add_column("± 95 %", justify="right")
+        if column.shape_fractions is not None:
+            table.add_column(OF_SHAPE, justify="right")
         if column.errors is not None:
             table.add_column("error %", justify="right")
     for index, results in enumerate(zip(*(column.rows for column in columns), strict=True)):
@@ -162,6 +178,8 @@ def _cells(column: Column, row: Row) -> list[str]:
     cells = [row.number]
     if column.intervals is not None:
         cells.append(row.around)
+    if column.shape_fractions is not None:
+        cells.append(row.of_shape)
     if column.errors is not None:
         cells.append(percent(row.error))
     return cells
@@ -169,14 +187,16 @@ def _cells(column: Column, row: Row) -> list[str]:
 
 def html_table(column: Column, title: str) -> str:
     """Returns a small table for a notebook: the ten values with their 95 % intervals."""
-    rows = "".join(
-        f"<tr><td>{row.name}</td><td>{row.unit}</td><td>{row.number}</td><td>{row.around}</td></tr>"
-        for row in column.rows[: len(VALUE_NAMES)]
-    )
-    heads = "<tr><th>parameter</th><th>unit</th><th>value</th><th>± 95 %</th></tr>"
+    heads, shown = ["parameter", "unit", "value", "± 95 %"], column.rows[: len(VALUE_NAMES)]
+    rows = [[row.name, row.unit, row.number, row.around] for row in shown]
+    if column.shape_fractions is not None:
+        heads.append(OF_SHAPE)
+        rows = [[*cells, row.of_shape] for cells, row in zip(rows, shown, strict=True)]
+    head = "".join(f"<th>{title}</th>" for title in heads)
+    body = "".join(f"<tr>{''.join(f'<td>{cell}</td>' for cell in cells)}</tr>" for cells in rows)
     return (
-        f"<table><caption>{html.escape(title)}</caption><thead>{heads}</thead>"
-        f"<tbody>{rows}</tbody></table>"
+        f"<table><caption>{html.escape(title)}</caption><thead><tr>{head}</tr></thead>"
+        f"<tbody>{body}</tbody></table>"
     )
 
 

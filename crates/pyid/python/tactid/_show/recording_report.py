@@ -17,6 +17,7 @@ from tactid._base.values import Z95, Interval, Values, digits_of
 from tactid._results.formats import controller_text
 from tactid._results.identification import IdentificationData, Recorded
 from tactid._results.records import FitReport
+from tactid._results.table import OF_SHAPE
 from tactid._show import body_plot, captions, page, recording_plots, reported
 from tactid._show.drawing import Figures
 from tactid._show.outlook import WITHIN, outlook
@@ -165,22 +166,26 @@ def explained(
 
 
 def _table(result: Recorded) -> str:
-    rows = []
-    for row in reported.column(result).rows:
+    rows, column = [], reported.column(result)
+    title, empty = (
+        ("", "") if column.shape_fractions is None else (f"<th>{OF_SHAPE}</th>", "<th></th>")
+    )
+    for row in column.rows:
         cells = f'<td>{row.name}</td><td class="unit">{row.unit}</td>'
         if row.value is None:
             cells += f'<td class="none" colspan="4">{row.number}</td>'
         else:
             shown, around, low, high = with_interval(row.value, row.interval)
             cells += f'<td class="value">{shown}</td><td>{around}</td><td>{low}</td><td>{high}</td>'
+        cells += f"<td>{row.of_shape}</td>" if title else ""
         rows.append(f"<tr{' class=last' if row.ends_kind else ''}>{cells}</tr>\n")
     return f"""<div class="wide"><table>
 <caption>The interval contains the true value with 95 % probability, if noise is the only error.
 Moments 1 to 3 are the principal moments of inertia about the centre of mass, ascending. Moments
 that noise could make equal have wider intervals, which contain the truth more often. No interval
 reaches further than a body can; one that is cut there has no ±.</caption>
-<thead><tr><th></th><th></th><th></th><th colspan="3">95 % interval</th></tr>
-<tr><th>parameter</th><th></th><th>value</th><th>±</th><th>from</th><th>to</th></tr></thead>
+<thead><tr><th></th><th></th><th></th><th colspan="3">95 % interval</th>{empty}</tr>
+<tr><th>parameter</th><th></th><th>value</th><th>±</th><th>from</th><th>to</th>{title}</tr></thead>
 <tbody>{"".join(rows)}</tbody></table></div>"""
 
 

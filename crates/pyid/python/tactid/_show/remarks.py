@@ -331,6 +331,8 @@ def knowledge(result: IdentificationData) -> list[str]:
     if box is not None:
         low, high = (" ".join(f"{entry:g}" for entry in corner) for corner in (box.min, box.max))
         parts.append(f"within a box from {low} to {high} m (given)")
+    if result.shape is not None and (path := result.inputs.get("`shape`")) is not None:
+        parts.append(f"shape {path.name} (given)")
     return parts
 
 

@@ -57,11 +57,13 @@ def column_of(title: str, result: Result) -> Column:
     estimate = result.estimate
     # A moment depends on all entries of the inertia.
     of_moments = max(estimate.observability[KINDS[2]], key=get_args(Observability).index)
+    shape = result.shape if isinstance(result, IdentificationData | CombinationData) else None
     return Column(
         title,
         estimate.reported_values + moments(result),
         intervals=estimate.reported_intervals + moment_intervals(result),
         observability=[*estimate.observability, *[of_moments] * 3],
+        shape_fractions=None if shape is None else [*shape.fraction.tolist(), *[None] * 3],
     )
 
 
