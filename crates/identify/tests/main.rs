@@ -39,4 +39,5 @@ mod poses;
 mod poses_assumptions;
 mod scales;
 mod still_arms;
+mod trajectory;
 mod wrong_assumptions;
