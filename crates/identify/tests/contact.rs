@@ -14,57 +14,53 @@ use tactid_identify::{
 };
 
 /// Standard deviations of the sensor's noise, N and N m.
-const NOISE: [f64; 2] = [0.3, 0.02];
+pub(crate) const NOISE: [f64; 2] = [0.3, 0.02];
 
 /// Standard deviation of white noise of 500 Hz behind four equal stages that lose 3 dB at 10 Hz
 /// together.
 const FILTERED: f64 = 0.213;
 
 /// One run with a contact or with payload changes.
-struct Trial {
-    payloads: Vec<(f64, MassProperties)>,
-    duration_s: f64,
-    stop_s: f64,
+pub(crate) struct Trial {
+    pub(crate) payloads: Vec<(f64, MassProperties)>,
+    pub(crate) duration_s: f64,
+    pub(crate) stop_s: f64,
     /// Time of the contact, s, and its force on the sensor's side, in world axes, N.
-    contact: Option<([f64; 2], Vector3<f64>)>,
+    pub(crate) contact: Option<([f64; 2], Vector3<f64>)>,
     /// Standard deviations of joint positions, rad, and velocities, rad/s.
-    joints: [f64; 2],
-    hold: bool,
+    pub(crate) joints: [f64; 2],
+    pub(crate) hold: bool,
     /// What the sensor measures when nothing acts on it.
-    offset: Wrench,
-    seed: u64,
+    pub(crate) offset: Wrench,
+    pub(crate) seed: u64,
 }
-
-/// Standard deviation of the mean of white noise of 500 Hz over a window of the equations at a
-/// cutoff of 10 Hz.
-const AVERAGED: f64 = 0.205;
 
 /// What was seen of the contact in a run.
 #[derive(Default, Debug)]
-struct Seen {
-    alarms: Vec<f64>,
-    returns: Vec<f64>,
+pub(crate) struct Seen {
+    pub(crate) alarms: Vec<f64>,
+    pub(crate) returns: Vec<f64>,
     /// Samples with a contact wrench, and those whose errors are within 1.96 standard deviations,
     /// for six entries.
-    samples: u32,
-    inside: u32,
+    pub(crate) samples: u32,
+    pub(crate) inside: u32,
     /// Largest error in standard deviations, but within 0.1 s of the ends of a contact, and when.
-    worst: (f64, f64),
+    pub(crate) worst: (f64, f64),
     /// Sums of squared errors of forces and of moments during the contact, but within 0.1 s of its
     /// ends, and their count.
-    squares: [f64; 2],
-    during: u32,
+    pub(crate) squares: [f64; 2],
+    pub(crate) during: u32,
     /// Largest force while nothing touches the payload, N.
-    largest: f64,
+    pub(crate) largest: f64,
     /// Standard deviation of a force in the middle of the contact, N.
-    std_dev: f64,
+    pub(crate) std_dev: f64,
     /// Mass before the contact and at the end, with standard deviations, kg.
-    masses: [[f64; 2]; 2],
-    settled_samples: u32,
+    pub(crate) masses: [[f64; 2]; 2],
+    pub(crate) settled_samples: u32,
 }
 
 impl Trial {
-    fn moving(seed: u64) -> Self {
+    pub(crate) fn moving(seed: u64) -> Self {
         Self {
             payloads: vec![(0.0, body(3.2, [0.03, -0.02, 0.09], [0.2, 0.15, 0.25]))],
             duration_s: 14.0,
@@ -147,12 +143,12 @@ impl Trial {
     }
 
     /// Identifies the load from the whole recording.
-    fn load(&self) -> LoadEstimate {
+    pub(crate) fn load(&self) -> LoadEstimate {
         self.identified().load.unwrap()
     }
 
     /// Identifies the payload from the whole recording.
-    fn identified(&self) -> BatchResult {
+    pub(crate) fn identified(&self) -> BatchResult {
         let settings = BatchSettings {
             shown_offset: true,
             ..BatchSettings::default()
@@ -166,7 +162,12 @@ impl Trial {
     }
 
     /// Compensates the whole recording with a load.
-    fn compensated(&self, load: &LoadEstimate, is_of_another: bool, cutoff_hz: f64) -> Seen {
+    pub(crate) fn compensated(
+        &self,
+        load: &LoadEstimate,
+        is_of_another: bool,
+        cutoff_hz: f64,
+    ) -> Seen {
         let robot = arm(BaseKind::Fixed);
         let equations = EquationSettings {
             cutoff_hz,
@@ -357,137 +358,4 @@ fn noise_alone_has_the_stated_uncertainty() {
     }
     let fraction = f64::from(inside) / f64::from(samples);
     assert!((0.94..0.99).contains(&fraction), "{fraction}");
-}
-
-/// A contact of 15 N for 4 s in a recording is measured without delay as well as the sensor
-/// measures, with the load and the offset of this recording or of another. Joints whose noise
-/// accelerates the load add a quarter to the moments' noise.
-#[test]
-fn a_recording_has_the_contact_as_the_sensor_measures_it() {
-    let offset = Wrench {
-        force: Vector3::new(4.0, -2.0, 3.0),
-        moment: Vector3::new(0.2, 0.3, -0.1),
-    };
-    let (mut inside, mut samples) = (0, 0);
-    for (seed, direction, joints, is_of_another) in [
-        (0, Vector3::new(1.0, 0.0, 0.0), [1e-4, 1e-3], true),
-        (1, Vector3::new(0.6, 0.8, 0.0), [0.0; 2], false),
-        (2, Vector3::new(0.5, -0.5, 0.7), [0.0; 2], true),
-        (3, Vector3::new(0.0, 0.7, -0.7), [1e-4, 1e-3], false),
-    ] {
-        let trial = Trial {
-            contact: Some(([6.0, 10.0], direction * 15.0)),
-            joints,
-            offset,
-            hold: true,
-            ..Trial::moving(seed)
-        };
-        let without_contact = Trial {
-            joints,
-            offset,
-            ..Trial::moving(seed + 10)
-        };
-        let load = if is_of_another {
-            without_contact.load()
-        } else {
-            trial.load()
-        };
-        let seen = trial.compensated(&load, is_of_another, 10.0);
-        let rms = seen
-            .squares
-            .map(|sum| (sum / f64::from(seen.during)).sqrt());
-        let most_of_moments = if joints[1] > 0.0 { 1.3 } else { 1.2 };
-        assert!(rms[0] < 1.2 * AVERAGED * NOISE[0], "{rms:?} {seen:?}");
-        assert!(
-            rms[1] < most_of_moments * AVERAGED * NOISE[1],
-            "{rms:?} {seen:?}"
-        );
-        assert!(seen.worst.0 < 6.0 && seen.largest < 0.5, "{seen:?}");
-        (inside, samples) = (inside + seen.inside, samples + seen.samples);
-    }
-    let fraction = f64::from(inside) / f64::from(samples);
-    assert!((0.94..0.97).contains(&fraction), "{fraction}");
-}
-
-/// Above the cutoff of the identification, the noise of derived accelerations is part of the
-/// uncertainty, and below it is not taken for that of the load's recording. Differences of even and
-/// odd samples overstate it where a window has few samples.
-#[test]
-fn a_recorded_contact_has_the_noise_of_its_cutoff() {
-    for (seed, cutoff_hz) in [(0, 2.0), (1, 10.0), (2, 25.0), (3, 40.0)] {
-        let trial = Trial {
-            joints: [1e-4, 1e-3],
-            ..Trial::moving(seed)
-        };
-        let of_load = Trial {
-            joints: [1e-4, 1e-3],
-            ..Trial::moving(seed + 20)
-        };
-        let seen = trial.compensated(&of_load.load(), true, cutoff_hz);
-        let fraction = f64::from(seen.inside) / f64::from(seen.samples);
-        assert!(
-            (0.92..0.998).contains(&fraction),
-            "{cutoff_hz}: {fraction} {seen:?}"
-        );
-    }
-}
-
-/// A contact for a third of a recording is left out of the identification, which names its times,
-/// whatever the offset. One for more than half is a contradiction: the rest may be the exception.
-#[test]
-fn a_long_contact_in_a_recording_is_left_out_and_named() {
-    let offset = Wrench {
-        force: Vector3::new(4.0, -2.0, 3.0),
-        moment: Vector3::new(0.2, 0.3, -0.1),
-    };
-    let cases = [
-        (0, offset, [5.0, 10.0], Vector3::new(0.0, 0.0, 15.0)),
-        (1, Wrench::zero(), [4.0, 9.0], Vector3::new(4.0, 0.0, 3.0)),
-        (2, offset, [3.0, 11.0], Vector3::new(0.0, 9.0, 12.0)),
-    ];
-    for (seed, offset, times_s, force) in cases {
-        let trial = Trial {
-            contact: Some((times_s, force)),
-            offset,
-            joints: [1e-4, 1e-3],
-            ..Trial::moving(seed)
-        };
-        let found = trial.identified();
-        let mass_kg = found.estimate.body.mass_kg;
-        let std_dev_kg = found.estimate.std_devs[0];
-        assert!(
-            (mass_kg - 3.2).abs() < 3.0 * std_dev_kg,
-            "{mass_kg} {std_dev_kg}"
-        );
-        assert!(std_dev_kg < 0.01, "{std_dev_kg}");
-        let Finding::OtherLoad(other) = &found.findings[0] else {
-            panic!("{:?}", found.findings);
-        };
-        let [[from_s, to_s]] = other.parts[..] else {
-            panic!("{other:?}");
-        };
-        assert!((from_s - times_s[0]).abs() < 0.15 && (to_s - times_s[1]).abs() < 0.15);
-        assert!(
-            (other.force_rms - force.norm()).abs() < 0.05 * force.norm(),
-            "{other:?}"
-        );
-        let is_most = times_s[1] - times_s[0] > 7.0;
-        let severity = if is_most {
-            Severity::Contradicts
-        } else {
-            Severity::Doubts
-        };
-        assert_eq!(found.findings[0].severity(), severity);
-    }
-    let without = Trial {
-        offset,
-        ..Trial::moving(3)
-    }
-    .identified();
-    let is_other = |found: &Finding| matches!(found, Finding::OtherLoad(_));
-    assert!(
-        !without.findings.iter().any(is_other),
-        "{:?}",
-        without.findings
-    );
 }

@@ -37,6 +37,7 @@ mod online_settings;
 mod payload_change;
 mod poses;
 mod poses_assumptions;
+mod recorded_contact;
 mod scales;
 mod still_arms;
 mod trajectory;

@@ -122,6 +122,18 @@ fn payload_and_offset_have_a_joint_covariance() {
     assert!((10..13).any(|k| joint[(0, k)].abs() > 0.3 * (joint[(0, 0)] * joint[(k, k)]).sqrt()));
 }
 
+/// A motion of 7 s with a payload of 1.5 kg.
+fn light_payload(seed: u64) -> Run {
+    Run {
+        base: BaseKind::Fixed,
+        rate_hz: 500.0,
+        payloads: vec![(0.0, body(1.5, [-0.02, 0.04, 0.06], [0.1, 0.1, 0.12]))],
+        duration_s: 7.0,
+        gap_s: None,
+        motion_seed: seed,
+    }
+}
+
 /// A zero that moves is reported as a payload change. A tare then determines the zero anew within
 /// 0.3 s, also at rest, and the payload is the one before. What an arm at rest measures from the
 /// beginning on says neither zero nor weight.
@@ -137,14 +149,7 @@ fn a_tare_sets_the_zero_and_holds_the_payload() {
         moment: OFFSET.moment,
     };
     for (seed, moved_s, stop_s) in [(1, 5.0, 20.0), (2, 5.0, 4.5), (3, 0.0, -1.0)] {
-        let run = Run {
-            base: BaseKind::Fixed,
-            rate_hz: 500.0,
-            payloads: vec![(0.0, body(1.5, [-0.02, 0.04, 0.06], [0.1, 0.1, 0.12]))],
-            duration_s: 7.0,
-            gap_s: None,
-            motion_seed: seed,
-        };
+        let run = light_payload(seed);
         let mut identifier = Identifier::new(&robot, TOOL, &[TOOL], &settings).unwrap();
         let mut random = SmallRng::seed_from_u64(seed);
         assert!(!identifier.tare(), "nothing is known yet");

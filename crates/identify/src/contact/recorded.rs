@@ -13,9 +13,6 @@ use crate::equations::window::length_s;
 use crate::equations::{EquationSettings, Model, MotionStep, MotionStream, Sample};
 use crate::{ActsOn, IdentifyError, Method};
 
-/// Time over which the noise of the means is averaged, s.
-const NOISE_MEMORY_S: f64 = 10.0;
-
 /// The wrenches at one sample of a recording.
 #[derive(Clone, Copy, Debug)]
 pub struct ContactSample {
@@ -56,21 +53,21 @@ pub struct RecordedContact {
     noise: MeanNoise,
 }
 
-/// Variance of the noise in the means of the last 10 s, relative to that of white noise with the
+/// Variance of the noise in the means so far, relative to that of white noise with the
 /// size of the load's: that of derived accelerations grows with the frequency.
 #[derive(Clone, Debug)]
 struct MeanNoise {
     variances: Vector6<f64>,
     /// Time that they are the mean of, s.
-    memory_s: f64,
+    total_s: f64,
 }
 
 impl MeanNoise {
     /// Adds noise with its variance relative to that of white noise, of a sample that stands for a
     /// time.
     fn add(&mut self, variances: &Vector6<f64>, step_s: f64) {
-        self.memory_s = (self.memory_s + step_s).min(NOISE_MEMORY_S);
-        self.variances += (variances - self.variances) * (step_s / self.memory_s);
+        self.total_s += step_s;
+        self.variances += (variances - self.variances) * (step_s / self.total_s);
     }
 
     /// Factor on the standard deviations of white noise; the load has shown that it is no less.
@@ -124,7 +121,7 @@ impl RecordedContact {
             next: 0,
             noise: MeanNoise {
                 variances: Vector6::repeat(1.0),
-                memory_s: 0.0,
+                total_s: 0.0,
             },
             model,
         })

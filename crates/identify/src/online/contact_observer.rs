@@ -127,7 +127,7 @@ impl ContactObserver {
         }
         if let Some(parts) = self.parts(estimate, &noise) {
             self.windows = (self.windows + weight).min(MEMORY_WINDOWS);
-            // The first window of a contact or of another payload contradicts nothing yet.
+            // The first window of a contact or of a payload change contradicts nothing yet.
             let clip = (rare_distance(WRENCH) / parts.distance()).min(1.0);
             let product = parts.contact * parts.contact.transpose() * clip;
             self.noise += (product - self.noise) * (weight / self.windows);
