@@ -167,7 +167,7 @@ fn a_shape_improves_the_inertia() {
         let (mut errors, mut held) = ([0.0; 2], [0; 2]);
         let seeds = 30;
         for seed in 0..seeds {
-            let run = Turning::new(&load, 4.0, seed, 5.0);
+            let run = Turning::new(&load, 4.0, seed, 12.0);
             let requests = [&Request::default(), &shape];
             for (k, request) in requests.into_iter().enumerate() {
                 let found = run.identify(request);
