@@ -66,7 +66,7 @@ impl Dynamics {
         let values = bin.values[wrenches..].chunks_exact(6);
         for (wrench, values) in instant.wrenches.iter_mut().zip(values) {
             let [force, moment] =
-                [&values[..3], &values[3..]].map(|axes| SVector::<f64, 3>::from_column_slice(axes));
+                [&values[..3], &values[3..]].map(SVector::<f64, 3>::from_column_slice);
             *wrench = Wrench { force, moment };
         }
         let entries = self.model.entries(instant)?.to_vec();

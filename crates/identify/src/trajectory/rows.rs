@@ -176,14 +176,16 @@ fn coordinate_rows(
     layout: Layout,
 ) -> Vec<CoordinateRow> {
     let mut rows = Vec::new();
-    for coordinate in 0..layout.joints + 3 {
-        for (order, channel) in layout.channels_of(coordinate).into_iter().enumerate() {
+    let present = at[0].iter().zip(&at[1]).take(layout.joints + 3);
+    for (coordinate, (value, rate)) in present.enumerate() {
+        let channels = layout.channels_of(coordinate).into_iter();
+        for (order, (channel, present)) in channels.zip([value, rate]).enumerate() {
             let weight = weights.of_motion[channel].recip();
             rows.push(CoordinateRow {
                 coordinate,
                 order,
                 weight,
-                target: weight * (values[channel] - at[order][coordinate]),
+                target: weight * (values[channel] - present),
             });
         }
     }
