@@ -85,8 +85,6 @@ pub(crate) struct SampleBins {
     layout: Layout,
     continuation: Continuation,
     length_s: f64,
-    /// Number of knots of the splines in a second, Hz.
-    pub(super) knots_hz: f64,
     /// Bins of each stretch without gaps; empty where samples lack what a trajectory needs.
     stretches: Vec<Vec<Bin>>,
     sums: Sums,
@@ -104,8 +102,7 @@ impl SampleBins {
     pub(crate) fn new(robot: &Manipulator, sensors: usize, settings: &EquationSettings) -> Self {
         let joints = robot.dof();
         let layout = Layout { joints, sensors };
-        let knots_hz = SETTINGS.knots_of_period * settings.cutoff_hz;
-        let length_s = 1.0 / (SETTINGS.bins_of_interval * knots_hz);
+        let length_s = 1.0 / (SETTINGS.bins_of_interval * SETTINGS.knots_hz);
         let is_known = !settings.wrench_offset && !settings.unknowns.any();
         Self {
             layout,
@@ -125,7 +122,6 @@ impl SampleBins {
                 && settings.unmeasured == [false; 6]
                 && settings.shared_noise_s < length_s
                 && is_known,
-            knots_hz,
         }
     }
 

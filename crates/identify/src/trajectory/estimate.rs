@@ -60,7 +60,7 @@ impl<'a> Problem<'a> {
         let layout = bins.layout();
         let mut dynamics = Dynamics::new(model.clone(), layout);
         let coordinates = layout.coordinates();
-        let new = |stretch: &Vec<_>| Segment::new(stretch, coordinates, bins.knots_hz);
+        let new = |stretch: &Vec<_>| Segment::new(stretch, coordinates, SETTINGS.knots_hz);
         let long = bins
             .stretches()
             .iter()

@@ -21,8 +21,8 @@ pub(crate) use self::choice::choose;
 
 /// What the splines resolve, and when they are used.
 struct TrajectorySettings {
-    /// Number of knots in a period at the cutoff.
-    knots_of_period: f64,
+    /// Number of knots of the splines in a second, Hz.
+    knots_hz: f64,
     /// Number of bins between two knots.
     bins_of_interval: f64,
     /// Most bins of a recording.
@@ -35,10 +35,11 @@ struct TrajectorySettings {
     explained: f64,
 }
 
-/// Two knots in a period follow frequencies up to the cutoff, and three means between two of them
-/// lose nothing of it. Beyond 6000 bins, 100 s at 10 Hz, windows determine a payload as well.
+/// Splines with 20 knots in a second follow frequencies up to 10 Hz, which is enough for an arm, and
+/// three means between two knots lose nothing of it. Beyond 6000 bins, 100 s, windows determine a
+/// payload as well.
 const SETTINGS: TrajectorySettings = TrajectorySettings {
-    knots_of_period: 2.0,
+    knots_hz: 20.0,
     bins_of_interval: 3.0,
     most_bins: 6000,
     exact: 0.01,

@@ -185,8 +185,9 @@ fn smooth_group(segments: &mut [Segment], group: &Group) -> Option<[f64; 2]> {
         let rates = measured.rates.as_ref().map_or(0.0, DMatrix::amax);
         [sizes[0].max(measured.values.amax()), sizes[1].max(rates)]
     });
-    // Smaller noise is rounding.
-    let floors = sizes.map(|size| (f64::EPSILON * size * size).max(f64::MIN_POSITIVE.sqrt()));
+    // Smaller noise is rounding. A locked joint reports velocities of exactly zero.
+    let least = [sizes[0], sizes[1].max(SETTINGS.knots_hz * sizes[0])];
+    let floors = least.map(|size| (f64::EPSILON * size * size).max(f64::MIN_POSITIVE.sqrt()));
     let mut variances = floors.map(|_| 1.0);
     let [values, rates] = sizes;
     // Until residuals are known, noise is taken to be in proportion to the measurements.
@@ -240,7 +241,10 @@ pub(super) fn unfollowed(segments: &[Segment], layout: Layout, std_devs: &[f64])
     let turns = std_devs[rotation.start..rotation.start + 3].iter();
     let of_turns = turns.map(|std_dev| std_dev.powi(2)).sum::<f64>();
     let of_rotation = 4.0 * rotation.clone().map(&variance).sum::<f64>();
-    let ratios = pairs.chain([(of_turns, of_rotation)]);
+    // A channel that is zero throughout measures nothing.
+    let ratios = pairs
+        .chain([(of_turns, of_rotation)])
+        .filter(|pair| pair.1 > 0.0);
     ratios.fold(0.0, |largest, (left, noise)| {
         largest.max(left / noise.max(f64::MIN_POSITIVE.sqrt()))
     })

@@ -2,7 +2,6 @@
 
 use super::{BatchIdentifier, Solution};
 use crate::batch::history::history;
-use crate::diagnosis::LEAST_WINDOWS;
 use crate::equations::Equation;
 use crate::fit::{Delay, Fit, FitOptions, least_squares};
 use crate::known_bodies::KnownBodies;
@@ -46,8 +45,7 @@ impl BatchIdentifier {
         let windows = fit.weights.len();
         let causes = solution.explanation.as_ref();
         let causes = causes.map_or(&[][..], |found| &found.causes);
-        let is_plain = windows >= LEAST_WINDOWS
-            && fit.null_space.directions().is_empty()
+        let is_plain = fit.null_space.directions().is_empty()
             && solution.other_load.is_none()
             && causes.is_empty()
             && !(0..windows).any(|window| fit.is_outlier(window));
