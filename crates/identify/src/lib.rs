@@ -96,7 +96,6 @@ mod result;
 mod sampling;
 pub mod serial;
 pub mod solve;
-mod trajectory;
 
 pub use nalgebra;
 pub use tactid_dynamics as dynamics;
@@ -132,4 +131,3 @@ pub use result::{
 };
 pub use sampling::Sampling;
 pub use solve::{HALF_WIDTH_95, PrincipalMoments, largest_of_kind, value_jacobian};
-pub use trajectory::MotionEstimate;

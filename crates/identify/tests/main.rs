@@ -40,5 +40,4 @@ mod poses_assumptions;
 mod recorded_contact;
 mod scales;
 mod still_arms;
-mod trajectory;
 mod wrong_assumptions;

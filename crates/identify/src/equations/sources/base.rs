@@ -9,8 +9,9 @@ use crate::equations::channels::{Channel, wrench_channels};
 use crate::equations::equation::Row;
 use crate::equations::instant::Instant;
 
-/// Number of entries of the 6x10 regressor of the parameters; those of gravity, 6x4, follow.
+/// Numbers of entries of the 6x10 regressor of the parameters and of the 6x4 one of gravity.
 const PARAMETER_ENTRIES: usize = 60;
+const GRAVITY_ENTRIES: usize = 24;
 
 /// The wrenches on the base of the whole robot and of the payload, in the frame of the base and
 /// about its origin: on a base that floats freely they sum to zero, (21)-(44).
@@ -26,7 +27,7 @@ impl MeasurementSource for BaseSource {
     }
 
     fn entries(&self) -> usize {
-        PARAMETER_ENTRIES + 6 * 4
+        PARAMETER_ENTRIES + GRAVITY_ENTRIES
     }
 
     fn fill(
@@ -60,10 +61,6 @@ impl MeasurementSource for BaseSource {
             gravity: SMatrix::from_column_slice(gravity),
         };
         in_base.set_rows(rows);
-    }
-
-    fn has_sensor(&self) -> bool {
-        false
     }
 
     fn needs_forces(&self) -> bool {

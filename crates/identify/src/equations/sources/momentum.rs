@@ -31,10 +31,6 @@ impl MeasurementSource for MomentumSource {
         Ok(())
     }
 
-    fn has_sensor(&self) -> bool {
-        false
-    }
-
     fn needs_masses(&self) -> bool {
         true
     }
