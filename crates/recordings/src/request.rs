@@ -171,7 +171,7 @@ options! {
         /// (auto; for samples one by one, in any case), in any case (yes), or never (no).
         #[option(
             MEASUREMENTS, OFFSET,
-            default = "auto for a recording with least squares; yes for poses at rest; else no",
+            default = "auto for a recording with least squares; yes for poses at rest and live topics; else no",
             about = About::Wrenches
         )]
         pub wrench_offset: Option<OffsetChoice>,

@@ -66,12 +66,6 @@ pub struct LiveContact {
     pub wrench: WrenchEstimate,
 }
 
-/// What the fit of a whole beginning shows, for what is chosen once.
-struct Fitted {
-    offset: bool,
-    delay: Option<Delay>,
-}
-
 impl Running {
     /// Chooses what a request leaves open from messages, as for a recording that begins with them,
     /// and takes them.
@@ -89,15 +83,18 @@ impl Running {
         let log = LogReader::of_messages(NAME, messages);
         let recording = LogRecording::of(log, request)?;
         let plan = Plan::new(&recording, request, observer)?;
-        let fitted = fit(&recording, &plan)?;
-        let delay_s = plan.delay_s + fitted.delay.map_or(0.0, |rest| rest.delay_s);
+        let remaining = remaining_delay(&recording, &plan)?;
+        let delay_s = plan.delay_s + remaining.map_or(0.0, |rest| rest.delay_s);
+        // An arm that rests at first shows no offset, which would be taken for weight.
+        let is_open = request.wrench_offset.unwrap_or_default() == OffsetChoice::Auto;
         let equations = EquationSettings {
-            wrench_offset: plan.equations.wrench_offset || fitted.offset,
+            wrench_offset: plan.equations.wrench_offset
+                || (is_open && plan.equations.method == Method::Tactile),
             ..plan.equations.clone()
         };
         let sources = recording.sources();
         let mut noticed = [&sources.findings[..], &plan.findings].concat();
-        noticed.extend(corrected_delay(&plan, delay_s, fitted.delay));
+        noticed.extend(corrected_delay(&plan, delay_s, remaining));
         let is_found = plan.estimated_delay.is_some() || request.delay_s.is_some();
         let max_gap_s = equations.max_gap_s;
         // The aligner gives wrenches on the payload, at the times of the motion.
@@ -240,28 +237,20 @@ fn frame_of_contact(
     Ok((link.to_owned(), frame))
 }
 
-/// Fits all equations of a beginning, where the request leaves open what they show. A beginning
-/// that is too short shows nothing.
-fn fit(recording: &LogRecording, plan: &Plan<'_>) -> Result<Fitted, RecordingError> {
-    let is_open = plan.request.wrench_offset.unwrap_or_default() == OffsetChoice::Auto;
-    if !is_open && plan.estimated_delay.is_none() {
-        return Ok(Fitted {
-            offset: false,
-            delay: None,
-        });
+/// Returns the delay that all equations of a beginning show beside the one of the plan, where the
+/// request leaves it open. A beginning that is too short shows none.
+fn remaining_delay(
+    recording: &LogRecording,
+    plan: &Plan<'_>,
+) -> Result<Option<Delay>, RecordingError> {
+    if plan.estimated_delay.is_none() {
+        return Ok(None);
     }
     let mut batch = plan.batch_identifier()?;
     Run::new(recording, plan, &mut batch, &mut |_| {
         ControlFlow::Continue(())
     })?;
-    let solved = batch.solve().ok();
-    let shown = solved
-        .as_ref()
-        .and_then(|found| found.fit.wrench_offset.as_ref());
-    Ok(Fitted {
-        offset: shown.is_some(),
-        delay: solved.and_then(|found| found.delay),
-    })
+    Ok(batch.solve().ok().and_then(|found| found.delay))
 }
 
 /// Reports a delay that is corrected without being given.
