@@ -29,7 +29,10 @@ pub use options::{
     TACTID_WRENCH_CONTACT, TACTID_WRENCH_RAW, TACTID_WRENCH_WITHOUT_WEIGHT, tactid_options,
 };
 pub use sample::tactid_sample;
-pub use snapshot::tactid_snapshot;
+pub use snapshot::{
+    tactid_snapshot, tactid_snapshot_findings, tactid_snapshot_free, tactid_snapshot_new,
+    tactid_snapshot_update,
+};
 pub use status::tactid_status;
 pub use wrench::{TACTID_CHANGING, TACTID_SETTLED, tactid_wrench};
 
