@@ -6,11 +6,11 @@ use crate::handling;
 use nalgebra::{Isometry3, Vector3};
 use rand::{RngExt, SeedableRng, rngs::SmallRng};
 use rand_distr::StandardNormal;
-use tactid_dynamics::{BaseKind, MassProperties, Notice, Severity, Wrench};
+use tactid_dynamics::{BaseKind, MassProperties, Wrench};
 use tactid_identify::{
     ActsOn, BatchIdentifier, BatchResult, BatchSettings, ContactSample, ContactState,
-    EquationSettings, Finding, HALF_WIDTH_95, Identifier, LoadEstimate, PushOutcome,
-    RecordedContact, WORLD, WrenchFrame,
+    EquationSettings, HALF_WIDTH_95, Identifier, LoadEstimate, PushOutcome, RecordedContact, WORLD,
+    WrenchFrame,
 };
 
 /// Standard deviations of the sensor's noise, N and N m.
