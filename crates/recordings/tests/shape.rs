@@ -189,10 +189,6 @@ fn a_shape_improves_the_inertia() {
                 assert!(found.estimate.is_physical);
             }
         }
-        println!(
-            "{densities:?}: errors {errors:?}, {held:?} of {} inside",
-            10 * seeds
-        );
         assert!(errors[1] < 0.5 * errors[0], "{errors:?}");
         let all = 10 * seeds as usize;
         assert!(held[1] * 100 >= 92 * all, "{held:?} of {all}");
