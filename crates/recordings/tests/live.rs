@@ -130,14 +130,18 @@ fn messages_give_what_their_samples_give() {
     assert_close(&found.std_devs, &expected.std_devs, 1e-9);
 }
 
-/// What is left open is chosen as for a recording, and the estimate is within the interval of that
-/// of the recording.
+/// What is left open is chosen as for a recording, but for the zero of the sensor, which is an
+/// unknown, and the estimate is within the interval of that of the recording.
 #[test]
 fn a_session_chooses_what_a_recording_chooses() {
     let (folder, _, messages) = recorded(8.0, |_| {});
     let session = live(request(), &messages);
     let path = folder.path().join("run.mcap");
-    let offline = identify_log(&path, &request(), &mut |_| ControlFlow::Continue(()));
+    let with_offset = Request {
+        wrench_offset: Some(OffsetChoice::Yes),
+        ..request()
+    };
+    let offline = identify_log(&path, &with_offset, &mut |_| ControlFlow::Continue(()));
     let offline = offline.unwrap().into_least_squares().unwrap();
     let (status, estimate) = (session.status(), session.estimate().unwrap());
     assert_eq!(status.topics, offline.recording.setup.topics);
