@@ -650,7 +650,7 @@ tactid_status tactid_identifier_tare(struct tactid_identifier *identifier);
 /**
  * Creates a snapshot of an identifier for `tactid_snapshot_findings`. It is the caller's, who ends
  * it with `tactid_snapshot_free`, and needs its identifier only for an update. `*snapshot` is null
- * after an error. Allocates; some 0.4 ms.
+ * after an error. Allocates.
  *
  * # Safety
  * `identifier` was created here, and `snapshot` is writable.
@@ -668,7 +668,7 @@ void tactid_snapshot_free(struct tactid_snapshot *snapshot);
 
 /**
  * Updates a snapshot by the identifier of which it was made, in the control loop, while no other
- * thread uses the snapshot. Allocates nothing; some 0.1 ms.
+ * thread uses the snapshot. Allocates nothing.
  *
  * # Safety
  * `identifier` and `snapshot` were created here.

@@ -16,7 +16,7 @@ pub struct tactid_snapshot(Snapshot);
 
 /// Creates a snapshot of an identifier for `tactid_snapshot_findings`. It is the caller's, who ends
 /// it with `tactid_snapshot_free`, and needs its identifier only for an update. `*snapshot` is null
-/// after an error. Allocates; some 0.4 ms.
+/// after an error. Allocates.
 ///
 /// # Safety
 /// `identifier` was created here, and `snapshot` is writable.
@@ -52,7 +52,7 @@ pub unsafe extern "C" fn tactid_snapshot_free(snapshot: *mut tactid_snapshot) {
 }
 
 /// Updates a snapshot by the identifier of which it was made, in the control loop, while no other
-/// thread uses the snapshot. Allocates nothing; some 0.1 ms.
+/// thread uses the snapshot. Allocates nothing.
 ///
 /// # Safety
 /// `identifier` and `snapshot` were created here.

@@ -137,7 +137,7 @@ pub fn compensate_into(
 struct WrenchWriter<'a> {
     original: &'a LogReader,
     log: LogWriter<BufWriter<File>>,
-    added: Option<WrenchTopics>,
+    topics: Option<WrenchTopics>,
     summary: WrenchSummary,
 }
 
@@ -156,14 +156,14 @@ impl<'a> WrenchWriter<'a> {
         Ok(Self {
             original,
             log: LogWriter::create(path)?,
-            added: None,
+            topics: None,
             summary: WrenchSummary::default(),
         })
     }
 
     fn finish(self) -> Result<([String; 2], WrenchSummary), RecordingError> {
         self.log.finish()?;
-        let topics = self.added.map(|added| added.topics).unwrap_or_default();
+        let topics = self.topics.map(|chosen| chosen.topics).unwrap_or_default();
         Ok((topics, self.summary.finished()))
     }
 }
@@ -198,7 +198,7 @@ impl WrenchReceiver for WrenchWriter<'_> {
         self.log
             .metadata("tactid_compensation", BTreeMap::from(settings))?;
         let add = |log: &mut LogWriter<_>, topic: &str| log.channel(topic, Durability::Volatile);
-        self.added = Some(WrenchTopics {
+        self.topics = Some(WrenchTopics {
             channels: [
                 add(&mut self.log, &topics[0])?,
                 add(&mut self.log, &topics[1])?,
@@ -216,19 +216,19 @@ impl WrenchReceiver for WrenchWriter<'_> {
 
     fn take(&mut self, sample: ContactSample) -> Result<(), RecordingError> {
         self.summary.add(&sample);
-        let Some((added, wrenches)) = self.added.as_ref().zip(sample.wrenches) else {
+        let Some((topics, wrenches)) = self.topics.as_ref().zip(sample.wrenches) else {
             return Ok(());
         };
-        let stamp_ns = added
+        let stamp_ns = topics
             .start_ns
             .saturating_add((sample.time_s * 1e9).round() as i64);
-        let time_ns = stamp_ns.saturating_add(added.after_stamp_ns);
+        let time_ns = stamp_ns.saturating_add(topics.after_stamp_ns);
         let estimates = [wrenches.parts.load, wrenches.parts.contact];
-        for (channel, estimate) in added.channels.iter().zip(estimates) {
+        for (channel, estimate) in topics.channels.iter().zip(estimates) {
             let message = WrenchStamped {
                 header: Header {
                     stamp: Time::from_ns(u64::try_from(stamp_ns).unwrap_or(0)),
-                    frame_id: added.frame.clone(),
+                    frame_id: topics.frame.clone(),
                 },
                 wrench: messages::Wrench {
                     force: <[f64; 3]>::from(estimate.wrench.force).into(),

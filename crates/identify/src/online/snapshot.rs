@@ -26,7 +26,7 @@ pub struct Snapshot {
 }
 
 impl Identifier {
-    /// Copies what findings follow from. Allocates; some 0.4 ms.
+    /// Copies what findings follow from, with allocation.
     #[must_use]
     pub fn snapshot(&self) -> Snapshot {
         Snapshot {
@@ -41,7 +41,7 @@ impl Identifier {
     }
 
     /// Copies what findings follow from into a snapshot that this identifier has made, or one with the same robot and
-    /// settings. Allocates nothing; some 0.1 ms.
+    /// settings. Allocates nothing.
     pub fn update_snapshot(&self, snapshot: &mut Snapshot) {
         snapshot.sampling = self.stream.sampling();
         snapshot.windows = self.windows;
