@@ -1,5 +1,6 @@
 """A store with the protocol of S3 on the loopback, which can be slow, failing and deceitful."""
 
+import functools
 import hashlib
 import socket
 import threading
@@ -52,6 +53,7 @@ class Store:
         }
 
 
+@functools.lru_cache(maxsize=16)
 def tag_of(content: bytes) -> str:
     return f'"{hashlib.md5(content).hexdigest()}"'
 

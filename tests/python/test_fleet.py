@@ -303,4 +303,13 @@ def test_requests_are_fewer_where_gaps_are_small() -> None:
     assert coalesced([(0, 100), (105, 200)]) == [(0, 200)]
     assert coalesced([(0, 100), (150, 200)]) == [(0, 100), (150, 200)]
     assert coalesced([(0, 100), (50, 200), (200, 300)]) == [(0, 300)]
-    assert coalesced([(0, 1000), (1100, 2000), (2050, 3000)]) == [(0, 1000), (1100, 3000)]
+    three = [(0, 1000), (1100, 2000), (2050, 3000)]
+    assert coalesced(three) == [(0, 1000), (1100, 3000)]
+    assert coalesced(three, 1) == [(0, 3000)]
+    assert coalesced(three, 1, spent=400) == [(0, 1000), (1100, 3000)]
+    ten = [(k * 1000 + 10 * k * k, k * 1000 + 900) for k in range(10)]
+    assert len(coalesced(ten)) == 8
+    read = coalesced(ten, 6)
+    assert len(read) == 6
+    assert all(any(a <= start < end <= b for a, b in read) for start, end in ten)
+    assert len(coalesced(ten, 1)) > 1  # the others would be too many bytes

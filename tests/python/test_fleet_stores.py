@@ -1,8 +1,10 @@
 """Recordings in an object store: read by ranges, from a store that fails, without secrets."""
 
 import io
+import itertools
 import shutil
-from collections.abc import Iterator
+from collections import Counter
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -19,8 +21,6 @@ from tactid._fleet.recordings import find
 from test_fleet import write_data_set
 
 PASSING = ("503", "reset", "truncated")
-CAMERA_BYTES = 200_000
-"""Bytes of an image, of which there are 20 after each second."""
 
 
 @pytest.fixture
@@ -44,15 +44,21 @@ def of_the_payload(row: dict[str, Any]) -> dict[str, Any]:
     return {name: value for name, value in row.items() if name not in passing}
 
 
-def with_camera(log: Path) -> tuple[bytes, int]:
-    """A recording with a camera, in chunks of its own, and the bytes of the other chunks."""
+def with_camera(
+    log: Path, images: Sequence[int] = (4_000_000,), every_s: float = 1.0
+) -> tuple[bytes, int]:
+    """A recording with a camera, in chunks of its own, and the bytes of the other chunks.
+
+    After each ``every_s`` seconds there is an image, of as many bytes as the next entry of
+    ``images`` says.
+    """
     written = io.BytesIO()
     writer = Writer(written, chunk_size=1 << 30, compression=CompressionType.ZSTD)
     writer.start(profile="ros2", library="test")
     channels: dict[int, int] = {}
     image_schema = writer.register_schema("sensor_msgs/msg/Image", "ros2msg", b"")
     camera = writer.register_channel("/camera", "cdr", image_schema)
-    due, rng = 0, np.random.default_rng(1)
+    due, rng, sizes = 0, np.random.default_rng(1), itertools.cycle(images)
     with log.open("rb") as file:
         for schema, channel, message in make_reader(file).iter_messages():
             if channel.id not in channels:
@@ -62,11 +68,10 @@ def with_camera(log: Path) -> tuple[bytes, int]:
                 channels[channel.id], message.log_time, message.data, message.publish_time
             )
             due = due or message.log_time
-            if message.log_time >= due + 1_000_000_000:
-                for _ in range(20):
-                    _flush(writer)
-                    image = rng.bytes(CAMERA_BYTES)
-                    writer.add_message(camera, message.log_time, image, message.log_time)
+            if message.log_time >= due + int(every_s * 1e9):
+                _flush(writer)
+                image = rng.bytes(next(sizes))
+                writer.add_message(camera, message.log_time, image, message.log_time)
                 _flush(writer)
                 due = message.log_time
     writer.finish()
@@ -104,12 +109,28 @@ def test_of_a_recording_with_a_camera_little_is_read(store: Store, log: Path) ->
     assert store.sent["camera.mcap"] == row["bytes_read"] <= 1.2 * needed
 
 
+def test_runs_of_chunks_with_small_gaps_are_read_together(store: Store, log: Path) -> None:
+    content, needed = with_camera(log, images=(100, 100, 2_500_000), every_s=0.29)
+    assert needed < 0.25 * len(content)
+    store.objects = {"camera.mcap": content}
+    (row,) = rows_of("s3://fleet/camera.mcap")
+    assert row["outcome"] == "identified"
+    assert row["requests"] <= 10
+    assert row["bytes_read"] <= 1.2 * needed
+
+
 @pytest.mark.parametrize("fault", PASSING)
 def test_a_fault_that_passes_changes_nothing(store: Store, log: Path, fault: str) -> None:
     store.objects = {"a.mcap": log.read_bytes()}
     (sound,) = rows_of("s3://fleet/a.mcap")
     store.requests.clear()
-    store.fault = lambda request: fault if request.number % 3 else None
+    asked: Counter[int] = Counter()
+
+    def first_two(request: Request) -> str | None:
+        asked[request.start] += 1
+        return fault if asked[request.start] <= 2 else None
+
+    store.fault = first_two
     (row,) = rows_of("s3://fleet/a.mcap")
     assert of_the_payload(row) == of_the_payload(sound)
     assert store.requests["a.mcap"] > sound["requests"]

@@ -10,19 +10,31 @@ Range = tuple[int, int]
 """First byte, and the byte after the last one."""
 
 BLOCK = 1 << 15
-"""Bytes that are read at least: the end of a recording of minutes with its index."""
+"""Bytes that are read at least."""
+
+MOST_TAIL = 1 << 18
+"""Bytes at the end that are read at once: the summary of a recording of hours."""
+
+TAIL = 256
+"""Bytes of a recording for each byte of its end that is read at once."""
 
 MOST_BLOCK = 1 << 23
 """Bytes that are read at once where reads follow each other, as in a file without index."""
 
 READ_AHEAD = 1 << 13
-"""Bytes that the reader asks for after a short record, whether they are needed or not."""
+"""Bytes that the reader asks for at least, whether they are needed or not."""
 
 AHEAD = 1 << 25
 """Announced bytes that are fetched together."""
 
 OVERHEAD = 0.05
-"""Fraction of what is needed by which gaps may be read, too, so that requests become fewer."""
+"""Fraction of what is needed by which gaps are read, too, so that requests become fewer."""
+
+MOST_OVERHEAD = 0.19
+"""The same fraction, with what else was read, where there are more than :data:`FEW` requests."""
+
+FEW = 9
+"""Requests of a recording that are few."""
 
 AT_ONCE = 4
 """Requests at once."""
@@ -47,6 +59,7 @@ class Ranges:
         self._kept: list[Range] = []
         self._announced: list[Range] = []
         self._block = BLOCK
+        self._tail = max(size - min(max(size // TAIL, BLOCK), MOST_TAIL), 0)
         self._file = tempfile.TemporaryFile(prefix="tactid-")  # noqa: SIM115 - until `close`
 
     def close(self) -> None:
@@ -79,12 +92,16 @@ class Ranges:
         place = next((k for k, (a, b) in enumerate(self._announced) if a <= start < b), None)
         if place is None:
             self._block = min(2 * self._block, MOST_BLOCK) if self._follows(start) else BLOCK
-            return [(min(start, max(self._size - BLOCK, 0)), max(end, start + self._block))]
+            if start >= self._tail:
+                return [(self._tail, self._size)]
+            if self._missing(asked)[-1][1] < end:  # it ends in what is kept: it is read backwards
+                start = max(start - self._block, 0)
+            return [(start, max(end, start + self._block))]
         chosen, total = [asked], 0
         for a, b in self._announced[place:]:
             if chosen and total + b - a > AHEAD:
                 break
-            chosen.append((a, b + READ_AHEAD))
+            chosen.append((a, max(b, a + READ_AHEAD)))
             total += b - a
         return chosen
 
@@ -94,11 +111,11 @@ class Ranges:
         return place > 0 and self._kept[place - 1][1] >= start
 
     def _fetch_all(self, needed: list[Range]) -> None:
-        requests = coalesced(self._parts(needed))
+        requests = self._requests(needed)
         if sum(end - start for start, end in [*self._kept, *requests]) > MOST_KEPT:
             self._kept = []
             self._file.truncate(0)
-            requests = coalesced(self._parts(needed))
+            requests = self._requests(needed)
         with ThreadPoolExecutor(AT_ONCE) as threads:
             bodies = threads.map(lambda each: self._fetch(*each), requests)
             for (start, end), body in zip(requests, bodies, strict=True):
@@ -108,10 +125,11 @@ class Ranges:
                 self.requests += 1
                 self.bytes_read += len(body)
 
-    def _parts(self, needed: list[Range]) -> list[Range]:
-        """Returns what is missing of some ranges."""
+    def _requests(self, needed: list[Range]) -> list[Range]:
+        """Returns what to fetch for some ranges: what is missing of them, by few requests."""
         cut = ((start, min(end, self._size)) for start, end in joined(needed))
-        return [part for each in cut for part in self._missing(each)]
+        parts = [part for each in cut for part in self._missing(each)]
+        return coalesced(parts, max(FEW - self.requests, 1), self.bytes_read)
 
     def _missing(self, asked: Range) -> list[Range]:
         """Returns the parts of a range that are not kept."""
@@ -137,17 +155,18 @@ def joined(ranges: Sequence[Range]) -> list[Range]:
     return found
 
 
-def coalesced(ranges: Sequence[Range]) -> list[Range]:
+def coalesced(ranges: Sequence[Range], few: int = FEW, spent: int = 0) -> list[Range]:
     """Returns fewer ranges that contain all: the smallest gaps are read, too.
 
-    Their bytes together are at most :data:`OVERHEAD` of those of the ranges.
+    Their bytes together are at most :data:`OVERHEAD` of those of the ranges; and, while there are
+    more ranges than ``few``, at most :data:`MOST_OVERHEAD`, less those that were ``spent``.
     """
     parts = joined(ranges)
-    left = OVERHEAD * sum(end - start for start, end in parts)
+    total, read = sum(end - start for start, end in parts), 0
     gaps = sorted((b[0] - a[1], a[1], b[0]) for a, b in pairwise(parts))
-    for gap, start, end in gaps:
-        left -= gap
-        if left < 0:
+    for count, (gap, start, end) in zip(range(len(parts), 0, -1), gaps, strict=False):
+        read += gap
+        if read > OVERHEAD * total and (count <= few or read + spent > MOST_OVERHEAD * total):
             break
         parts.append((start, end))
     return joined(parts)
