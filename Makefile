@@ -7,7 +7,7 @@ BIN := $(VENV)/bin
 SOURCES := Cargo.toml Cargo.lock pyproject.toml README.md $(shell find crates -type f \
     \( -name '*.rs' -o -name '*.py' -o -name '*.pyi' -o -name '*.json' -o -name '*.toml' -o -name '*.urdf' -o -name '*.msg' \))
 
-.PHONY: help demo test miri instructions test-rust test-python lint lint-rust lint-python lint-header header docs pictures bench bench-peers bench-seeds bench-study \
+.PHONY: help demo test miri instructions test-rust test-python lint lint-rust lint-python lint-header header docs pictures bench bench-peers bench-seeds bench-split bench-study \
     bench-study-logs bench-active bench-coverage bench-excite bench-faults bench-fleet bench-hour bench-many bench-shape bench-swap bench-update clean tools fuzz soak lint-supply wheel
 
 help: ## list the targets
@@ -108,6 +108,9 @@ bench-coverage: $(VENV)/installed ## how often 95 % intervals hold the truth, 20
 
 bench-fleet: $(VENV)/fleet ## recordings in a bucket on two workers, killed and stopped; bytes read; the report of 10,000 rows
 	$(BIN)/python bench/fleet.py
+
+bench-split: $(VENV)/fleet ## pick-and-place recordings cut where the payload changes: times, segments, and intervals of the payloads
+	$(BIN)/python bench/split.py
 
 bench-shape: $(VENV)/installed ## what a shape adds: 16 tools of one or several materials with and without it, and wrong shapes
 	$(BIN)/python bench/shape.py

@@ -245,7 +245,7 @@ def table_rows(path: Path) -> int:
 def of_the_report(folder: Path, logs: Sequence[Path], count: int) -> None:
     """Prints seconds and size of the report of many rows, which differ by drawn errors."""
     tasks = run.tasks_of(find([str(log) for log in logs]), tactid.Options())
-    rows = [work.identify_recording(task) for task in tasks]
+    rows = [row for task in tasks for row in work.identify_recording(task)]
     drawn = random.Random(2)
     table = ParquetRows(folder / "report.parquet")
     for k in range(count):
@@ -257,7 +257,7 @@ def of_the_report(folder: Path, logs: Sequence[Path], count: int) -> None:
             change = 1.0 + 0.2 * (k // (count // 3) + robot % 2)
             error = drawn.gauss(0.0, row["estimate.std_devs.mass"] or 0.0)
             row["estimate.values.mass"] = change * row["estimate.values.mass"] + error
-        table.add(row)
+        table.add([row])
     table.close()
     begun = time.monotonic()
     out = folder / "fleet.html"

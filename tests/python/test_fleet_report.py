@@ -106,7 +106,7 @@ def test_the_page_shows_what_is_wrong_first() -> None:
 def test_the_command_writes_the_report(command: TactidCommand, tmp_path: Path) -> None:
     table = ParquetRows(tmp_path / "payloads.parquet")
     for each in shift("arm"):
-        table.add(each)
+        table.add([each])
     table.close()
     done = command("fleet-report", "payloads.parquet")
     assert done.returncode == 0, done.stderr

@@ -36,7 +36,7 @@ def store(monkeypatch: pytest.MonkeyPatch) -> Iterator[Store]:
 def rows_of(*urls: str, **options: Any) -> list[dict[str, Any]]:
     """Rows as a worker computes them."""
     tasks = run.tasks_of(find(urls), tactid.Options(**options))
-    return [work.identify_recording(task) for task in tasks]
+    return [row for task in tasks for row in work.identify_recording(task)]
 
 
 def of_the_payload(row: dict[str, Any]) -> dict[str, Any]:

@@ -34,6 +34,22 @@ pub(crate) fn identify_log(
     identified(py, &urdf_errors(py, &request, result)?)
 }
 
+/// Returns the parts of a log with one payload each: the times at which each begins and ends, s.
+#[pyfunction]
+pub(crate) fn split_log(
+    py: Python<'_>,
+    log: GivenLog,
+    options: &Bound<'_, PyDict>,
+) -> PyResult<Vec<(f64, f64)>> {
+    let request = options::log_request(options)?;
+    let result = run(py, None, |observer| log.split(&request, observer));
+    let segments = urdf_errors(py, &request, result)?;
+    Ok(segments
+        .iter()
+        .map(|each| (each.begin_s, each.end_s))
+        .collect())
+}
+
 /// Adds the option of the URDF to an error that is about the given one.
 pub(crate) fn urdf_errors<T>(
     py: Python<'_>,

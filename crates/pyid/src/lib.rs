@@ -70,7 +70,9 @@ mod _native {
     #[pymodule_export]
     use crate::identification::remaining;
     #[pymodule_export]
-    use crate::identify::{identify_arrays, identify_log, identify_poses, write_estimates};
+    use crate::identify::{
+        identify_arrays, identify_log, identify_poses, split_log, write_estimates,
+    };
     #[pymodule_export]
     use crate::inertia::MassProperties;
     #[pymodule_export]

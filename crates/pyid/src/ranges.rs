@@ -8,7 +8,7 @@ use std::sync::Arc;
 use pyo3::prelude::*;
 use pyo3::types::PyBytes;
 use tactid_logs::Ranges;
-use tactid_recordings::{Identified, Observer, RecordingError, Request};
+use tactid_recordings::{Identified, Observer, RecordingError, Request, Segment};
 
 /// Log that is given as a path, or as an object with `path`, `length()`, `read(at_byte, length)`
 /// and `announce(ranges)`, as [`Ranges`] has them.
@@ -21,6 +21,21 @@ pub(crate) enum GivenLog {
 }
 
 impl GivenLog {
+    /// Returns the parts of the log with one body each.
+    pub(crate) fn split(
+        self,
+        request: &Request,
+        observer: &mut Observer<'_>,
+    ) -> Result<Vec<Segment>, RecordingError> {
+        match self {
+            Self::Path(path) => tactid_recordings::split_log(&path, request, observer),
+            Self::Object(reader) => {
+                let (ranges, path) = PythonRanges::of(reader);
+                tactid_recordings::split_ranges(&path, &ranges, request, observer)
+            }
+        }
+    }
+
     /// Identifies the payload from the log.
     pub(crate) fn identify(
         self,
@@ -30,10 +45,7 @@ impl GivenLog {
         match self {
             Self::Path(path) => tactid_recordings::identify_log(&path, request, observer),
             Self::Object(reader) => {
-                let ranges = PythonRanges(Arc::new(reader));
-                // Only errors need it.
-                let path = ranges.call(|reader| reader.getattr("path")?.extract());
-                let path: PathBuf = path.unwrap_or_else(|_| "log".into());
+                let (ranges, path) = PythonRanges::of(reader);
                 tactid_recordings::identify_ranges(&path, &ranges, request, observer)
             }
         }
@@ -45,6 +57,13 @@ impl GivenLog {
 struct PythonRanges(Arc<Py<PyAny>>);
 
 impl PythonRanges {
+    /// Returns what reads by an object, and the path by which errors name the log.
+    fn of(reader: Py<PyAny>) -> (Self, PathBuf) {
+        let ranges = Self(Arc::new(reader));
+        let path = ranges.call(|reader| reader.getattr("path")?.extract());
+        (ranges, path.unwrap_or_else(|_| "log".into()))
+    }
+
     fn call<T>(&self, work: impl FnOnce(&Bound<'_, PyAny>) -> PyResult<T>) -> io::Result<T> {
         Python::attach(|py| {
             work(self.0.bind(py)).map_err(|error| io::Error::other(error.value(py).to_string()))

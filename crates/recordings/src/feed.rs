@@ -6,12 +6,13 @@ use std::sync::Arc;
 use std::sync::mpsc::sync_channel;
 use std::thread;
 
-use tactid_logs::{LogReader, Messages};
+use tactid_logs::{LogReader, Messages, RawMessage};
 
 use crate::RecordingError;
 use crate::alignment::{Event, Measured};
+use crate::clock::LONGEST_STAMP_DELAY_S;
 use crate::decode::{Decoder, Decoding};
-use crate::recording::Reading;
+use crate::recording::{Cut, Reading};
 use crate::sources::times_ns;
 
 /// Number of events that go from the reading to the aligning thread at a time.
@@ -25,6 +26,8 @@ pub(crate) struct Feed {
     messages: Messages,
     decoder: Decoder,
     unloaded: Option<UnloadedFeed>,
+    /// The events that are used.
+    pub(crate) cut: Cut,
     /// First and last time of logging, s.
     begin_s: f64,
     end_s: f64,
@@ -62,6 +65,7 @@ impl Feed {
             messages: log.messages_on(topics)?,
             decoder: Decoder::new(decoding.clone(), max_gap_s),
             unloaded: unloaded.map(UnloadedFeed::new).transpose()?,
+            cut: Cut::whole(),
             begin_s: begin_ns as f64 * 1e-9,
             end_s: end_ns as f64 * 1e-9,
         })
@@ -74,15 +78,20 @@ impl Feed {
         let enough = before + BATCH;
         let mut read_s = None;
         while events.len() < enough {
-            let Some(message) = self.messages.next() else {
-                self.read_end(enough, events);
-                return Ok((events.len() > before).then_some(1.0));
+            let message = self.messages.next().transpose()?;
+            let is_used = |message: &RawMessage| {
+                let logged_s = self.decoder.log_time_s(message);
+                !self.cut.ends_before(logged_s - LONGEST_STAMP_DELAY_S)
             };
-            let message = message?;
+            let Some(message) = message.filter(is_used) else {
+                return Ok(self.read_end(before, enough, events).then_some(1.0));
+            };
             if let Some(unloaded) = &mut self.unloaded {
                 unloaded.read_until(self.decoder.log_time_s(&message), events)?;
             }
+            let decoded = events.len();
             self.decoder.decode(&message, events);
+            self.cut.keep(events, decoded);
             read_s = Some(message.log_time_ns as f64 * 1e-9);
         }
         let length_s = (self.end_s - self.begin_s).max(1e-9);
@@ -90,12 +99,15 @@ impl Feed {
     }
 
     /// Adds the events of the messages that are held at the end of the log, until these are
-    /// `enough`.
-    fn read_end(&mut self, enough: usize, events: &mut Vec<Event>) {
+    /// `enough`. Returns whether there were any beyond the first `before`.
+    fn read_end(&mut self, before: usize, enough: usize, events: &mut Vec<Event>) -> bool {
         if let Some(unloaded) = &mut self.unloaded {
             unloaded.finish(events);
         }
         self.decoder.finish(enough, events);
+        let is_more = events.len() > before;
+        self.cut.keep(events, before);
+        is_more
     }
 
     /// Reads to the end on a thread of its own, while `take` is called on this one with each event,

@@ -104,6 +104,7 @@ mod setup;
 mod shaped;
 mod shortage;
 mod sources;
+mod split;
 mod steps;
 mod topic_kind;
 mod unloaded;
@@ -148,6 +149,7 @@ pub use progress::{Observer, Progress};
 pub use recording_report::RecordingReport;
 pub use request::Request;
 pub use setup::Setup;
+pub use split::{Segment, split_log, split_ranges};
 pub use tactid_identify::{
     ActsOn, BoundingBox, ContactSample, Delay, EffortContent, FitReport, Forecast, HALF_WIDTH_95,
     HistoryPoint, KnownMass, LinearEstimate, LoadEstimate, Method, Observability, PayloadEstimate,

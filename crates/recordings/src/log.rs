@@ -11,7 +11,7 @@ use crate::alignment::Event;
 use crate::decode::{Decoder, Decoding};
 use crate::feed::{Feed, Unloaded};
 use crate::progress::{check_interruption, open_log};
-use crate::recording::{Reading, Recording, Selection, Sources, has_beginning};
+use crate::recording::{Cut, Reading, Recording, Selection, Sources};
 use crate::sources::LogSources;
 use crate::unloaded::find_unloaded;
 use crate::{Clock, Finding, Observer, RecordingError, Request};
@@ -23,6 +23,7 @@ pub(crate) struct LogRecording {
     decoding: Arc<Decoding>,
     unloaded: Option<Unloaded>,
     sources: Sources,
+    cut: Cut,
 }
 
 impl LogRecording {
@@ -71,6 +72,7 @@ impl LogRecording {
             log,
             decoding,
             unloaded: None,
+            cut: Cut::of(request),
         })
     }
 
@@ -155,10 +157,11 @@ impl Recording for LogRecording {
     fn beginning(&self, observer: &mut Observer<'_>) -> Result<Vec<Event>, RecordingError> {
         let topics = self.topics(true);
         let mut feed = Feed::new(&self.log, &topics, &self.decoding, f64::INFINITY, None)?;
+        feed.cut = self.cut;
         let mut events = Vec::new();
         while feed.read(&mut events)?.is_some() {
             check_interruption(observer)?;
-            if has_beginning(&events) {
+            if self.cut.has_beginning(&events) {
                 break;
             }
         }
@@ -174,7 +177,8 @@ impl Recording for LogRecording {
         let topics = self.topics(selection.acceleration);
         let unloaded = self.unloaded.as_ref();
         let max_gap_s = selection.max_gap_s;
-        let feed = Feed::new(&self.log, &topics, &self.decoding, max_gap_s, unloaded)?;
+        let mut feed = Feed::new(&self.log, &topics, &self.decoding, max_gap_s, unloaded)?;
+        feed.cut = self.cut;
         feed.run(take, progress)
     }
 }

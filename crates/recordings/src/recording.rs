@@ -8,16 +8,54 @@ use tactid_identify::checks::TwistAxes;
 use crate::alignment::{Event, Streams};
 use crate::defaults::{Contents, Options};
 use crate::fault::FaultCounts;
-use crate::{Clock, Finding, Observer, RecordingError};
+use crate::{Clock, Finding, Observer, RecordingError, Request};
 
 /// Length of the beginning of a recording from which its filter and its delay are chosen, s.
 const BEGINNING_S: f64 = 30.0;
 
-/// Returns whether events in the order of time reach the end of the beginning of a recording.
-pub(crate) fn has_beginning(events: &[Event]) -> bool {
-    events
-        .last()
-        .is_some_and(|event| event.time_s > BEGINNING_S)
+/// The part of a recording that is used.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Cut {
+    /// Times since that of the first message or sample, s.
+    begin_s: f64,
+    end_s: f64,
+}
+
+impl Cut {
+    /// Returns the part that a request asks for: all that it leaves open.
+    pub(crate) fn of(request: &Request) -> Self {
+        Self {
+            begin_s: request.begin_s.unwrap_or(f64::NEG_INFINITY),
+            end_s: request.end_s.unwrap_or(f64::INFINITY),
+        }
+    }
+
+    /// Returns the whole of a recording.
+    pub(crate) fn whole() -> Self {
+        Self::of(&Request::default())
+    }
+
+    /// Leaves out the events outside of it, from a place on.
+    pub(crate) fn keep(&self, events: &mut Vec<Event>, from: usize) {
+        let mut place = 0;
+        events.retain(|event| {
+            place += 1;
+            place <= from || (self.begin_s..=self.end_s).contains(&event.time_s)
+        });
+    }
+
+    /// Returns whether a time is so late that no event after it is used.
+    pub(crate) fn ends_before(&self, time_s: f64) -> bool {
+        time_s > self.end_s
+    }
+
+    /// Returns whether events in the order of time reach the end of the beginning of the part.
+    pub(crate) fn has_beginning(&self, events: &[Event]) -> bool {
+        let from_s = self.begin_s.max(0.0);
+        events
+            .last()
+            .is_some_and(|event| event.time_s > from_s + BEGINNING_S)
+    }
 }
 
 /// What a recording measures, and of which robot.

@@ -158,6 +158,22 @@ options! {
             about = About::Wrenches
         )]
         pub delay_s: Option<f64>,
+        /// Time since the first message or sample from which on the recording is used.
+        #[option(
+            MEASUREMENTS, RECORDING,
+            unit = "s",
+            default = "its beginning",
+            range = Range::FINITE
+        )]
+        pub begin_s: Option<f64>,
+        /// Time since the first message or sample up to which the recording is used.
+        #[option(
+            MEASUREMENTS, RECORDING,
+            unit = "s",
+            default = "its end",
+            range = Range::FINITE
+        )]
+        pub end_s: Option<f64>,
         /// Longest time between two samples that is bridged.
         #[option(
             MEASUREMENTS, STREAM,

@@ -111,6 +111,14 @@ impl Request {
                 what: "`known_mass_kg` is missing, but its standard deviation is given".to_owned(),
             });
         }
+        if let (Some(begin_s), Some(end_s)) = (self.begin_s, self.end_s)
+            && begin_s >= end_s
+        {
+            return Err(RecordingError::Option {
+                option: "end_s",
+                what: format!("`end_s` is {end_s}, which is not after `begin_s`, {begin_s}"),
+            });
+        }
         let knowledge = BatchSettings {
             known_mass: self.known_mass(),
             bounding_box: self.bounding_box,

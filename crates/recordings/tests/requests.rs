@@ -321,3 +321,21 @@ fn a_sensor_alone_is_identified_online() {
     let mass_kg = estimate.body.mass_kg;
     assert!((mass_kg - CARRIED_KG).abs() < 1e-3, "{mass_kg}");
 }
+
+/// A part of a recording that ends before it begins is none, and the error names the option.
+#[test]
+fn a_part_ends_after_it_begins() {
+    let request = |begin_s, end_s| Request {
+        begin_s: Some(begin_s),
+        end_s: Some(end_s),
+        ..Request::default()
+    };
+    assert!(request(1.0, 2.0).check().is_ok());
+    for (begin_s, end_s) in [(2.0, 2.0), (2.0, 1.0)] {
+        match request(begin_s, end_s).check() {
+            Err(RecordingError::Option { option, .. }) => assert_eq!(option, "end_s"),
+            other => panic!("{other:?}"),
+        }
+    }
+    assert!(request(f64::NAN, 1.0).check().is_err());
+}

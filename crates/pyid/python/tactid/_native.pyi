@@ -64,6 +64,7 @@ __all__ = [
     "remaining",
     "set_log_memory",
     "simulate",
+    "split_log",
     "wrench_regressor",
     "write_estimates",
     "write_samples",
@@ -302,6 +303,7 @@ def write_trajectory(
     metadata: Mapping[str, str],
 ) -> None: ...
 def identify_log(log: Any, options: _Data, progress: _Progress = None) -> _Data: ...
+def split_log(log: Any, options: _Data) -> list[tuple[float, float]]: ...
 def identify_logs(
     logs: Sequence[_Path], options: _Data, progress: _Progress = None
 ) -> list[_Data]: ...

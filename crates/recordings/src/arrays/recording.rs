@@ -12,7 +12,7 @@ use super::unloaded::UnloadedSamples;
 use crate::alignment::{Event, Streams};
 use crate::defaults::{Contents, Motion, Options, check_tip, effort_gains};
 use crate::fault::FaultCounts;
-use crate::recording::{Reading, Recording, Selection, Sources, has_beginning};
+use crate::recording::{Cut, Reading, Recording, Selection, Sources};
 use crate::sources::{SENSOR_FRAME, place_sensor};
 use crate::wrench_channels::ChannelAxes;
 use crate::{Clock, Observer, RecordingError, Request};
@@ -25,6 +25,7 @@ pub(crate) struct ArrayRecording<'a> {
     samples: Samples<'a>,
     unloaded: Option<UnloadedSamples>,
     sources: Sources,
+    cut: Cut,
 }
 
 impl<'a> ArrayRecording<'a> {
@@ -80,6 +81,7 @@ impl<'a> ArrayRecording<'a> {
                 end_s: Some(timeline.length_s),
             },
             unloaded,
+            cut: Cut::of(request),
         })
     }
 }
@@ -125,8 +127,10 @@ impl Recording for ArrayRecording<'_> {
         let mut reader = SampleReader::new(&self.samples, f64::INFINITY);
         let mut events = Vec::new();
         for k in 0..self.samples.count() {
+            let before = events.len();
             reader.read(k, &mut events);
-            if has_beginning(&events) {
+            self.cut.keep(&mut events, before);
+            if self.cut.has_beginning(&events) {
                 break;
             }
         }
@@ -153,12 +157,14 @@ impl Recording for ArrayRecording<'_> {
             if let (Some(reference), Some(time_s)) = (&self.unloaded, reader.time_s()) {
                 unloaded = reference.read_until(time_s, unloaded, &mut events);
             }
+            self.cut.keep(&mut events, 0);
             events.drain(..).try_for_each(&mut *take)?;
         }
         let mut faults = reader.into_faults();
         if let Some(reference) = &self.unloaded {
             // The last samples wait for what follows them.
             reference.read_until(f64::INFINITY, unloaded, &mut events);
+            self.cut.keep(&mut events, 0);
             events.drain(..).try_for_each(&mut *take)?;
             faults.add_all(&reference.faults);
         }

@@ -47,6 +47,14 @@ def identify_fleet(
         str | None,
         typer.Option(help="Address of a Dask scheduler. Default: a process for each core."),
     ] = None,
+    split: Annotated[
+        bool,
+        typer.Option(
+            "--split",
+            help="Cut each recording where the payload changes: a row for each segment, with the"
+            " times at which its payload is held.",
+        ),
+    ] = False,
     **options: Any,
 ) -> None:
     """Identifies the payload of each of many recordings, into one table.
@@ -61,15 +69,17 @@ def identify_fleet(
         check_files({"--out": out}, {"--table": table, **named})
     robots = [] if table is None else read_robots(table)
     with interruptible("no row was computed"), notes.status("listing"):
-        tasks = fleet.tasks_of(find(urls), option_flags.read(options, "log"), robots)
+        given = option_flags.read(options, "log")
+        tasks = fleet.tasks_of(find(urls), given, robots, split=split)
         rows = Counted(rows_at(out))
     with (
         interruptible(f"{out} has the rows that are done"),
         progress("identifying", len(tasks)) as done,
     ):
         before = fleet.run(tasks, rows, scheduler, lambda count, _: done(count))
-    outcomes = ", ".join(f"{count} {outcome}" for outcome, count in rows.outcomes.most_common())
-    parts = [outcomes] if outcomes else []
+    parts = [f"{count} {outcome}" for outcome, count in rows.outcomes.most_common()]
+    if split and parts:
+        parts[0] = f"{counted(rows.outcomes.total(), 'segment')}, {parts[0]}"
     if before:
         parts.append(f"{before} with a row of an earlier run")
     notes.print(f"{counted(len(tasks), 'recording')}: {', '.join(parts)}.", markup=False)
@@ -77,17 +87,17 @@ def identify_fleet(
 
 
 class Counted:
-    """A table that counts the outcomes of the rows that are added."""
+    """A table that counts the outcomes of the rows that are added to it."""
 
     def __init__(self, table: Any) -> None:
         self._table = table
         self.outcomes: Counter[str] = Counter()
         self.stored, self.close = table.stored, table.close
 
-    def add(self, row: Row) -> None:
-        """Adds a row."""
-        self.outcomes[row["outcome"]] += 1
-        self._table.add(row)
+    def add(self, rows: list[Row]) -> None:
+        """Adds the rows of a recording."""
+        self.outcomes.update(row["outcome"] for row in rows)
+        self._table.add(rows)
 
 
 def read_robots(path: Path) -> list[dict[str, Any]]:
@@ -130,7 +140,7 @@ def read_robots(path: Path) -> list[dict[str, Any]]:
 option_flags.show(
     identify_fleet,
     option_flags.parameters(options_for("log")),
-    last=("out", "table", "scheduler"),
+    last=("out", "table", "split", "scheduler"),
 )
 
 

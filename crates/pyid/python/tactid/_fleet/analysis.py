@@ -24,7 +24,7 @@ OFFSETS = "fit.wrench_offset.values"
 
 READ = (
     *("address", "episode", "robot", "configured", "finished", "outcome", "error"),
-    *("start_ns", "estimate.covariance", "findings", OFFSETS),
+    *("start_ns", "begin_s", "estimate.covariance", "findings", OFFSETS),
     *(f"estimate.{kind}.{name}" for kind in ("values", "std_devs") for name in COMPARED),
 )
 """Columns that a report needs."""
@@ -167,7 +167,7 @@ def payload_of(row: Row) -> Payload | None:
             covariance = matrix
     if not np.all(np.diag(covariance) > 0):
         return None
-    time_s = float(row["start_ns"] or 0) * 1e-9
+    time_s = float(row["start_ns"] or 0) * 1e-9 + float(row.get("begin_s") or 0.0)
     return Payload(row, time_s, np.array(values[:known], dtype=float), covariance)
 
 

@@ -49,6 +49,11 @@ def key_of(row: Mapping[str, Any]) -> Key:
     return row["address"], -1 if row["episode"] is None else row["episode"]
 
 
+def place_of(row: Mapping[str, Any]) -> tuple[Key, float]:
+    """Returns the place of a row in a table: that of its recording, and of its segment there."""
+    return key_of(row), row.get("begin_s") or 0.0
+
+
 @dataclass(frozen=True)
 class Task:
     """A recording with what is asked for."""
@@ -60,6 +65,8 @@ class Task:
     """Hash of the options and of the files that they name."""
     robot: str = ""
     """Name of the robot."""
+    split: bool = False
+    """Whether the recording is cut where the payload changes."""
 
     @property
     def state(self) -> tuple[Any, ...]:
@@ -77,6 +84,8 @@ class Task:
             "options_sha256": self.options_sha256,
             "version": VERSION,
             "configured": self.configured,
+            "begin_s": self.options.begin_s,
+            "end_s": self.options.end_s,
         }
 
     @property
@@ -98,6 +107,8 @@ HEAD = {
     "options_sha256": "string",
     "version": "string",
     "configured": ["number"],
+    "begin_s": "number",
+    "end_s": "number",
     "finished": "time",
     "seconds": "number",
     "requests": "integer",

@@ -1,4 +1,4 @@
-"""The identification of many recordings on Dask, a row for each."""
+"""The identification of many recordings on Dask, into one table."""
 
 import hashlib
 import json
@@ -44,6 +44,7 @@ def fleet(
     out: str | os.PathLike[str] | None = None,
     client: Any = None,
     robots: Sequence[Mapping[str, Any]] = (),
+    split: bool = False,
     options: Options | None = None,
     progress: Callable[[int, int], object] | None = None,
     **keywords: Any,
@@ -70,8 +71,11 @@ def fleet(
             a process for each core of this computer.
         robots: What differs between recordings: for each robot a mapping of a ``pattern`` of
             addresses (with ``*``), the name of the ``robot``, and options. The first match counts.
+        split: Cut each recording where its wrenches show that the payload changes: a row is then
+            that of a segment, from ``begin_s`` to ``end_s``, and not of the recording. What no
+            body explains, such as the contact while something is grasped, is between segments.
         options: Options to start from; keywords replace them.
-        progress: Called after each row with the number of recordings that are done, and of all.
+        progress: Called after each recording with the number of those that are done, and of all.
         **keywords: The fields of :class:`tactid.Options`, as follows. The topics are those of a
             log.
 
@@ -87,20 +91,24 @@ def fleet(
             is missing.
         OSError: A store or the scheduler cannot be reached.
     """
-    own = ("out", "client", "robots", "options", "progress")
+    own = ("out", "client", "robots", "split", "options", "progress")
     collected = collect(options, keywords, "log", own)
     given = [urls] if isinstance(urls, str | os.PathLike) else urls
     recordings = find(given)
     table = rows_at(None if out is None else Path(out))
-    run(tasks_of(recordings, collected, robots), table, client, progress)
+    run(tasks_of(recordings, collected, robots, split=split), table, client, progress)
     keys = {recording.key for recording in recordings}
     missing = dict.fromkeys((*rows.HEAD, *rows.COLUMNS))
     chosen = [missing | row for row in table.all() if rows.key_of(row) in keys]
-    return sorted(chosen, key=rows.key_of)
+    return sorted(chosen, key=rows.place_of)
 
 
 def tasks_of(
-    recordings: Iterable[Recording], options: Options, robots: Sequence[Mapping[str, Any]] = ()
+    recordings: Iterable[Recording],
+    options: Options,
+    robots: Sequence[Mapping[str, Any]] = (),
+    *,
+    split: bool = False,
 ) -> list[Task]:
     """Returns what to do for recordings: the options of each, with their hash.
 
@@ -112,8 +120,8 @@ def tasks_of(
             "`estimator` is the paper's filter, which has no intervals: the rows of a fleet do",
             option="estimator",
         )
-    prepared = [(entry, _prepared(options.replace(**_options(entry)))) for entry in robots]
-    default = _prepared(options)
+    prepared = [(entry, _prepared(options.replace(**_options(entry)), split)) for entry in robots]
+    default = _prepared(options, split)
     tasks = []
     for recording in recordings:
         (chosen, digest), robot = default, ""
@@ -121,7 +129,7 @@ def tasks_of(
             if fnmatch(recording.address, str(entry["pattern"])):
                 (chosen, digest), robot = of_robot, str(entry.get("robot") or "")
                 break
-        tasks.append(Task(recording, chosen, digest, robot))
+        tasks.append(Task(recording, chosen, digest, robot, split))
     return tasks
 
 
@@ -134,7 +142,7 @@ def _options(entry: Mapping[str, Any]) -> dict[str, Any]:
     return dict(collect(None, given, "log", ROBOT_KEYS).given)
 
 
-def _prepared(options: Options) -> tuple[Options, str]:
+def _prepared(options: Options, split: bool) -> tuple[Options, str]:
     """Returns options that need no file of the robot, and the hash of all that they say."""
     options = with_urdf(options)
     if options.urdf is not None and not is_urdf_text(options.urdf):
@@ -143,7 +151,7 @@ def _prepared(options: Options) -> tuple[Options, str]:
         except (OSError, UnicodeError) as error:
             reason = getattr(error, "strerror", None) or "it is no text"
             raise ArgumentError(f"cannot read {options.urdf}: {reason}", option="urdf") from None
-    said: dict[str, Any] = options.plain()
+    said: dict[str, Any] = options.plain() | ({"split": True} if split else {})
     for name, value in said.items():
         if isinstance(value, str | os.PathLike) and name != "urdf" and Path(value).is_file():
             said[name] = sha256(Path(value))
@@ -157,7 +165,7 @@ def run(
     client: Any = None,
     progress: Callable[[int, int], object] | None = None,
 ) -> int:
-    """Adds the rows of recordings to a table, and returns how many were there already.
+    """Adds the rows of recordings to a table, and returns how many had theirs already.
 
     Whatever ends the run, such as Ctrl-C, the rows that are done are stored.
 
@@ -171,8 +179,8 @@ def run(
     with closing(table):
         if pending:
             with _connected(client, len(pending)) as connection:
-                for done, row in enumerate(_computed(connection, pending), start=before + 1):
-                    table.add(row)
+                for done, found in enumerate(_computed(connection, pending), start=before + 1):
+                    table.add(found)
                     if progress is not None:
                         progress(done, total)
     return before
@@ -202,8 +210,8 @@ def _connected(client: Any, count: int) -> Iterator[Any]:
         yield connection
 
 
-def _computed(client: Any, tasks: Sequence[Task]) -> Iterator[Row]:
-    """Yields the row of each task as it is done.
+def _computed(client: Any, tasks: Sequence[Task]) -> Iterator[list[Row]]:
+    """Yields the rows of each task as it is done.
 
     A worker that is killed loses what it has begun, which the scheduler gives to another one; a
     connection that is lost loses what the scheduler knows, which is submitted again.
@@ -226,13 +234,13 @@ def _computed(client: Any, tasks: Sequence[Task]) -> Iterator[Row]:
         if future.status == "finished":
             yield future.result()
         elif future.status == "error":
-            yield rows.failed(task, _failure(future.exception()))
+            yield [rows.failed(task, _failure(future.exception()))]
         elif attempts[task.recording.key] < ATTEMPTS:
             _wait_for_scheduler(client)
             submit(task)
             continue
         else:
-            yield rows.failed(task, OSError("the scheduler lost it again and again"))
+            yield [rows.failed(task, OSError("the scheduler lost it again and again"))]
         for task in islice(waiting, 1):
             submit(task)
 

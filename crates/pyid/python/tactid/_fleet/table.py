@@ -10,7 +10,17 @@ from typing import Any, Protocol
 
 from tactid._base.errors import ArgumentError
 from tactid._base.files import atomic_path, write_atomically
-from tactid._fleet.rows import COLUMNS, HEAD, STATE, Key, Row, Task, arrow_schema, key_of
+from tactid._fleet.rows import (
+    COLUMNS,
+    HEAD,
+    STATE,
+    Key,
+    Row,
+    Task,
+    arrow_schema,
+    key_of,
+    place_of,
+)
 from tactid._read.packages import package
 
 FLUSH_ROWS = 500
@@ -24,10 +34,10 @@ class Rows(Protocol):
     """Where rows go."""
 
     def stored(self) -> dict[Key, tuple[Any, ...]]:
-        """Returns the state of each row that is there and need not be computed again."""
+        """Returns the state of each recording whose rows are there; an empty one repeats it."""
 
-    def add(self, row: Row) -> None:
-        """Adds a row, in place of an earlier one of the same recording."""
+    def add(self, rows: Sequence[Row]) -> None:
+        """Adds the rows of a recording, in place of its earlier ones."""
 
     def close(self) -> None:
         """Writes what is not yet written."""
@@ -53,9 +63,9 @@ class MemoryRows:
         """Returns nothing."""
         return {}
 
-    def add(self, row: Row) -> None:
-        """Adds a row."""
-        self.rows.append(row)
+    def add(self, rows: Sequence[Row]) -> None:
+        """Adds the rows of a recording."""
+        self.rows += rows
 
     def close(self) -> None:
         """Does nothing."""
@@ -78,7 +88,7 @@ class CsvRows(MemoryRows):
         writer = csv.writer(text, lineterminator="\n")
         names = [*HEAD, *COLUMNS]
         writer.writerow(names)
-        for row in sorted(self.rows, key=key_of):
+        for row in sorted(self.rows, key=place_of):
             writer.writerow([_cell(row.get(name)) for name in names])
         write_atomically(self._path, text.getvalue())
 
@@ -131,7 +141,7 @@ class ParquetRows:
             )
 
     def stored(self) -> dict[Key, tuple[Any, ...]]:
-        """Returns the state of each row that need not be computed again."""
+        """Returns the state of each recording whose rows are there; an empty one repeats it."""
         found: dict[Key, tuple[Any, ...]] = {}
         latest: dict[Key, Any] = {}
         for path in self._paths():
@@ -139,24 +149,25 @@ class ParquetRows:
                 path, columns=["address", "episode", "finished", "outcome", *STATE]
             )
             for row in table.to_pylist():
-                key = key_of(row)
-                if key in latest and latest[key] >= row["finished"]:
-                    self._outdated.setdefault(path, set()).add(key)
-                    continue
-                if key in latest:
-                    self._outdated.setdefault(self._places[key], set()).add(key)
-                latest[key], self._places[key] = row["finished"], path
-                found.pop(key, None)
-                if row["outcome"] != "unreachable":
-                    found[key] = tuple(row[name] for name in STATE)
+                key, finished = key_of(row), row["finished"]
+                if key in latest and (latest[key], self._places[key]) != (finished, path):
+                    older = path if latest[key] >= finished else self._places[key]
+                    self._outdated.setdefault(older, set()).add(key)
+                    if older == path:
+                        continue
+                    found.pop(key)
+                latest[key], self._places[key] = finished, path
+                state = tuple(row[name] for name in STATE)
+                is_done = row["outcome"] != "unreachable" and found.get(key) != ()
+                found[key] = state if is_done else ()
         return found
 
     def _paths(self) -> list[Path]:
         return sorted(self._folder.glob("*.parquet"))
 
-    def add(self, row: Row) -> None:
-        """Adds a row, which is written with others."""
-        self._rows.append(row)
+    def add(self, rows: Sequence[Row]) -> None:
+        """Adds the rows of a recording, which are written together, with others."""
+        self._rows += rows
         if len(self._rows) >= FLUSH_ROWS or time.monotonic() - self._written > FLUSH_S:
             self._flush()
 
@@ -166,7 +177,7 @@ class ParquetRows:
             return
         path = self._folder / f"part-{time.time_ns():020d}.parquet"
         self._write(path, self._arrow.Table.from_pylist(self._rows, schema=self._schema))
-        for key in map(key_of, self._rows):
+        for key in set(map(key_of, self._rows)):
             if key in self._places:
                 self._outdated.setdefault(self._places[key], set()).add(key)
             self._places[key] = path
@@ -204,12 +215,14 @@ def read_rows(out: Path, columns: Sequence[str] | None = None) -> list[Row]:
     files = sorted(out.glob("*.parquet")) if out.is_dir() else [out]
     if not files or not all(path.is_file() for path in files):
         raise ArgumentError(f"there is no table at {out}: tactid fleet writes one")
-    found: dict[Key, Row] = {}
+    found: dict[Key, list[Row]] = {}
     for row in (row for path in files for row in _read(parquet, path, columns)):
-        earlier = found.get(key_of(row))
-        if earlier is None or earlier["finished"] < row["finished"]:
-            found[key_of(row)] = row
-    return [found[key] for key in sorted(found)]
+        earlier = found.setdefault(key_of(row), [])
+        if earlier and earlier[0]["finished"] < row["finished"]:
+            earlier.clear()
+        if not earlier or earlier[0]["finished"] == row["finished"]:
+            earlier.append(row)
+    return sorted((row for rows in found.values() for row in rows), key=place_of)
 
 
 def _read(parquet: Any, path: Path, columns: Sequence[str] | None) -> list[Row]:

@@ -1,4 +1,4 @@
-"""What a worker does: it identifies one recording and returns its row."""
+"""What a worker does: it identifies one recording and returns its rows."""
 
 import os
 import shutil
@@ -18,6 +18,7 @@ from tactid._fleet import rows, stores
 from tactid._fleet.ranges import Ranges
 from tactid._fleet.recordings import Recording
 from tactid._fleet.rows import Row, Task
+from tactid._options.options import Options
 from tactid._read.recordings import opened
 
 MOST_DOWNLOADED = 1 << 34
@@ -27,27 +28,56 @@ BLOCK = 1 << 24
 """Bytes of a request of a download."""
 
 
-def identify_recording(task: Task) -> Row:
-    """Returns the row of a recording, whatever happens to it."""
+def identify_recording(task: Task) -> list[Row]:
+    """Returns the row of a recording, or of each of its segments, whatever happens to it."""
     begun = time.monotonic()
     read = {"requests": 0, "bytes_read": 0}
     try:
         with _available(task.recording, read) as source:
-            row = rows.of_result(_identified(source, task))
+            found = _identified(source, task)
     except Exception as error:
-        row = rows.of_error(error)
+        found = [task.head() | rows.of_error(error)]
     end = {"finished": datetime.now(timezone.utc), "seconds": time.monotonic() - begun}
-    return task.head() | read | end | row
+    return [row | read | end for row in found]
 
 
-def _identified(source: Any, task: Task) -> Identification:
-    """Identifies the payload from a path, or from ranges."""
+def _identified(source: Any, task: Task) -> list[Row]:
+    """Identifies the payload, or that of each segment, from a path, or from ranges."""
     options = task.options
     if task.recording.episode is not None:
         options = options.replace(episode=task.recording.episode)
+    with _worded(source, task), opened([source], options) as ([log], run):
+        if not task.split:
+            return [task.head() | rows.of_result(_of_part(log, run.options))]
+        segments = _native.split_log(log, run.options.plain())
+        if not segments:
+            raise IdentificationError("no body explains its wrenches for 1.5 s: it has no segment")
+        found = []
+        for begin_s, end_s in segments:
+            part = {"begin_s": begin_s, "end_s": end_s}
+            try:
+                row = rows.of_result(_of_part(log, run.options.replace(**part)))
+            except IdentificationError as error:  # such as a segment that is too short
+                row = rows.of_error(error)
+            found.append(task.head() | row | part)
+        return found
+
+
+def _of_part(log: Any, options: Options) -> Identification:
+    """Identifies the payload from the part of a log that options name."""
+    found = _native.identify_log(log, options.plain(), None)
+    # The log is known by its size and tag: its hash would need all of its bytes.
+    result = identification(found | provenance({}, options))
+    if not isinstance(result, Identification):
+        raise IdentificationError("a fleet has intervals, which the paper's filter has not")
+    return result
+
+
+@contextmanager
+def _worded(source: Any, task: Task) -> Iterator[None]:
+    """Gives errors the address of the recording, and what the store has said."""
     try:
-        with opened([source], options) as ([log], run):
-            found = _native.identify_log(log, run.options.plain(), None)
+        yield
     except TactidError as error:
         if isinstance(source, Ranges) and source.failure is not None:
             raise source.failure from None
@@ -55,11 +85,6 @@ def _identified(source: Any, task: Task) -> Identification:
         if isinstance(source, Path):
             error.message = error.message.replace(str(source), task.recording.address)
         raise
-    # The log is known by its size and tag: its hash would need all of its bytes.
-    result = identification(found | provenance({}, options))
-    if not isinstance(result, Identification):
-        raise IdentificationError("a fleet has intervals, which the paper's filter has not")
-    return result
 
 
 @contextmanager
