@@ -66,6 +66,7 @@ def test_every_command_ends_with_2_for_a_file_that_is_not_there(
         "compare": (gone,),
         "fleet": (gone,),
         "fleet-report": (gone,),
+        "study": (gone,),
         "info": (gone,),
         "view": (gone,),
     }

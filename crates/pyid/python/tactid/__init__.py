@@ -73,6 +73,7 @@ from tactid._documents.schemas import (
     result_schema,
 )
 from tactid._fleet.run import fleet
+from tactid._fleet.study import study
 from tactid._native import (
     VALUE_NAMES,
     VERSION,
@@ -223,6 +224,7 @@ __all__ = [
     "result_schema",
     "set_log_memory",
     "simulate",
+    "study",
     "sum_forces",
     "wrench_regressor",
 ]

@@ -34,6 +34,7 @@ from tactid._cli.identify_command import identify_recording
 from tactid._cli.live_command import LiveCommand, run_live
 from tactid._cli.number_lists import NumberListCommand
 from tactid._cli.simulate_command import run_simulation
+from tactid._cli.study_command import run_study
 from tactid._native import VERSION, Experiment, set_log_memory
 from tactid._native import info as log_info
 from tactid._options.options import Estimator
@@ -204,6 +205,7 @@ app.command("compensate", cls=NumberListCommand)(compensate_log)
 app.command("compare", cls=NumberListCommand)(compare_recording)
 app.command("fleet", cls=NumberListCommand)(identify_fleet)
 app.command("fleet-report")(report_fleet)
+app.command("study", cls=NumberListCommand)(run_study)
 
 
 @app.command("info")

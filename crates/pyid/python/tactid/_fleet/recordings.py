@@ -37,6 +37,8 @@ class Recording:
     """Address below which its objects are; empty for a path."""
     objects: Sequence[Object] = field(default=(), compare=False)
     """Objects in a store that it consists of."""
+    experiment: str | None = None
+    """The experiment, TOML, of a recording that is simulated; its seed is the episode."""
 
     @property
     def key(self) -> tuple[str, int]:

@@ -5,7 +5,7 @@ nested keys, such as ``estimate.values.com.x``, and the type of its schema.
 """
 
 import json
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from datetime import datetime, timezone
 from typing import Any, Literal
@@ -16,7 +16,7 @@ from tactid._base.values import PATHS
 from tactid._documents import findings_json, result_json
 from tactid._fleet.recordings import Recording
 from tactid._native import VERSION
-from tactid._options.options import Options
+from tactid._options.options import Method, Options
 from tactid._results.records import SCHEMAS, of_ten, without_null
 
 Outcome = Literal[
@@ -54,6 +54,13 @@ def place_of(row: Mapping[str, Any]) -> tuple[Key, float]:
     return key_of(row), row.get("begin_s") or 0.0
 
 
+def rows_of(rows: Iterable[Row], recordings: Iterable[Recording]) -> list[Row]:
+    """Returns the rows of some recordings in order, with all columns."""
+    keys = {recording.key for recording in recordings}
+    missing = dict.fromkeys((*HEAD, *COLUMNS))
+    return sorted((missing | row for row in rows if key_of(row) in keys), key=place_of)
+
+
 @dataclass(frozen=True)
 class Task:
     """A recording with what is asked for."""
@@ -67,6 +74,8 @@ class Task:
     """Name of the robot."""
     split: bool = False
     """Whether the recording is cut where the payload changes."""
+    methods: Sequence[Method] = ()
+    """Methods by which it is identified, a row each; none for that of the options."""
 
     @property
     def state(self) -> tuple[Any, ...]:

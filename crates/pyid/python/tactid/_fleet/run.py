@@ -19,7 +19,7 @@ from tactid._fleet.rows import Row, Task
 from tactid._fleet.table import new_or_changed, rows_at
 from tactid._fleet.work import identify_recording
 from tactid._options.declaration import with_options
-from tactid._options.options import OPTIONS, Options, collect
+from tactid._options.options import OPTIONS, Method, Options, collect
 from tactid._read.descriptions import with_urdf
 from tactid._read.packages import package
 
@@ -97,10 +97,7 @@ def fleet(
     recordings = find(given)
     table = rows_at(None if out is None else Path(out))
     run(tasks_of(recordings, collected, robots, split=split), table, client, progress)
-    keys = {recording.key for recording in recordings}
-    missing = dict.fromkeys((*rows.HEAD, *rows.COLUMNS))
-    chosen = [missing | row for row in table.all() if rows.key_of(row) in keys]
-    return sorted(chosen, key=rows.place_of)
+    return rows.rows_of(table.all(), recordings)
 
 
 def tasks_of(
@@ -109,6 +106,7 @@ def tasks_of(
     robots: Sequence[Mapping[str, Any]] = (),
     *,
     split: bool = False,
+    methods: Sequence[Method] = (),
 ) -> list[Task]:
     """Returns what to do for recordings: the options of each, with their hash.
 
@@ -120,8 +118,10 @@ def tasks_of(
             "`estimator` is the paper's filter, which has no intervals: the rows of a fleet do",
             option="estimator",
         )
-    prepared = [(entry, _prepared(options.replace(**_options(entry)), split)) for entry in robots]
-    default = _prepared(options, split)
+    said = {"split": split, "methods": methods}
+    besides = {name: value for name, value in said.items() if value}
+    prepared = [(entry, _prepared(options.replace(**_options(entry)), besides)) for entry in robots]
+    default = _prepared(options, besides)
     tasks = []
     for recording in recordings:
         (chosen, digest), robot = default, ""
@@ -129,7 +129,7 @@ def tasks_of(
             if fnmatch(recording.address, str(entry["pattern"])):
                 (chosen, digest), robot = of_robot, str(entry.get("robot") or "")
                 break
-        tasks.append(Task(recording, chosen, digest, robot, split))
+        tasks.append(Task(recording, chosen, digest, robot, split, methods))
     return tasks
 
 
@@ -142,7 +142,7 @@ def _options(entry: Mapping[str, Any]) -> dict[str, Any]:
     return dict(collect(None, given, "log", ROBOT_KEYS).given)
 
 
-def _prepared(options: Options, split: bool) -> tuple[Options, str]:
+def _prepared(options: Options, besides: dict[str, Any]) -> tuple[Options, str]:
     """Returns options that need no file of the robot, and the hash of all that they say."""
     options = with_urdf(options)
     if options.urdf is not None and not is_urdf_text(options.urdf):
@@ -151,7 +151,7 @@ def _prepared(options: Options, split: bool) -> tuple[Options, str]:
         except (OSError, UnicodeError) as error:
             reason = getattr(error, "strerror", None) or "it is no text"
             raise ArgumentError(f"cannot read {options.urdf}: {reason}", option="urdf") from None
-    said: dict[str, Any] = options.plain() | ({"split": True} if split else {})
+    said: dict[str, Any] = options.plain() | besides
     for name, value in said.items():
         if isinstance(value, str | os.PathLike) and name != "urdf" and Path(value).is_file():
             said[name] = sha256(Path(value))

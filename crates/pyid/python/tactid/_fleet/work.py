@@ -18,6 +18,7 @@ from tactid._fleet import rows, stores
 from tactid._fleet.ranges import Ranges
 from tactid._fleet.recordings import Recording
 from tactid._fleet.rows import Row, Task
+from tactid._native import Experiment
 from tactid._options.options import Options
 from tactid._read.recordings import opened
 
@@ -44,23 +45,28 @@ def identify_recording(task: Task) -> list[Row]:
 def _identified(source: Any, task: Task) -> list[Row]:
     """Identifies the payload, or that of each segment, from a path, or from ranges."""
     options = task.options
-    if task.recording.episode is not None:
+    if task.recording.episode is not None and task.recording.experiment is None:
         options = options.replace(episode=task.recording.episode)
+    parts: list[dict[str, Any]]
     with _worded(source, task), opened([source], options) as ([log], run):
-        if not task.split:
+        if task.split:
+            segments = _native.split_log(log, run.options.plain())
+            parts = [{"begin_s": begin_s, "end_s": end_s} for begin_s, end_s in segments]
+            if not parts:
+                raise IdentificationError("no body explains its wrenches for 1.5 s: no segment")
+        elif task.methods:
+            parts = [{"method": method} for method in task.methods]
+        else:
             return [task.head() | rows.of_result(_of_part(log, run.options))]
-        segments = _native.split_log(log, run.options.plain())
-        if not segments:
-            raise IdentificationError("no body explains its wrenches for 1.5 s: it has no segment")
-        found = []
-        for begin_s, end_s in segments:
-            part = {"begin_s": begin_s, "end_s": end_s}
-            try:
-                row = rows.of_result(_of_part(log, run.options.replace(**part)))
-            except IdentificationError as error:  # such as a segment that is too short
-                row = rows.of_error(error)
-            found.append(task.head() | row | part)
-        return found
+        return [task.head() | _row_of_part(log, run.options, part) | part for part in parts]
+
+
+def _row_of_part(log: Any, options: Options, part: dict[str, Any]) -> Row:
+    """Returns the columns of a segment, or of a method; an error is that of this part alone."""
+    try:
+        return rows.of_result(_of_part(log, options.replace(**part)))
+    except IdentificationError as error:
+        return rows.of_error(error)
 
 
 def _of_part(log: Any, options: Options) -> Identification:
@@ -91,7 +97,13 @@ def _worded(source: Any, task: Task) -> Iterator[None]:
 def _available(recording: Recording, read: dict[str, int]) -> Iterator[Any]:
     """Yields what is read of a recording: its path, ranges, or the path of a temporary copy."""
     logs = [each for each in recording.objects if not each.name.endswith(".yaml")]
-    if not recording.base:
+    if recording.experiment is not None:
+        with tempfile.TemporaryDirectory(prefix="tactid-") as folder:
+            log = Path(folder) / "run.mcap"
+            experiment = Experiment.from_toml(recording.experiment)
+            _native.simulate(experiment.replace(seed=recording.episode), log)
+            yield log
+    elif not recording.base:
         yield Path(recording.address)
     elif len(logs) == 1 and logs[0].name.endswith(".mcap"):
 
