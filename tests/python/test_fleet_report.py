@@ -100,7 +100,24 @@ def test_the_page_shows_what_is_wrong_first() -> None:
     assert page.index("left/007.mcap") < page.index("left/005.mcap")  # of the configured payloads
     assert "60 recordings of 2 robots" in page
     assert page.count("<img") == 1
-    assert "tactid.identify(&#x27;left/005.mcap&#x27;).write_report" in page
+    assert "tactid identify left/005.mcap --report report.html" in page
+
+
+def test_a_recording_to_look_at_has_its_command_or_its_link() -> None:
+    rows = shift("arm")[:4]
+    refused = {"outcome": "refused", "error": "no"}
+    rows[0] |= refused | {"address": "my logs/a.mcap", "begin_s": 3.25, "end_s": 8.0}
+    rows[1] |= refused | {"address": "set", "episode": 7}
+    rows[2] |= refused | {"address": "https://host/c.mcap"}
+    rows[3] |= refused | {"address": "s3://bucket/d.mcap"}
+    page = report.render(rows, Figures())
+    for command in (
+        "&#x27;my logs/a.mcap&#x27; --begin-s 3.25 --end-s 8",
+        "set --episode 7",
+    ):
+        assert f"tactid identify {command} --report report.html" in page
+    assert '<a href="https://host/c.mcap">https://host/c.mcap</a>' in page
+    assert page.count("--report report.html") == 2
 
 
 def test_the_command_writes_the_report(command: TactidCommand, tmp_path: Path) -> None:

@@ -199,6 +199,8 @@ def test_a_data_set_is_downloaded_for_its_episodes(
         f"x/{path.relative_to(tmp_path).as_posix()}": path.read_bytes() for path in files
     }
     there, here = rows_of("s3://fleet/x", urdf=urdf), rows_of(str(folder), urdf=urdf)
+    assert [row["bytes_read"] for row in there] == [there[0]["size"], 0]
+    assert sum(store.requests.values()) == len(files) + 1  # the description is listed, too
     assert [(row["address"], row["episode"]) for row in there] == [
         ("s3://fleet/x/set", 0),
         ("s3://fleet/x/set", 1),

@@ -24,7 +24,7 @@ OFFSETS = "fit.wrench_offset.values"
 
 READ = (
     *("address", "episode", "robot", "configured", "finished", "outcome", "error"),
-    *("start_ns", "begin_s", "estimate.covariance", "findings", OFFSETS),
+    *("start_ns", "begin_s", "end_s", "estimate.covariance", "findings", OFFSETS),
     *(f"estimate.{kind}.{name}" for kind in ("values", "std_devs") for name in COMPARED),
 )
 """Columns that a report needs."""

@@ -1,6 +1,7 @@
 """The report of a fleet: one HTML file."""
 
 import html
+import shlex
 from collections import Counter
 from collections.abc import Iterable, Sequence
 from datetime import datetime, timezone
@@ -10,8 +11,10 @@ from typing import Any
 from tactid._base.naming import counted
 from tactid._base.values import Z95, Interval
 from tactid._fleet import plots
-from tactid._fleet.analysis import Robot, disagreements, kinds_of, robots_of, severity
+from tactid._fleet.analysis import Payload, Robot, disagreements, kinds_of, robots_of, severity
 from tactid._fleet.rows import Row
+from tactid._fleet.stores import is_address
+from tactid._options.options import OPTIONS
 from tactid._results.table import number
 from tactid._show import page
 from tactid._show.drawing import Figures
@@ -86,7 +89,7 @@ def _table(heads: Sequence[str], lines: Iterable[Sequence[Any]], note: str = "")
     if not listed:
         return "<p>There are none.</p>"
     cells = (
-        "<tr>" + "".join(f"<td>{html.escape(_text(cell))}</td>" for cell in line) + "</tr>\n"
+        "<tr>" + "".join(f"<td>{_cell(cell)}</td>" for cell in line) + "</tr>\n"
         for line in listed[:MOST_LINES]
     )
     more = f"The first {MOST_LINES} of {len(listed)} lines. " if len(listed) > MOST_LINES else ""
@@ -96,6 +99,13 @@ def _table(heads: Sequence[str], lines: Iterable[Sequence[Any]], note: str = "")
         f'<div class="wide"><table>{caption}<thead><tr>{titles}</tr></thead>'
         f"<tbody>{''.join(cells)}</tbody></table></div>"
     )
+
+
+def _cell(cell: Any) -> str:
+    """Returns a cell as HTML: an address on the web is a link."""
+    text = html.escape(_text(cell))
+    is_link = isinstance(cell, str) and cell.startswith(("https://", "http://"))
+    return f'<a href="{text}">{text}</a>' if is_link else text
 
 
 def _text(cell: Any) -> str:
@@ -123,11 +133,18 @@ def _clusters(robots: Sequence[Robot]) -> str:
 
 def _changes(robots: Sequence[Robot]) -> str:
     lines = [
-        (robot.name, _date(payload.time_s), a + 1, b + 1, payload.row["address"])
+        (robot.name, _date(payload.time_s), a + 1, b + 1, payload.row["address"], _begin(payload))
         for robot in robots
         for payload, a, b in robot.changes
     ]
-    return _table(("robot", "time", "payload before", "payload after", "recording"), lines)
+    heads = ("robot", "time", "payload before", "payload after", "recording", "from / s")
+    return _table(heads, lines)
+
+
+def _begin(payload: Payload) -> float | None:
+    """Returns where a segment begins in its recording, s; None for a whole recording."""
+    begin_s: float | None = payload.row.get("begin_s")
+    return begin_s
 
 
 def _drifts(robots: Sequence[Robot]) -> str:
@@ -162,14 +179,24 @@ def _disagreements(rows: Sequence[Row]) -> str:
 def _worst(rows: Sequence[Row]) -> str:
     ranked = sorted(rows, key=severity, reverse=True)
     lines = [
-        (row["address"], row["episode"], row["outcome"], _reason(row))
+        (row["address"], row["episode"], row["outcome"], _reason(row), _command(row))
         for row in ranked
         if severity(row)[:3] != (0, 0, 0)
     ]
-    example = lines[0][0] if lines else ""
-    note = f'A report of one of them: tactid.identify({example!r}).write_report("report.html")'
-    text = _table(("recording", "episode", "outcome", "why"), lines, note if example else "")
+    note = "The commands write the report of one recording, with the options of the fleet besides."
+    text = _table(("recording", "episode", "outcome", "why", "report"), lines, note)
     return text.replace('<div class="wide">', '<div class="wide worst">')
+
+
+def _command(row: Row) -> str:
+    """Returns the command that reports on a recording on this computer; none for another one."""
+    if is_address(row["address"]):
+        return ""
+    words = ["tactid", "identify", row["address"]]
+    for name in ("episode", "begin_s", "end_s"):
+        if row.get(name) is not None:
+            words += [OPTIONS[name].flag, f"{row[name]:g}"]
+    return shlex.join([*words, "--report", "report.html"])
 
 
 def _reason(row: Row) -> str:

@@ -1,11 +1,15 @@
 """What a worker does: it identifies one recording and returns its rows."""
 
+import functools
 import os
 import shutil
 import tempfile
+import threading
 import time
+import weakref
 from collections.abc import Iterator
 from contextlib import closing, contextmanager
+from dataclasses import replace
 from datetime import datetime, timezone
 from pathlib import Path
 from typing import Any
@@ -115,9 +119,36 @@ def _available(recording: Recording, read: dict[str, int]) -> Iterator[Any]:
                 yield ranges
             finally:
                 read |= {"requests": ranges.requests, "bytes_read": ranges.bytes_read}
+    elif recording.episode is not None:
+        with _LOCK:
+            before = _kept_copy.cache_info().misses
+            copy = _kept_copy(replace(recording, episode=None))
+            if _kept_copy.cache_info().misses > before:
+                read |= copy.read
+        yield copy.path
     else:
         with tempfile.TemporaryDirectory(prefix="tactid-") as folder:
             yield _downloaded(recording, Path(folder), read)
+
+
+_LOCK = threading.Lock()
+"""Lets one thread download a data set for all."""
+
+
+class _Copy:
+    """A downloaded data set, which is removed once nothing uses it."""
+
+    def __init__(self, recording: Recording) -> None:
+        folder = tempfile.mkdtemp(prefix="tactid-")
+        self._end = weakref.finalize(self, shutil.rmtree, folder, ignore_errors=True)
+        self.read = {"requests": 0, "bytes_read": 0}
+        self.path = _downloaded(recording, Path(folder), self.read)
+
+
+@functools.lru_cache(maxsize=1)
+def _kept_copy(recording: Recording) -> _Copy:
+    """Returns the copy of a data set, which is kept for the other episodes in the same files."""
+    return _Copy(recording)
 
 
 def _downloaded(recording: Recording, folder: Path, read: dict[str, int]) -> Path:
