@@ -43,6 +43,7 @@ def main() -> None:
     given = argparse.ArgumentParser(description=__doc__)
     given.add_argument("--recordings", type=int, default=400)
     given.add_argument("--folder", type=int, default=200, help="logs of the run of a folder")
+    given.add_argument("--workers", default="1,2", help="numbers of workers, with commas")
     given.add_argument("--report-rows", type=int, default=10_000)
     given.add_argument("--skip", default="", help="words of measurements to leave out")
     asked = given.parse_args()
@@ -51,7 +52,9 @@ def main() -> None:
         logs = recordings(folder)
         for title, measure in {
             "folder": lambda: of_a_folder(folder, logs, asked.folder),
-            "bucket": lambda: of_a_bucket(folder, logs, asked.recordings),
+            "bucket": lambda: of_a_bucket(
+                folder, logs, asked.recordings, [int(each) for each in asked.workers.split(",")]
+            ),
             "report": lambda: of_the_report(folder, logs, asked.report_rows),
         }.items():
             if title not in asked.skip.split(","):
@@ -142,21 +145,25 @@ def bucket(logs: Sequence[Path], count: int) -> Iterator[None]:
         server.wait()
 
 
-def of_a_bucket(folder: Path, logs: Sequence[Path], count: int) -> None:
-    """Prints what has become of recordings in a bucket: one worker, two, and kills."""
+def of_a_bucket(folder: Path, logs: Sequence[Path], count: int, numbers: Sequence[int]) -> None:
+    """Prints what has become of recordings in a bucket: some workers, and kills."""
     with bucket(logs, count):
         times, tables = {}, {}
-        for workers in (1, 2):
+        for workers in numbers:
             out = folder / f"workers{workers}.parquet"
             begun = time.monotonic()
             memory = computed(out, workers)
             times[workers] = time.monotonic() - begun
             tables[workers] = payloads_of(out)
-            print(f"{workers} workers: {describe(out, count)}, {times[workers]:.1f} s, {memory}")
-        print(f"{times[1] / times[2] / 2:.2f} of ideal on two workers", flush=True)
+            print(
+                f"{workers} workers: {describe(out, count)}, {times[workers]:.1f} s, {memory}",
+                flush=True,
+            )
+        if {1, 2} <= times.keys():
+            print(f"{times[1] / times[2] / 2:.2f} of ideal on two workers", flush=True)
         out = folder / "killed.parquet"
         kills = computed_with_kills(out)
-        same = payloads_of(out) == tables[2]
+        same = payloads_of(out) == tables[numbers[-1]]
         print(f"{kills} kills, one stop: {describe(out, count)}, same table: {same}", flush=True)
 
 
