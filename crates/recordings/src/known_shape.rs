@@ -27,10 +27,17 @@ pub(crate) const UNIT_M: Range = Range {
     expected: "the length of one unit of the file, such as 0.001 for millimetres",
 };
 
-/// Range of a standard deviation of a shape.
-pub(crate) const SHAPE_STD_DEV: Range = Range {
-    contains: |std_dev| (0.0..=10.0).contains(&std_dev),
-    expected: "a standard deviation from 0 to 10",
+/// Range of the standard deviation of the position of a shape, m.
+pub(crate) const POSITION_STD_DEV: Range = Range {
+    contains: |std_dev| (0.0..=1.0).contains(&std_dev),
+    expected: "a standard deviation from 0 to 1 m",
+};
+
+/// Range of the standard deviation of the orientation of a shape, rad. Beyond, errors of the
+/// orientation change the inertia by more than to first order.
+pub(crate) const ROTATION_STD_DEV: Range = Range {
+    contains: |std_dev| (0.0..=std::f64::consts::FRAC_PI_6).contains(&std_dev),
+    expected: "a standard deviation from 0 to π/6 rad, 30 degrees",
 };
 
 /// Range of the standard deviation of the logarithm of a density. Without it, the mean density of a

@@ -16,7 +16,7 @@ use crate::choices::{
     ConfiguredPayload, EstimatorKind, GravityChoice, OffsetChoice, SensorFrame, WrenchIs,
 };
 use crate::clock::LONGEST_STAMP_DELAY_S;
-use crate::known_shape::{LN_DENSITY, SHAPE_STD_DEV, ShapePose, UNIT_M};
+use crate::known_shape::{LN_DENSITY, POSITION_STD_DEV, ROTATION_STD_DEV, ShapePose, UNIT_M};
 use crate::known_tool::GivenTool;
 use crate::paper::PaperSettings;
 use crate::uses::{
@@ -292,7 +292,7 @@ options! {
         #[option(PRIOR, SHAPE, unit = "m", default = "1", range = UNIT_M)]
         pub shape_scale: Option<f64>,
         /// Standard deviation of the position of the shape along each axis.
-        #[option(PRIOR, SHAPE, unit = "m", default = "0.003", range = SHAPE_STD_DEV)]
+        #[option(PRIOR, SHAPE, unit = "m", default = "0.003", range = POSITION_STD_DEV)]
         pub shape_position_std_dev_m: Option<f64>,
         /// Standard deviation of the orientation of the shape about each axis: in rad in Python, and
         /// in degrees on the command line.
@@ -300,11 +300,11 @@ options! {
             PRIOR, SHAPE,
             default = "3 degrees",
             kind = Kind::Degrees,
-            range = SHAPE_STD_DEV
+            range = ROTATION_STD_DEV
         )]
         pub shape_rotation_std_dev: Option<f64>,
-        /// Standard deviation of the size of the shape along each axis: a fraction in Python, 0.03,
-        /// and a percentage on the command line, 3%.
+        /// Standard deviation of the size of the shape along each axis of its file: a fraction in
+        /// Python, 0.03, and a percentage on the command line, 3%.
         #[option(
             PRIOR, SHAPE,
             default = "3 %",

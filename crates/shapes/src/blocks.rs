@@ -9,6 +9,9 @@ use crate::grid::Voxels;
 /// Most blocks of a solid: the covariance takes a time that grows with their square.
 const MOST_BLOCKS: usize = 700;
 
+/// Cells along a side of a block, at least, where there are so many voxels: finer ones only cost.
+const CELLS_OF_A_SIDE: f64 = 4.0;
+
 /// Steps of the bisection of the size of the blocks.
 const STEPS: usize = 30;
 
@@ -32,6 +35,20 @@ struct Block {
 impl Block {
     fn center(&self) -> Vector3<f64> {
         self.moments.fixed_rows::<3>(0).into()
+    }
+}
+
+/// Voxels that are counted together.
+#[derive(Clone, Copy, Default)]
+struct Cell {
+    count: f64,
+    /// Sum of the moments of the voxels.
+    sum: Nine,
+}
+
+impl Cell {
+    fn center(&self) -> Vector3<f64> {
+        self.sum.fixed_rows::<3>(0) / self.count
     }
 }
 
@@ -90,33 +107,47 @@ fn blocks(voxels: &Voxels) -> Vec<Block> {
         let extent = voxels.centers.iter().map(|at| (at - low).amax());
         extent.fold(voxels.pitch, f64::max)
     };
+    let least = voxels.pitch * (voxels.centers.len() as f64 / MOST_BLOCKS as f64).cbrt();
+    let each = voxels.centers.iter().map(|at| Cell {
+        count: 1.0,
+        sum: moments(at, voxels.pitch),
+    });
+    let side = least / CELLS_OF_A_SIDE;
+    let cells: Vec<Cell> = if side > voxels.pitch {
+        cubes(each, &low, side).into_values().collect()
+    } else {
+        each.collect()
+    };
     let (mut small, mut large) = (voxels.pitch, 2.0 * size(voxels));
     for _ in 0..STEPS {
         let middle = (small * large).sqrt();
-        if cubes(voxels, &low, middle).len() > MOST_BLOCKS {
+        if cubes(cells.iter().copied(), &low, middle).len() > MOST_BLOCKS {
             small = middle;
         } else {
             large = middle;
         }
     }
-    let cubes = cubes(voxels, &low, large);
-    cubes
+    cubes(cells.into_iter(), &low, large)
         .into_values()
-        .map(|(count, sum)| Block {
+        .map(|Cell { count, sum }| Block {
             fraction: count / voxels.centers.len() as f64,
             moments: sum / count,
         })
         .collect()
 }
 
-/// Returns the number of the voxels in each cube of this side, and the sum of their moments.
-fn cubes(voxels: &Voxels, low: &Vector3<f64>, side: f64) -> BTreeMap<[u32; 3], (f64, Nine)> {
+/// Returns what the cells in each cube of this side are together, those whose centres are in it.
+fn cubes(
+    cells: impl Iterator<Item = Cell>,
+    low: &Vector3<f64>,
+    side: f64,
+) -> BTreeMap<[u32; 3], Cell> {
     let mut cubes = BTreeMap::new();
-    for center in &voxels.centers {
-        let place = ((center - low) / side).map(|steps| steps as u32);
-        let (count, sum) = cubes.entry(place.into()).or_insert((0.0, Nine::zeros()));
-        *count += 1.0;
-        *sum += moments(center, voxels.pitch);
+    for cell in cells {
+        let place = ((cell.center() - low) / side).map(|steps| steps as u32);
+        let cube: &mut Cell = cubes.entry(place.into()).or_default();
+        cube.count += cell.count;
+        cube.sum += cell.sum;
     }
     cubes
 }

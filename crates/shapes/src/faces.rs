@@ -2,8 +2,8 @@
 
 use nalgebra::{Matrix3, Matrix4, Vector3};
 
-/// Largest disagreement of the volumes by the three coordinates, a fraction: those of assembled CAD
-/// parts with small gaps disagree by less, and a box without its lid by a half.
+/// Largest flux of one, or part of that of the coordinates that is missing, a fraction of the volume: assembled
+/// CAD parts with small gaps miss less, and a box without its lid a half.
 const LARGEST_GAP: f64 = 0.02;
 
 /// Smallest volume relative to that of the box around the solid; below, it is rounding.
@@ -19,17 +19,22 @@ pub(crate) struct Moments {
 }
 
 impl Moments {
-    /// Returns the moments inside triangles, about the origin, which should be near them.
+    /// Returns the moments inside triangles, about the origin, which should be near them. `sides` are
+    /// those of the box around them.
     ///
     /// # Errors
     /// Returns the reason why the triangles enclose no solid.
-    pub(crate) fn of(triangles: &[[Vector3<f64>; 3]], box_volume: f64) -> Result<Self, String> {
-        let mut volumes = Vector3::zeros();
+    pub(crate) fn of(
+        triangles: &[[Vector3<f64>; 3]],
+        sides: &Vector3<f64>,
+    ) -> Result<Self, String> {
+        let (mut areas, mut flux) = (Vector3::zeros(), Matrix3::zeros());
         let (mut volume, mut first, mut second) = (0.0, Vector3::zeros(), Matrix3::zeros());
         for [a, b, c] in triangles {
             let sum = a + b + c;
             let area = 0.5 * (b - a).cross(&(c - a));
-            volumes += area.component_mul(&(sum / 3.0));
+            areas += area;
+            flux += sum / 3.0 * area.transpose();
             // The tetrahedron from the origin to the triangle.
             let signed = a.dot(&b.cross(c)) / 6.0;
             volume += signed;
@@ -37,15 +42,20 @@ impl Moments {
             let squares = [a, b, c, &sum].map(|corner| corner * corner.transpose());
             second += squares.iter().sum::<Matrix3<f64>>() * (signed / 20.0);
         }
-        if (volumes - Vector3::repeat(volume)).amax() > LARGEST_GAP * volumes.amax() {
+        if volume.abs() <= SMALLEST_VOLUME * sides.product() {
+            return Err("its faces enclose no volume".to_owned());
+        }
+        // Through a closed surface, the flux of one is zero, that of each coordinate along its own
+        // axis the volume, and along the others zero; in units of the sides, for thin plates.
+        let of_one = areas.component_mul(sides).amax();
+        let in_sides = Matrix3::from_fn(|i, k| flux[(i, k)] * sides[k] / sides[i]);
+        let missing = (in_sides - Matrix3::from_diagonal_element(volume)).amax();
+        if of_one.max(missing) > LARGEST_GAP * volume.abs().max(in_sides.amax()) {
             return Err(
                 "its surface is open, or its faces are oriented differently: close it, and let the corners of each face \
                  be counterclockwise as seen from outside"
                     .to_owned(),
             );
-        }
-        if volume.abs() <= SMALLEST_VOLUME * box_volume {
-            return Err("its faces enclose no volume".to_owned());
         }
         let mut pseudo_inertia = Matrix4::identity();
         let first: Vector3<f64> = first / volume;

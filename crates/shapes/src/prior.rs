@@ -15,15 +15,15 @@ pub struct Tolerance {
     pub position_m: f64,
     /// Standard deviation of the orientation about each axis, rad.
     pub rotation_rad: f64,
-    /// Standard deviation of the size along each axis, a fraction.
+    /// Standard deviation of the size along each axis of the file, a fraction.
     pub size: f64,
     /// Standard deviation of the natural logarithm of the density.
     pub ln_density: f64,
 }
 
-/// 3 mm, 3 degrees and 3 %, which cost little where the shape is exact, and a density for which one
-/// of 20 workshop tools of wood, steel and plastic has a value outside its interval in every
-/// recording.
+/// The tolerances are 3 mm, 3 degrees and 3 %, which cost little where the shape is exact. The
+/// standard deviation of the logarithm of the density is 1.4: with it, one of 20 workshop tools of
+/// wood, steel and plastic has a value outside its interval in every recording.
 impl Default for Tolerance {
     fn default() -> Self {
         Self {
@@ -39,8 +39,8 @@ impl Default for Tolerance {
 /// quantities of the body divided by its mass.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct ShapePrior {
-    /// Mean centre of mass, m, and inertia about the origin of the frame divided by the mass, m²:
-    /// xx, xy, xz, yy, yz, zz. It is that of the uniform solid.
+    /// Mean centre of mass of the uniform solid, m, and its inertia about the origin of the tip's
+    /// frame, in whose axes both are, divided by the mass, m²: xx, xy, xz, yy, yz, zz.
     pub mean: [f64; 9],
     /// Covariance of the nine quantities, in the products of their units, (9, 9).
     pub covariance: [[f64; 9]; 9],
@@ -51,7 +51,7 @@ impl Solid {
     /// `unit_m`.
     ///
     /// The covariance is that of a random density inside the solid, and of errors of its position,
-    /// of its orientation about its centre, and of its sizes along three axes through its centre.
+    /// of its orientation about its centre, and of its sizes along the axes of its file.
     #[must_use]
     pub fn prior(&self, pose: &Isometry3<f64>, unit_m: f64, tolerance: &Tolerance) -> ShapePrior {
         let scaled = Matrix4::new_scaling(unit_m) * Matrix4::new_translation(&self.middle);
@@ -59,7 +59,7 @@ impl Solid {
         let pseudo_inertia = placed * self.pseudo_inertia * placed.transpose();
         let turned = linear_map(&placed);
         let of_density = turned * self.covariance * turned.transpose();
-        let of_shape: SMatrix<f64, 9, 9> = tolerated(&pseudo_inertia, tolerance)
+        let of_shape: SMatrix<f64, 9, 9> = tolerated(&pseudo_inertia, pose, tolerance)
             .map(|change| change * change.transpose())
             .sum();
         ShapePrior {
@@ -85,11 +85,16 @@ fn linear_map(map: &Matrix4<f64>) -> SMatrix<f64, 9, 9> {
 }
 
 /// Returns the changes of the nine quantities by independent errors of the shape of one standard
-/// deviation: three shifts, and three turns and three scales about the centre.
-fn tolerated(pseudo_inertia: &Matrix4<f64>, tolerance: &Tolerance) -> impl Iterator<Item = Nine> {
+/// deviation, along the axes of a pose: three shifts, and three turns and three scales about the
+/// centre.
+fn tolerated(
+    pseudo_inertia: &Matrix4<f64>,
+    pose: &Isometry3<f64>,
+    tolerance: &Tolerance,
+) -> impl Iterator<Item = Nine> {
     let center: Vector3<f64> = pseudo_inertia.fixed_view::<3, 1>(0, 3).into();
     let errors = (0..3).flat_map(move |axis| {
-        let unit = Vector3::ith(axis, 1.0);
+        let unit = pose.rotation * Vector3::ith(axis, 1.0);
         let of_center =
             |matrix: Matrix3<f64>, size: f64| (matrix * size, -(matrix * center) * size);
         [

@@ -48,22 +48,26 @@ impl Solid {
             return Err("a coordinate is not finite".to_owned());
         }
         let point = |vertex: &[f32; 3]| Vector3::from(vertex.map(f64::from));
-        let mut vertices: Vec<_> = mesh.vertices.iter().map(point).collect();
-        let [low, high] = bounds(&vertices);
+        let vertices: Vec<_> = mesh.vertices.iter().map(point).collect();
+        let used = || triangles.iter().flatten().map(|k| vertices[*k as usize]);
+        // A mesh may have vertices that belong to no face.
+        let [low, high] = if mesh.is_cloud() {
+            bounds(vertices.iter().copied())
+        } else {
+            bounds(used())
+        };
         let middle = 0.5 * (low + high);
-        for vertex in &mut vertices {
-            *vertex -= middle;
-        }
-        let sides = [low - middle, high - middle];
+        let corners = [low - middle, high - middle];
         let diagonal = (high - low).norm();
         let (pseudo_inertia, voxels) = if mesh.is_cloud() {
-            let voxels = cloud::voxels(&vertices, sides)?;
+            let points: Vec<_> = vertices.iter().map(|vertex| vertex - middle).collect();
+            let voxels = cloud::voxels(&points, corners)?;
             (pseudo_inertia(&blocks::mean(&voxels)), voxels)
         } else {
-            let corners = |triangle: &[u32; 3]| triangle.map(|corner| vertices[corner as usize]);
-            let triangles: Vec<_> = triangles.iter().map(corners).collect();
-            let moments = Moments::of(&triangles, (high - low).product())?;
-            let voxels = grid::voxels(&triangles, sides, moments.volume);
+            let placed = |triangle: &[u32; 3]| triangle.map(|k| vertices[k as usize] - middle);
+            let triangles: Vec<_> = triangles.iter().map(placed).collect();
+            let moments = Moments::of(&triangles, &(high - low))?;
+            let voxels = grid::voxels(&triangles, corners, moments.volume);
             (moments.pseudo_inertia, voxels)
         };
         if voxels.centers.is_empty() {
@@ -85,11 +89,9 @@ impl Solid {
 }
 
 /// Returns the least and the largest coordinates of points.
-fn bounds(points: &[Vector3<f64>]) -> [Vector3<f64>; 2] {
+fn bounds(points: impl Iterator<Item = Vector3<f64>>) -> [Vector3<f64>; 2] {
     let start = [f64::INFINITY, f64::NEG_INFINITY].map(Vector3::repeat);
-    points
-        .iter()
-        .fold(start, |[low, high], at| [low.inf(at), high.sup(at)])
+    points.fold(start, |[low, high], at| [low.inf(&at), high.sup(&at)])
 }
 
 /// Returns the pseudo-inertia of a body of unit mass.

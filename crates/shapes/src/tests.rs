@@ -74,6 +74,19 @@ const FACES: [&str; 6] = [
     "-7 -5 -1 -3",
 ];
 
+/// Returns an OBJ file with its vertices turned about the origin.
+fn turned(text: &str, by: &UnitQuaternion<f64>) -> String {
+    let line = |line: &str| match line.strip_prefix("v ") {
+        None => format!("{line}\n"),
+        Some(numbers) => {
+            let numbers: Vec<f64> = numbers.split(' ').map(|n| n.parse().unwrap()).collect();
+            let to = by * Vector3::from_column_slice(&numbers);
+            format!("v {} {} {}\n", to.x, to.y, to.z)
+        }
+    };
+    text.lines().map(line).collect()
+}
+
 fn solid(text: &str) -> Result<Solid, String> {
     Solid::new(&Mesh::read("a.obj", text.as_bytes()).unwrap())
 }
@@ -111,8 +124,7 @@ fn a_hammer_has_the_golden_values() {
     }
 }
 
-/// A pose moves what a solid says as it moves bodies, and the errors of the shape move with it,
-/// but for its sizes, which are along the axes of the frame.
+/// A pose moves what a solid says as it moves bodies, and the errors of the shape move with it.
 #[test]
 fn a_pose_moves_the_prior() {
     let solid = solid(&obj(&HAMMER, 1.0, &FACES)).unwrap();
@@ -120,12 +132,8 @@ fn a_pose_moves_the_prior() {
         Vector3::new(0.1, -0.2, 0.3).into(),
         UnitQuaternion::from_euler_angles(0.4, -0.8, 1.2),
     );
-    let rigid = Tolerance {
-        size: 0.0,
-        ..Tolerance::default()
-    };
-    let still = Normal::from(solid.prior(&Isometry3::identity(), 1.0, &rigid));
-    let moved = Normal::from(solid.prior(&pose, 1.0, &rigid));
+    let still = prior(&solid, 1.0);
+    let moved = Normal::from(solid.prior(&pose, 1.0, &Tolerance::default()));
     let body = |nine: &SVector<f64, 9>| {
         let parameters = tactid_dynamics::InertialParameters::from_vector(nine.insert_row(0, 1.0));
         parameters
@@ -175,18 +183,34 @@ fn a_cloud_is_a_solid() {
 fn what_is_no_solid_has_a_reason() {
     let reason = |text: &str| solid(text).unwrap_err();
     let cube = [[[0.0; 3], [1.0; 3]]];
-    for open in [&FACES[1..], &FACES[2..], &FACES[..5], &FACES[..1]] {
+    for open in [&FACES[1..], &FACES[2..], &FACES[..5]] {
         let found = reason(&obj(&cube, 1.0, open));
         assert!(found.starts_with("its surface is open, or"), "{found}");
     }
+    // Seen along its diagonal, a box that lacks its lid, or three sides that meet in a corner.
+    let across = Vector3::new(1.0, 1.0, 1.0);
+    let turn = UnitQuaternion::rotation_between(&Vector3::z(), &across).unwrap();
+    let low_box = [[[0.0; 3], [0.06, 0.06, 0.1]]];
+    for faces in [&FACES[1..], &[FACES[0], FACES[2], FACES[4]]] {
+        let found = reason(&turned(&obj(&low_box, 1.0, faces), &turn));
+        assert!(found.starts_with("its surface is open, or"), "{found}");
+    }
+    // A thin plate is closed from each side, and a vertex without a face is no part of it.
+    let plate = obj(&[[[0.0; 3], [0.3, 0.1, 1e-3]]], 1.0, &FACES);
+    assert!(solid(&turned(&plate, &turn)).is_ok());
+    let stray = prior(&solid(&format!("{plate}v 9 9 9\n")).unwrap(), 1.0);
+    let expected = prior(&solid(&plate).unwrap(), 1.0);
+    assert_eq!(
+        (stray.mean, stray.covariance),
+        (expected.mean, expected.covariance)
+    );
     let mut turned = FACES;
     turned[0] = "-7 -5 -6 -8";
     assert!(reason(&obj(&cube, 1.0, &turned)).starts_with("its surface is open, or"));
     let flat = [[[0.0; 3], [1.0, 1.0, 0.0]]];
-    assert_eq!(
-        reason(&obj(&flat, 1.0, &FACES)),
-        "its faces enclose no volume"
-    );
+    for faces in [obj(&flat, 1.0, &FACES), obj(&cube, 1.0, &FACES[..1])] {
+        assert_eq!(reason(&faces), "its faces enclose no volume");
+    }
     assert!(reason("v 0 0 0\nv 0 0 1\n").starts_with("it has 2 points and no faces"));
     let equal = "v 0 0 1\n".repeat(300);
     assert_eq!(reason(&equal), "most of its points are equal");
