@@ -85,7 +85,7 @@ pictures: demo ## make the README's pictures anew, docs/images/; the viewer must
 bench: ## list the measurements, none of which a test needs
 	@grep -E '^bench-[a-z-]+:.*## ' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 20
 
-bench-peers: $(VENV)/peers ## tactid beside Pinocchio and others, on one core: the table lands in target/bench/
+bench-peers: $(VENV)/peers ## tactid beside Pinocchio and others, on one core; `python -m peers --quick` in bench/ gives a first table
 	cd bench && ../$(BIN)/python -m peers
 
 bench-many: $(VENV)/installed ## eight logs by one command, on one core and on all

@@ -1,22 +1,29 @@
-"""Runs all comparisons on one core and writes one table; `make bench-peers`.
+"""Runs all comparisons on one core and prints each row as it is done; `make bench-peers`.
 
-The libraries are built on all cores before each comparison.
+The libraries are built on all cores before each comparison. The table of a whole run is kept for
+each processor in ``docs/theory/notes/peers/``, with every round in ``target/bench/peers.json``.
 
-With words as arguments, only the tasks that contain one of them are measured, and no file is
-written.
+With words as arguments, only the tasks that contain one of them are measured. With ``--quick``, a
+round of each task and no builds for the machine's own processor give a first table in two minutes.
+Neither writes a file.
 """
 
 import os
 import platform
+import re
 import subprocess
 import sys
+import time
+from dataclasses import replace
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 
 from peers import dynamics, estimators, logs, online, python_calls, simulation
 from peers.cores import use_one_core
-from peers.harness import report, run
-from peers.native import BUILD, CXX_FLAGS, compiler
+from peers.harness import ROUNDS, Comparison, Row, keep, run, show
+from peers.native import BENCH, BUILD, CXX_FLAGS, OWN_PROCESSOR, compiler
+
+NOTES = BENCH.parent / "docs" / "theory" / "notes" / "peers"
 
 MODULES = (dynamics, estimators, online, python_calls, logs, simulation)
 PACKAGES = ("tactid", "pin", "cmeel-eigen", "padasip", "mujoco", "rosbags", "numpy")
@@ -24,14 +31,47 @@ PACKAGES = ("tactid", "pin", "cmeel-eigen", "padasip", "mujoco", "rosbags", "num
 
 def main() -> None:
     """Measures on one core, and reports."""
-    chosen = sys.argv[1:]
+    words = sys.argv[1:]
+    is_quick = "--quick" in words
+    chosen = [word for word in words if word != "--quick"]
     use_one_core()
     tasks = [each for module in MODULES for each in module.comparisons()]
     if chosen:
         tasks = [each for each in tasks if any(word in each.task for word in chosen)]
     if not tasks:
-        sys.exit(f"no task contains {' or '.join(chosen)}; make bench-peers without words runs all")
-    report([run(each) for each in tasks], facts(), None if chosen else BUILD)
+        sys.exit(f"no task contains {' or '.join(chosen)}: make bench-peers runs all")
+    if is_quick:
+        tasks = [quick(each) for each in tasks]
+    rows = measured(tasks, 1 if is_quick else ROUNDS)
+    known = facts()
+    for key, value in known.items():
+        print(f"{key}: {value}")
+    if not words:
+        keep(rows, known, NOTES / f"{file_name(processor())}.md", BUILD / "peers.json")
+
+
+def measured(tasks: list[Comparison], rounds: int) -> list[Row]:
+    """Runs the comparisons, and prints each with the time that is left."""
+    rows: list[Row] = []
+    start_s = time.monotonic()
+    for task in tasks:
+        rows.append(run(task, rounds))
+        show(rows[-1])
+        left_s = (time.monotonic() - start_s) / len(rows) * (len(tasks) - len(rows))
+        left = f"{len(rows)} of {len(tasks)} tasks, about {left_s / 60:.0f} min left"
+        print(left, file=sys.stderr, flush=True)
+    return rows
+
+
+def quick(comparison: Comparison) -> Comparison:
+    """The comparison without builds for the machine's own processor."""
+    kept = {k: v for k, v in comparison.contenders.items() if OWN_PROCESSOR not in k}
+    return replace(comparison, contenders=kept)
+
+
+def file_name(words: str) -> str:
+    """Words as the name of a file: lower case, with hyphens."""
+    return "-".join(re.findall(r"[a-z0-9.]+", words.lower()))
 
 
 def facts() -> dict[str, str]:
@@ -40,7 +80,7 @@ def facts() -> dict[str, str]:
         "machine": f"{processor()}, {os.cpu_count()} cores, {platform.platform()}",
         "load": f"{os.getloadavg()[0]:.1f} at the end, processes of others included",
         "compilers": f"{first_line('rustc', '--version')}; {first_line(compiler(), '--version')}",
-        "flags": f"Rust: {rust_flags()}; C++: {' '.join(CXX_FLAGS)}, and -march=native where said",
+        "flags": f"Rust: {rust_flags()}; C++: {' '.join(CXX_FLAGS)}, {OWN_PROCESSOR} where said",
         "packages": ", ".join(f"{name} {installed(name)}" for name in PACKAGES),
     }
 
@@ -48,7 +88,9 @@ def facts() -> dict[str, str]:
 def rust_flags() -> str:
     """How tactid is compiled: the profile of `bench/Cargo.toml` and what the environment adds."""
     given = os.environ.get("RUSTFLAGS")
-    return f"release, thin LTO, baseline {platform.machine()}" + (f", {given}" if given else "")
+    return f"release, one codegen unit, baseline {platform.machine()}" + (
+        f", {given}" if given else ""
+    )
 
 
 def processor() -> str:

@@ -10,7 +10,7 @@ import airo_models
 import numpy as np
 
 from peers.harness import Array, Comparison, Contender, peer
-from peers.native import handle, robot_library, tactid_library, thread_seconds
+from peers.native import OWN_PROCESSOR, handle, robot_library, tactid_library, thread_seconds
 
 TOOL = "tool0"
 SECONDS = 0.02
@@ -232,7 +232,7 @@ def contenders(task: Task) -> dict[str, Callable[[], Contender]]:
     return {
         "tactid": partial(in_rust, task),
         "Pinocchio C++ -O3": partial(in_cxx, task),
-        "Pinocchio C++ -O3 -march=native": partial(in_cxx, task, "-march=native"),
+        f"Pinocchio C++ -O3 {OWN_PROCESSOR}": partial(in_cxx, task, OWN_PROCESSOR),
     }
 
 

@@ -9,7 +9,7 @@ from functools import cache, partial
 import numpy as np
 
 from peers.harness import TOLERANCE, Array, Comparison, Contender, peer
-from peers.native import cxx_library, tactid_library, thread_seconds
+from peers.native import OWN_PROCESSOR, cxx_library, tactid_library, thread_seconds
 
 ROWS = 4098
 """Rows of one measurement: whole blocks of six."""
@@ -62,8 +62,8 @@ def contenders(task: Task) -> dict[str, Callable[[], Contender]]:
     chosen = {
         "tactid": partial(kernel, tactid, task.ours),
         "C++ with Eigen -O3": partial(kernel, cxx, task.theirs),
-        "C++ with Eigen -O3 -march=native": partial(
-            kernel, partial(cxx, "-march=native"), task.theirs
+        f"C++ with Eigen -O3 {OWN_PROCESSOR}": partial(
+            kernel, partial(cxx, OWN_PROCESSOR), task.theirs
         ),
     }
     if task.ours == task.theirs:

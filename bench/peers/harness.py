@@ -14,8 +14,6 @@ from pathlib import Path
 from types import ModuleType
 
 import numpy as np
-from rich.console import Console
-from rich.table import Table
 
 Array = np.ndarray
 
@@ -108,7 +106,7 @@ class Row:
     note: str = ""
 
 
-def run(comparison: Comparison) -> Row:
+def run(comparison: Comparison, count: int = ROUNDS) -> Row:
     """Checks that the results agree, then measures all contenders in turn, round after round."""
     present: dict[str, Contender] = {}
     missing: dict[str, str] = {}
@@ -122,7 +120,7 @@ def run(comparison: Comparison) -> Row:
         timings = [Timing(name, missing=missing[reference]) for name in comparison.contenders]
         return Row(comparison.task, comparison.unit, comparison.bar, timings, comparison.note)
     differences = check_agreement(comparison, present, reference)
-    rounds = interleaved_rounds(comparison, present)
+    rounds = interleaved_rounds(comparison, present, count)
     ours = rounds[reference]
     timings = []
     for name in comparison.contenders:
@@ -142,11 +140,11 @@ def run(comparison: Comparison) -> Row:
 
 
 def interleaved_rounds(
-    comparison: Comparison, contenders: dict[str, Contender]
+    comparison: Comparison, contenders: dict[str, Contender], count: int
 ) -> dict[str, list[float]]:
     """Times of each contender in the unit of the task; the first round is not counted."""
     rounds: dict[str, list[float]] = {name: [] for name in contenders}
-    for number in range(ROUNDS + 1):
+    for number in range(count + 1):
         for name, each in contenders.items():
             seconds = each.measure()
             if number > 0:
@@ -181,36 +179,31 @@ def difference(theirs: Array, ours: Array) -> float:
     return float((np.abs(theirs - ours).max(axis=0) / sizes).max())
 
 
-def report(rows: list[Row], facts: dict[str, str], folder: Path | None) -> None:
-    """Shows the table, and writes it to a folder as Markdown and, with every round, as JSON."""
-    console = Console()
-    lines = [f"- {key}: {value}" for key, value in facts.items()]
-    lines += [
-        "",
-        "| " + " | ".join(COLUMNS) + " |",
-        "|" + "---|" * len(COLUMNS),
-    ]
-    table = Table(*COLUMNS)
+def show(row: Row) -> None:
+    """Prints a finished comparison: its task, and a line for each contender."""
+    print(f"{row.task}{f' ({row.note})' if row.note else ''}")
+    for timing in row.timings:
+        minimum, median, ratio, bar, difference = figures(row, timing)
+        cells = f"{minimum:>14} {median:>14} {ratio:>13} {bar:>12} {difference:>8}"
+        print(f"    {timing.name:<42} {cells.rstrip()}", flush=True)
+
+
+def keep(rows: list[Row], facts: dict[str, str], table: Path, rounds: Path) -> None:
+    """Writes the table as Markdown and, with every round, as JSON."""
+    lines = ["# Beside peers", "", *(f"- {key}: {value}" for key, value in facts.items()), ""]
+    lines += ["| " + " | ".join(COLUMNS) + " |", "|" + "---|" * len(COLUMNS)]
     for row in rows:
         for k, timing in enumerate(row.timings):
             cells = [row.task if k == 0 else "", timing.name, *figures(row, timing)]
-            table.add_row(*cells)
             lines.append("| " + " | ".join(cells) + " |")
-        table.add_section()
     notes = [f"- {row.task}: {row.note}" for row in rows if row.note]
     lines += ["", *notes] if notes else []
-    for key, value in facts.items():
-        console.print(f"[dim]{key}:[/dim] {value}", highlight=False)
-    console.print(table)
-    for note in notes:
-        console.print(note, highlight=False)
-    if folder is None:
-        return
-    folder.mkdir(parents=True, exist_ok=True)
-    (folder / "peers.md").write_text("\n".join(lines) + "\n")
+    for path in (table, rounds):
+        path.parent.mkdir(parents=True, exist_ok=True)
+    table.write_text("\n".join(lines) + "\n")
     content = {"facts": facts, "comparisons": [asdict(row) for row in rows]}
-    (folder / "peers.json").write_text(json.dumps(content, indent=1) + "\n")
-    console.print(f"written to {folder}/peers.md and peers.json")
+    rounds.write_text(json.dumps(content, indent=1) + "\n")
+    print(f"written to {table} and {rounds}")
 
 
 def figures(row: Row, timing: Timing) -> list[str]:

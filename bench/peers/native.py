@@ -18,6 +18,9 @@ from peers.harness import MissingPeerError
 BENCH = Path(__file__).parents[1]
 BUILD = BENCH.parent / "target" / "bench"
 
+OWN_PROCESSOR = "-march=native"
+"""The flag with which a peer is built for the processor of this machine."""
+
 CXX_FLAGS = ["-std=c++17", "-O3", "-DNDEBUG", "-shared", "-fPIC"]
 # As in an executable: calls within the library are inlined.
 CXX_FLAGS += ["-fvisibility=hidden", "-fno-semantic-interposition", "-fno-gnu-unique", "-w"]

@@ -10,7 +10,7 @@ import numpy as np
 
 from peers.dynamics import PARAMETERS, TOOL, model_arguments
 from peers.harness import TOLERANCE, Array, Comparison, Contender, peer
-from peers.native import handle, robot_library, tactid_library, thread_seconds
+from peers.native import OWN_PROCESSOR, handle, robot_library, tactid_library, thread_seconds
 
 SAMPLES = 10_000
 """Samples of one measurement, at 1 kHz."""
@@ -135,7 +135,7 @@ def errors(name: str) -> str:
 LIBRARIES: dict[str, Callable[[Array], Callable]] = {
     "tactid": tactid,
     "C++ loop -O3": cxx,
-    "C++ loop -O3 -march=native": partial(cxx, flags=("-march=native",)),
+    f"C++ loop -O3 {OWN_PROCESSOR}": partial(cxx, flags=(OWN_PROCESSOR,)),
 }
 """What starts each library: a function of samples that returns what runs its kernels."""
 

@@ -105,6 +105,8 @@ class Spacecraft:
 
     def __init__(self, integrator: str, substeps: int) -> None:
         self.mujoco = mujoco = peer("mujoco", "mujoco")
+        # Euler's method diverges with the longest steps that are tried, and says so in every one.
+        mujoco.set_mju_user_warning(lambda _: None)
         self.substeps, self.full = substeps, mujoco.mjtState.mjSTATE_FULLPHYSICS
         payload = EXPERIMENT.payload
         spec = mujoco.MjSpec.from_string(URDF.read_text())
