@@ -25,6 +25,13 @@ const CELLS: f64 = 2.0;
 /// Cells around a point that are its surface: those that share a corner with its own.
 const SURFACE: f64 = 1.75;
 
+/// Cells from a point to the inside of the solid, at most, beyond its surface.
+const TO_INSIDE: f64 = 2.0 * SURFACE;
+
+/// Smallest fraction of the cells of points that bound the inside: of a cloud without a side, or of a
+/// blade that is thinner than some distances between points, few do.
+const SMALLEST_BOUND: f64 = 0.5;
+
 /// Most cells of a grid: each cell near a point marks some hundred others.
 const MOST_CELLS: usize = 3_000_000;
 
@@ -66,7 +73,18 @@ pub(crate) fn voxels(
     let is_inside = |k: usize| !outside[k] && !eroded[k];
     // The surface alone is never empty.
     let surface = grown(&grid, &touched, SURFACE);
-    if !(0..grid.cells()).any(|k| is_inside(k) && !surface[k]) {
+    let deep: Vec<bool> = (0..grid.cells())
+        .map(|k| is_inside(k) && !surface[k])
+        .collect();
+    let near = ball(TO_INSIDE);
+    let of_points = || (0..grid.cells()).filter(|index| touched[*index]);
+    let bounds = |index: &usize| {
+        let place = grid.place(*index);
+        let mut around = near.iter().filter_map(|step| moved(&grid, place, step));
+        around.any(|other| deep[other])
+    };
+    let bounding = of_points().filter(bounds).count();
+    if (bounding as f64) < SMALLEST_BOUND * of_points().count() as f64 || bounding == 0 {
         return Err(
             "its points enclose no solid that is thicker than a few distances between them: a point cloud needs points on all \
              sides, without large gaps"
@@ -93,12 +111,7 @@ fn spacing(points: &[Vector3<f64>]) -> f64 {
 
 /// Returns the cells within a radius, in cells, of those that are marked.
 fn grown(grid: &Grid, marked: &[bool], radius: f64) -> Vec<bool> {
-    let reach = radius as i64;
-    let steps = || -reach..=reach;
-    let ball: Vec<[i64; 3]> = steps()
-        .flat_map(|x| steps().flat_map(move |y| steps().map(move |z| [x, y, z])))
-        .filter(|step| step.map(|k| (k * k) as f64).iter().sum::<f64>() <= radius * radius)
-        .collect();
+    let ball = ball(radius);
     let mut near = marked.to_vec();
     for index in (0..marked.len()).filter(|index| marked[*index]) {
         let place = grid.place(index);
@@ -109,6 +122,16 @@ fn grown(grid: &Grid, marked: &[bool], radius: f64) -> Vec<bool> {
         }
     }
     near
+}
+
+/// Returns the steps from a cell to those within a radius, in cells.
+fn ball(radius: f64) -> Vec<[i64; 3]> {
+    let reach = radius as i64;
+    let steps = || -reach..=reach;
+    steps()
+        .flat_map(|x| steps().flat_map(move |y| steps().map(move |z| [x, y, z])))
+        .filter(|step| step.map(|k| (k * k) as f64).iter().sum::<f64>() <= radius * radius)
+        .collect()
 }
 
 /// Returns the cells that are connected with the corner of the grid through cells without a mark.

@@ -1,6 +1,6 @@
 //! What a shape says of the centre of mass and the inertia of a body.
 
-use nalgebra::{Isometry3, Matrix3, Matrix4, SMatrix, SVector, Vector3};
+use nalgebra::{Isometry3, Matrix4, Rotation3, SMatrix, SVector, Vector3};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use tactid_dynamics::InertialParameters;
@@ -39,8 +39,9 @@ impl Default for Tolerance {
 /// quantities of the body divided by its mass.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct ShapePrior {
-    /// Mean centre of mass of the uniform solid, m, and its inertia about the origin of the tip's
-    /// frame, in whose axes both are, divided by the mass, m²: xx, xy, xz, yy, yz, zz.
+    /// Mean centre of mass, m, and inertia about the origin of the tip's frame, in whose axes both
+    /// are, divided by the mass, m²: xx, xy, xz, yy, yz, zz. It is that of the uniform solid, on
+    /// average over the errors of its pose and its size.
     pub mean: [f64; 9],
     /// Covariance of the nine quantities, in the products of their units, (9, 9).
     pub covariance: [[f64; 9]; 9],
@@ -55,18 +56,43 @@ impl Solid {
     #[must_use]
     pub fn prior(&self, pose: &Isometry3<f64>, unit_m: f64, tolerance: &Tolerance) -> ShapePrior {
         let scaled = Matrix4::new_scaling(unit_m) * Matrix4::new_translation(&self.middle);
-        let placed = pose.to_homogeneous() * scaled;
-        let pseudo_inertia = placed * self.pseudo_inertia * placed.transpose();
-        let turned = linear_map(&placed);
+        let pseudo_inertia = scaled * self.pseudo_inertia * scaled.transpose();
+        let center: Vector3<f64> = pseudo_inertia.fixed_view::<3, 1>(0, 3).into();
+        let placed = pose.to_homogeneous();
+        let (mean, of_shape) = tolerated(&self.std_devs(tolerance), |errors| {
+            let map = placed * misplaced(&center, errors);
+            nine(&(map * pseudo_inertia * map.transpose()))
+        });
+        let turned = linear_map(&(placed * scaled));
         let of_density = turned * self.covariance * turned.transpose();
-        let of_shape: SMatrix<f64, 9, 9> = tolerated(&pseudo_inertia, pose, tolerance)
-            .map(|change| change * change.transpose())
-            .sum();
         ShapePrior {
-            mean: nine(&pseudo_inertia).into(),
+            mean: mean.into(),
             covariance: (of_density * tolerance.ln_density.powi(2) + of_shape).into(),
         }
     }
+
+    /// Returns the standard deviations of the errors that [`misplaced`] has.
+    fn std_devs(&self, tolerance: &Tolerance) -> Errors {
+        let size = self.coarseness.map(|cell| cell.hypot(tolerance.size));
+        Errors::from_fn(|k, _| match k {
+            0..3 => tolerance.position_m,
+            3..6 => tolerance.rotation_rad,
+            _ => size[k - 6],
+        })
+    }
+}
+
+/// Shifts, m, turns, rad, and relative changes of the size, each along three axes.
+type Errors = SVector<f64, 9>;
+
+/// Returns the map of a solid with this centre that has errors of its position, its orientation
+/// about the centre and its sizes.
+fn misplaced(center: &Vector3<f64>, errors: &Errors) -> Matrix4<f64> {
+    let [shift, turn, size] = [0, 3, 6].map(|first| errors.fixed_rows::<3>(first).into_owned());
+    Matrix4::new_translation(&(center + shift))
+        * Rotation3::new(turn).to_homogeneous()
+        * Matrix4::new_nonuniform_scaling(&size.add_scalar(1.0))
+        * Matrix4::new_translation(&-center)
 }
 
 /// Returns the nine quantities of a pseudo-inertia.
@@ -84,31 +110,26 @@ fn linear_map(map: &Matrix4<f64>) -> SMatrix<f64, 9, 9> {
     SMatrix::from_columns(&[0, 1, 2, 3, 4, 5, 6, 7, 8].map(column))
 }
 
-/// Returns the changes of the nine quantities by independent errors of the shape of one standard
-/// deviation, along the axes of a pose: three shifts, and three turns and three scales about the
-/// centre.
-fn tolerated(
-    pseudo_inertia: &Matrix4<f64>,
-    pose: &Isometry3<f64>,
-    tolerance: &Tolerance,
-) -> impl Iterator<Item = Nine> {
-    let center: Vector3<f64> = pseudo_inertia.fixed_view::<3, 1>(0, 3).into();
-    let errors = (0..3).flat_map(move |axis| {
-        let unit = pose.rotation * Vector3::ith(axis, 1.0);
-        let of_center =
-            |matrix: Matrix3<f64>, size: f64| (matrix * size, -(matrix * center) * size);
-        [
-            (Matrix3::zeros(), unit * tolerance.position_m),
-            of_center(unit.cross_matrix(), tolerance.rotation_rad),
-            of_center(unit * unit.transpose(), tolerance.size),
-        ]
-    });
-    let pseudo_inertia = *pseudo_inertia;
-    errors.map(move |(matrix, shift)| {
-        let mut change = Matrix4::zeros();
-        change.fixed_view_mut::<3, 3>(0, 0).copy_from(&matrix);
-        change.fixed_view_mut::<3, 1>(0, 3).copy_from(&shift);
-        let of_left = change * pseudo_inertia;
-        nine(&(of_left + of_left.transpose()))
-    })
+/// Returns mean and covariance of the nine quantities for independent normal errors of the shape,
+/// to second order: the small moment of a long tool about its axis grows with every turn, and hardly
+/// to first order.
+fn tolerated(std_devs: &Errors, of_errors: impl Fn(&Errors) -> Nine) -> (Nine, SMatrix<f64, 9, 9>) {
+    let step = |axis: usize, sign: f64| Errors::ith(axis, sign * std_devs[axis]);
+    let without = of_errors(&Errors::zeros());
+    let (mut mean, mut covariance) = (without, SMatrix::zeros());
+    for axis in 0..std_devs.len() {
+        let [ahead, behind] = [1.0, -1.0].map(|sign| of_errors(&step(axis, sign)));
+        let slope = 0.5 * (ahead - behind);
+        let curvature = ahead + behind - 2.0 * without;
+        mean += 0.5 * curvature;
+        covariance += slope * slope.transpose() + 0.5 * curvature * curvature.transpose();
+        for other in 0..axis {
+            let at = |signs: [f64; 2]| of_errors(&(step(axis, signs[0]) + step(other, signs[1])));
+            let equal = at([1.0, 1.0]) + at([-1.0, -1.0]);
+            let opposite = at([1.0, -1.0]) + at([-1.0, 1.0]);
+            let mixed = 0.25 * (equal - opposite);
+            covariance += mixed * mixed.transpose();
+        }
+    }
+    (mean, covariance)
 }

@@ -18,6 +18,9 @@ pub struct Solid {
     pub(crate) middle: Vector3<f64>,
     /// Diagonal of the box.
     pub(crate) diagonal: f64,
+    /// Standard deviation of the size along each axis, a fraction, because its file is coarse: a cell
+    /// of a point cloud, and none of a mesh, whose faces are exact.
+    pub(crate) coarseness: Vector3<f64>,
     /// Pseudo-inertia of the uniform solid about `middle`.
     pub(crate) pseudo_inertia: Matrix4<f64>,
     /// Covariance of the centre of mass and the inertia about `middle` for a random density, whose
@@ -58,24 +61,27 @@ impl Solid {
         };
         let middle = 0.5 * (low + high);
         let corners = [low - middle, high - middle];
-        let diagonal = (high - low).norm();
-        let (pseudo_inertia, voxels) = if mesh.is_cloud() {
+        let sides = high - low;
+        let (pseudo_inertia, voxels, coarseness) = if mesh.is_cloud() {
             let points: Vec<_> = vertices.iter().map(|vertex| vertex - middle).collect();
             let voxels = cloud::voxels(&points, corners)?;
-            (pseudo_inertia(&blocks::mean(&voxels)), voxels)
+            let coarseness = sides.map(|side| voxels.pitch / side);
+            (pseudo_inertia(&blocks::mean(&voxels)), voxels, coarseness)
         } else {
             let placed = |triangle: &[u32; 3]| triangle.map(|k| vertices[k as usize] - middle);
             let triangles: Vec<_> = triangles.iter().map(placed).collect();
-            let moments = Moments::of(&triangles, &(high - low))?;
+            let moments = Moments::of(&triangles, &sides)?;
             let voxels = grid::voxels(&triangles, corners, moments.volume);
-            (moments.pseudo_inertia, voxels)
+            (moments.pseudo_inertia, voxels, Vector3::zeros())
         };
         if voxels.centers.is_empty() {
             return Err("its solid is too thin to be divided into cells".to_owned());
         }
+        let diagonal = sides.norm();
         Ok(Self {
             middle,
             diagonal,
+            coarseness,
             pseudo_inertia,
             covariance: blocks::covariance(&voxels, diagonal),
         })

@@ -1,19 +1,21 @@
-"""Prints the golden values of ``tests.rs``: ``pip install numpy trimesh``, then run this script.
+"""Prints the golden values of ``tests.rs``: ``pip install numpy scipy trimesh``, then run this script.
 
 The mean is that of trimesh, for two boxes that touch: a head across the end of a handle. The
 covariance is that of a density ``exp g`` to first order, summed over all pairs of voxels of both
-boxes, and of errors of position, orientation and size by differences of the moments of voxels.
+boxes, and of random errors of position, orientation and size, which change the mean, too.
 """
 
 import itertools
 
 import numpy as np
 import trimesh
+from scipy.spatial.transform import Rotation
 
 BOXES = (((0.0, -0.01, -0.015), (0.2, 0.01, 0.015)), ((0.2, -0.03, -0.02), (0.24, 0.07, 0.03)))
 PITCH = 0.0025
 LENGTH, LN_DENSITY = 0.4, 1.4
 POSITION, ROTATION, SIZE = 3e-3, np.radians(3.0), 0.03
+DRAWS = 1_000_000
 
 
 def moments(points, cube=PITCH):
@@ -28,6 +30,22 @@ def centers(box):
     """Yields the centres of the voxels of a box."""
     sides = zip(*box, strict=True)
     return itertools.product(*(np.arange(low + PITCH / 2, high, PITCH) for low, high in sides))
+
+
+def misplaced(mean):
+    """Returns the nine quantities for random errors of the shape, (DRAWS, 9)."""
+    random = np.random.default_rng(1)
+    shift, turn, size = (
+        std_dev * random.normal(size=(DRAWS, 3)) for std_dev in (POSITION, ROTATION, SIZE)
+    )
+    center, (xx, xy, xz, yy, yz, zz) = mean[:3], mean[3:]
+    inertia = np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
+    spread = np.trace(inertia) / 2 * np.eye(3) - inertia - np.outer(center, center)
+    turned = Rotation.from_rotvec(turn).as_matrix() * (1 + size)[:, None, :]
+    center = center + shift
+    second = turned @ spread @ turned.swapaxes(1, 2) + center[:, :, None] * center[:, None, :]
+    inertia = np.trace(second, axis1=1, axis2=2)[:, None, None] * np.eye(3) - second
+    return np.hstack([center, inertia[:, *np.triu_indices(3)]])
 
 
 def main():
@@ -49,19 +67,9 @@ def main():
         correlated = np.exp(-distances / (LENGTH * diagonal)) @ change
         covariance += LN_DENSITY**2 * change[rows].T @ correlated
 
-    center, step = points.mean(0), 1e-4
-    for axis in range(3):
-        unit = np.eye(3)[axis]
-        around = points - center
-        for move, std_dev in (
-            (np.broadcast_to(unit, points.shape), POSITION),
-            (np.cross(unit, around), ROTATION),
-            (around * unit, SIZE),
-        ):
-            # The edges of voxels change, too, which is a thousandth.
-            error = moments(points + step * move) - moments(points - step * move)
-            error = error.mean(0) / (2 * step) * std_dev
-            covariance += np.outer(error, error)
+    drawn = misplaced(np.array(mean))
+    print("TOLERATED", [float(f"{entry:.4g}") for entry in drawn.mean(0) - mean])
+    covariance += np.cov(drawn.T)
     triangle = covariance[np.triu_indices(9)]
     print("COVARIANCE", [float(f"{entry:.4g}") for entry in triangle])
 
