@@ -121,16 +121,27 @@ impl Whitening {
     }
 
     /// Whitens each column of a matrix with windows as rows.
+    ///
+    /// The filter of a column waits for the window before; four columns pass side by side, which
+    /// fills these waits.
     pub(crate) fn apply(&self, columns: &mut DMatrix<f64>) {
-        for mut column in columns.column_iter_mut() {
-            let mut state = [0.0; 2];
-            for (value, step) in column.iter_mut().zip(&self.steps) {
-                state[0] *= step.decay[0];
-                state[1] *= step.decay[1];
-                let innovation = *value - state[0] - step.standstill * state[1];
-                state[0] += step.gain[0] * innovation;
-                state[1] += step.gain[1] * innovation;
-                *value = innovation * step.inverse_std_dev;
+        const SIDE_BY_SIDE: usize = 4;
+        let windows = self.steps.len();
+        for columns in columns
+            .as_mut_slice()
+            .chunks_mut((SIDE_BY_SIDE * windows).max(1))
+        {
+            let mut states = [[0.0; 2]; SIDE_BY_SIDE];
+            for (window, step) in self.steps.iter().enumerate() {
+                let values = columns[window..].iter_mut().step_by(windows);
+                for (state, value) in states.iter_mut().zip(values) {
+                    state[0] *= step.decay[0];
+                    state[1] *= step.decay[1];
+                    let innovation = *value - state[0] - step.standstill * state[1];
+                    state[0] += step.gain[0] * innovation;
+                    state[1] += step.gain[1] * innovation;
+                    *value = innovation * step.inverse_std_dev;
+                }
             }
         }
     }
@@ -166,7 +177,7 @@ mod tests {
             f64::from(i == k) * 0.01 + 0.25 * (-lag / 0.8).exp() + 4.0 * l * m * (-lag / 0.3).exp()
         });
         let factor = covariance.cholesky().unwrap().l();
-        let mut columns = DMatrix::from_fn(count, 3, |_, _| random.random_range(-1.0..1.0));
+        let mut columns = DMatrix::from_fn(count, 6, |_, _| random.random_range(-1.0..1.0));
         let expected = factor.solve_lower_triangular(&columns).unwrap();
         let whitening = Whitening::new(&noise, windows.into_iter());
         whitening.apply(&mut columns);
