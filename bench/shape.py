@@ -169,9 +169,13 @@ def pose(shift: Iterable[float] = (0, 0, 0), axis: int = 0, degrees: float = 0.0
     return [*shift, *quaternion]
 
 
+TOLERATED = "as its tolerances"
+"""A file with random errors of the size that the defaults allow."""
+
 CASES: dict[str, dict[str, Any]] = {
     "without": {},
     "right": {"shape_scale": 1.0},
+    TOLERATED: {},
     "3 mm across": {"shape_pose": pose((3e-3, 0, 0))},
     "3 degrees": {"shape_pose": pose(degrees=3)},
     "10 mm across": {"shape_pose": pose((0.01, 0, 0))},
@@ -181,6 +185,18 @@ CASES: dict[str, dict[str, Any]] = {
     "another tool": {"shape_scale": 1.0},
     "mm for m": {"shape_scale": 1e3},
 }
+
+
+def misplaced(seed: int, centre: Array) -> dict[str, Any]:
+    """Returns options with random errors of position, orientation about a point, and size."""
+    random = np.random.default_rng(2000 + seed)
+    shift, turn = 3e-3 * random.normal(size=3), np.radians(3) * random.normal(size=3)
+    scale, angle = 1 + 0.03 * random.normal(), np.linalg.norm(turn)
+    axis = turn / angle
+    rotated = np.cos(angle) * centre + np.sin(angle) * np.cross(axis, centre)
+    rotated += (1 - np.cos(angle)) * (axis @ centre) * axis
+    quaternion = [*(np.sin(angle / 2) * axis), np.cos(angle / 2)]
+    return {"shape_scale": scale, "shape_pose": [*(centre + shift - scale * rotated), *quaternion]}
 
 
 def run(case: tuple[str, str, int]) -> tuple[Array, Array, bool]:
@@ -193,6 +209,8 @@ def run(case: tuple[str, str, int]) -> tuple[Array, Array, bool]:
         options["shape"] = str(FOLDER / f"{shown}.obj")
     time, poses, regressor = motion(seed)
     truth = parameters(TOOLS[name])
+    if kind == TOLERATED:
+        options |= misplaced(100 * names.index(name) + seed, truth[1:4] / truth[0])
     noise = np.random.default_rng(1000 + seed).normal(size=(len(time), 6)) * NOISE
     found = tactid.identify(time, pose=poses, wrench=regressor @ truth + noise, **options)
     values = np.array(values_of(tactid.MassProperties.from_parameters(truth)))
@@ -222,7 +240,7 @@ def main() -> None:
             write(Path(folder) / f"{name}.obj", parts)
         with Pool(initializer=start, initargs=(Path(folder),)) as pool:
             for kind in CASES:
-                seeds = range(SEEDS if kind in ("without", "right") else 8)
+                seeds = range(SEEDS if kind in ("without", "right", TOLERATED) else 8)
                 runs = pool.map(run, [(name, kind, seed) for name, seed in product(TOOLS, seeds)])
                 table.add_row(kind, *cells(runs, len(seeds)))
     Console(width=140).print(table)
