@@ -8,7 +8,7 @@ SOURCES := Cargo.toml Cargo.lock pyproject.toml README.md $(shell find crates -t
     \( -name '*.rs' -o -name '*.py' -o -name '*.pyi' -o -name '*.json' -o -name '*.toml' -o -name '*.urdf' -o -name '*.msg' \))
 
 .PHONY: help demo test miri instructions test-rust test-python lint lint-rust lint-python lint-header header docs pictures bench bench-peers bench-seeds bench-split bench-study \
-    bench-study-logs bench-active bench-coverage bench-excite bench-faults bench-fleet bench-hour bench-many bench-shape bench-swap bench-update clean tools fuzz soak lint-supply wheel
+    bench-study-logs bench-active bench-coverage bench-excite bench-faults bench-fleet bench-hour bench-many bench-real bench-shape bench-swap bench-update clean tools fuzz soak lint-supply wheel
 
 help: ## list the targets
 	@grep -E '^[a-z-]+:.*## ' $(MAKEFILE_LIST) | grep -v '^bench-' | sed -E 's/:.*## /\t/' | expand -t 14
@@ -111,6 +111,9 @@ bench-fleet: $(VENV)/fleet ## recordings in a bucket on two workers, killed and 
 
 bench-split: $(VENV)/fleet ## pick-and-place recordings cut where the payload changes: times, segments, and intervals of the payloads
 	$(BIN)/python bench/split.py
+
+bench-real: $(VENV)/tested ## payloads that robots have moved, beside a plain fit; DATA=folder has the recordings, see docs/real-robots.md
+	$(BIN)/python bench/real.py $(if $(DATA),$(DATA),$(error DATA=folder is missing: docs/real-robots.md says what it contains))
 
 bench-shape: $(VENV)/installed ## what a shape adds: 16 tools of one or several materials with and without it, and wrong shapes
 	$(BIN)/python bench/shape.py
