@@ -10,12 +10,14 @@ import sys
 from pathlib import Path
 
 import numpy as np
+import pytest
 
 from calibrated_arms import COULOMB, VISCOUS
 from pages import ROOT
 from recorded_arm import Arm, State, body, ur5e
 from recordings import accelerations, clock, odometry, wrenches, write_bag
 
+DATA = ROOT.parent / "shared/data"
 CHECKS = ["B by A", "C by A", "A by B", "C by B", "A by C", "B by C"]
 TOOL = body(0.7, [0.01, 0.15, -0.02], [0.0069, 0.0006, 0.0064], [0.1, 0.2, 0.0])
 
@@ -100,3 +102,13 @@ def test_currents_as_they_were_published(tmp_path: Path) -> None:
     assert [row[1] for row in checks] == CHECKS
     assert [row[-1] for row in checks] == ["1 of 1"] * 6
     assert all(abs(float(row[3].split()[0])) < 1 for row in checks), checks
+
+
+@pytest.mark.skipif(not DATA.is_dir(), reason="the recordings are not part of the repository")
+def test_the_loads_of_a_real_arm(tmp_path: Path) -> None:
+    """Loads that were weighed, on a UR10e on other days than those of its calibration."""
+    (tmp_path / "ur10e").symlink_to(DATA / "ur10e")
+    rows, _ = rows_of(tmp_path)
+    checks = [row for row in rows if " by " in row[1]]
+    assert [row[-1] for row in checks] == ["1 of 1"] * 6
+    assert all(abs(float(row[3].split()[0])) < 2 for row in checks), checks

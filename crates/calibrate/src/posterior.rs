@@ -121,9 +121,7 @@ fn solve(
     noise: &[EffortNoise],
     scales: [f64; 10],
 ) -> Result<Posterior, CalibrateError> {
-    // A known mass determines the scale of the gains.
-    let fixes_scale = problem.payload_rows[0].is_empty();
-    let changes = Changes::new(&problem.model.layout, &problem.prior, fixes_scale)?;
+    let changes = Changes::new(problem)?;
     problem.prior = changes.start();
     let mut chosen = None;
     let mut at = problem.start();
