@@ -269,6 +269,7 @@ def _solved(
         residual_rms=np.sqrt(np.average(error**2, axis=0, weights=used + 1e-12)),
         held_out_rms=np.sqrt((error[held_out] ** 2).mean(axis=0)),
         held_out_plain_rms=np.sqrt((error[held_out] ** 2).mean(axis=0)),
+        motion="smoothed",
         stride_s=STRIDE,
         excitation=np.sqrt(np.maximum(strengths[::-1], 0.0)),
         excitation_directions=directions.T[::-1],

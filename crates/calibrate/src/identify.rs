@@ -22,7 +22,7 @@ use tactid_identify::solve::information;
 use tactid_identify::solve::value_jacobian;
 use tactid_identify::solve::widened;
 use tactid_identify::solve::{Matrix, Vector};
-use tactid_identify::{BatchResult, BatchSettings, FitReport};
+use tactid_identify::{BatchResult, BatchSettings, FitReport, MotionEstimate};
 use tactid_identify::{Finding, UnexplainedLoad};
 use tactid_identify::{IdentifyError, Method};
 use tactid_identify::{KnownBodies, KnownMass};
@@ -329,6 +329,7 @@ impl Solution<'_> {
             wrench_offset: None,
             gravity: None,
             subtracted_weight: None,
+            motion: MotionEstimate::Smoothed,
             stride_s: window::stride_s(arm.cutoff_hz),
             cutoff_hz: arm.cutoff_hz,
             measured: table(measured),

@@ -96,6 +96,7 @@ mod result;
 mod sampling;
 pub mod serial;
 pub mod solve;
+mod trajectory;
 
 pub use nalgebra;
 pub use tactid_dynamics as dynamics;
@@ -131,3 +132,4 @@ pub use result::{
 };
 pub use sampling::Sampling;
 pub use solve::{HALF_WIDTH_95, PrincipalMoments, largest_of_kind, value_jacobian};
+pub use trajectory::MotionEstimate;

@@ -40,4 +40,5 @@ mod poses_assumptions;
 mod recorded_contact;
 mod scales;
 mod still_arms;
+mod trajectory;
 mod wrong_assumptions;

@@ -19,14 +19,14 @@ const MAX_POINTS: usize = 600;
 /// Returns the estimate from the first windows alone, for growing numbers of windows, with the
 /// robust weights and the noise of the fit to all of them. The `known` bodies are subtracted.
 ///
-/// What the result's standard deviations, `of_result`, contain beside that noise widens those of
+/// What the result's standard deviations, `of_result`, where they are given, contain beside that noise widens those of
 /// all points by the same factors, so that the last are those of the result.
 pub(crate) fn history(
     equations: &[Equation],
     fit: &Fit,
     known: &KnownBodies,
     bounding_box: Option<&BoundingBox>,
-    of_result: &[f64; 10],
+    of_result: Option<&[f64; 10]>,
 ) -> Vec<HistoryPoint> {
     let stride = equations.len().div_ceil(MAX_POINTS).max(1);
     let mut normal_equations = NormalEquations::with_known_mass(fit);
@@ -44,7 +44,7 @@ pub(crate) fn history(
             });
         }
     }
-    if let Some(last) = points.last().map(|last| last.std_devs) {
+    if let (Some(of_result), Some(last)) = (of_result, points.last().map(|last| last.std_devs)) {
         for (k, (of_result, last)) in of_result.iter().zip(last).enumerate() {
             let factor = of_result / last;
             // An exact mass has none, and an unobservable value may have none either.

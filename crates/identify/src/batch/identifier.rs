@@ -1,5 +1,7 @@
 //! The batch identifier: samples in, one result at the end.
 
+mod fits;
+
 use std::sync::Arc;
 
 use nalgebra::SVector;
@@ -7,7 +9,6 @@ use tactid_dynamics::{InertialParameters, Manipulator};
 
 use super::equation_batch::EquationBatch;
 use super::forecast::Forecast;
-use super::history::history;
 use super::other_load::{Parts, leave_out};
 use super::report::FitReport;
 use super::rests::{hides_offset, is_one_attitude, rests};
@@ -32,6 +33,7 @@ use crate::solve::PrincipalMoments;
 use crate::solve::report::{Posterior, Report, body_of, estimate};
 use crate::solve::uncertainty::{ValueStdDevs, is_mass_known};
 use crate::solve::widening::widened;
+use crate::trajectory::SampleBins;
 use crate::{IdentifyError, Method};
 
 /// Prior knowledge and options of the batch identifier. By default nothing is known.
@@ -99,6 +101,7 @@ pub struct BatchIdentifier {
     equations: EquationSettings,
     settings: BatchSettings,
     batch: EquationBatch,
+    bins: SampleBins,
     windows: u64,
 }
 
@@ -145,6 +148,7 @@ impl BatchIdentifier {
         Ok(Self {
             frame: tool.into(),
             stream: EquationStream::with_geometry(robot, tool, sensors, &equations)?,
+            bins: SampleBins::new(robot, sensors.len(), &equations),
             equations,
             settings,
             batch: EquationBatch::default(),
@@ -162,6 +166,9 @@ impl BatchIdentifier {
     /// see [`PushOutcome`].
     pub fn push(&mut self, sample: &Sample<'_>) -> Result<PushOutcome, IdentifyError> {
         let (outcome, equation) = self.stream.push(sample)?;
+        if outcome != PushOutcome::Rejected {
+            self.bins.push(sample, outcome == PushOutcome::Started);
+        }
         if let Some(equation) = equation {
             self.windows += 1;
             self.batch.push(equation);
@@ -192,10 +199,10 @@ impl BatchIdentifier {
         let known = self.known_bodies();
         let other_load = Parts::find(self.batch.equations(), &self.stream);
         let solution = self.without_known_mass(other_load.as_ref())?;
-        let (channels, fit_without_mass) = (&solution.channels, &solution.found.fit);
-        let equations = &solution.found.equations[..];
+        let (channels, equations) = (&solution.channels, &solution.found.equations[..]);
         let known_mass_fit = self.with_known_mass(&solution, &known)?;
-        let fit = known_mass_fit.as_ref().unwrap_or(fit_without_mass);
+        let fits = self.fits(&solution, known_mass_fit.as_ref());
+        let (fit, fit_without_mass) = (fits.of_all(), fits.without_mass());
         let bounding_box = self.settings.bounding_box.as_ref();
         let consistent = consistent_payload(fit, &known, bounding_box);
         let cutoff_hz = self.equations.cutoff_hz;
@@ -206,7 +213,7 @@ impl BatchIdentifier {
         let covariance = widened(&covariance, consistent.widening, weighing);
         let of_recording = consistent_payload(fit_without_mass, &known, None);
         let noise_fraction = fit.noise_fraction(&parameters, &known.covariance);
-        let of_fit = FitReport::new(
+        let mut of_fit = FitReport::new(
             &self.batch,
             equations,
             (fit, &solution.found.values_of(fit)),
@@ -215,6 +222,7 @@ impl BatchIdentifier {
             cutoff_hz,
             frame,
         );
+        of_fit.motion = fits.motion;
         let posterior = Posterior {
             parameters,
             covariance,
@@ -228,7 +236,7 @@ impl BatchIdentifier {
         let has_gripper = self.stream.gripper_to_subtract().is_some();
         let whole =
             InertialParameters::from_vector(parameters + known.parameters).mass_properties();
-        let history = history(equations, fit, &known, bounding_box, &estimate.std_devs);
+        let history = self.history(equations, &fits, &known, &estimate);
         Ok(BatchResult {
             estimate: PayloadEstimate {
                 composite: whole.filter(|_| has_gripper),
@@ -432,19 +440,5 @@ impl BatchIdentifier {
     /// The known bodies that the measured load contains besides the payload.
     fn known_bodies(&self) -> KnownBodies {
         KnownBodies::new(self.stream.gripper_to_subtract(), self.settings.known_tool)
-    }
-
-    /// Estimates the delay of the load with the weights of a fit without it.
-    fn remaining_delay(&self, solution: &Solution<'_>) -> Option<Delay> {
-        if !self.settings.delay {
-            return None;
-        }
-        let options = FitOptions {
-            delay: true,
-            weights_of: Some(&solution.found.fit),
-            ..solution.found.values.options(&solution.channels)
-        };
-        let delay = least_squares::fit(&solution.found.equations, options)?.delay;
-        delay.filter(|delay| delay.delay_s.is_finite())
     }
 }

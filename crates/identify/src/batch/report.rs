@@ -9,6 +9,7 @@ use crate::fit::further::FurtherValues;
 use crate::fit::{CONVERGED_ENOUGH, Fit, FitOptions, least_squares};
 use crate::result::{GravityEstimate, WeightEstimate, WrenchOffset};
 use crate::serial::{Table, TenValues};
+use crate::trajectory::MotionEstimate;
 
 /// Number of sections of a recording, of which some are held out for validation.
 pub(super) const VALIDATION_SECTIONS: usize = 25;
@@ -67,6 +68,8 @@ pub struct FitReport {
     /// The body whose weight was subtracted from the wrenches, where it was unknown. `predicted`
     /// contains its weight.
     pub subtracted_weight: Option<WeightEstimate>,
+    /// How the measured motion entered the estimate.
+    pub motion: MotionEstimate,
     /// Time between two windows, s.
     pub stride_s: f64,
     /// Cutoff of the filter, Hz: that of the settings, divided by the number of windows that were
@@ -125,6 +128,7 @@ impl FitReport {
             wrench_offset: fit.wrench_offset(frame),
             gravity: values.gravity_estimate(),
             subtracted_weight: values.weight_estimate(),
+            motion: MotionEstimate::Smoothed,
             channels: channels.channels.clone(),
             measured: table(measured),
             predicted: table(predicted),

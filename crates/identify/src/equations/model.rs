@@ -190,6 +190,14 @@ impl Model {
         channels.with_offsets(first.is_some_and(|source| source.has_offsets()))
     }
 
+    /// Whether a sensor beside those of the motion measures each channel.
+    pub(crate) fn are_measured(&self) -> Vec<bool> {
+        let counts = self.sources.iter().zip(&self.row_counts);
+        let channels =
+            counts.flat_map(|(source, &count)| iter::repeat_n(source.has_sensor(), count));
+        channels.collect()
+    }
+
     /// Checks that a sample's slices fit the robot and the sensors.
     pub(crate) fn check_lengths(&self, sample: &Sample<'_>) -> Result<(), IdentifyError> {
         let robot = &self.robot;

@@ -188,6 +188,24 @@ impl Fit {
         })
     }
 
+    /// Returns the fit with a known mass of the whole load.
+    pub(crate) fn with_mass(&self, mass: KnownMass) -> Self {
+        let condition = |covariance: &SMatrix<f64, 10, 10>| {
+            let of_mass = covariance.column(0).into_owned();
+            let gain = of_mass / (of_mass[0] + mass.std_dev_kg.powi(2));
+            (gain, covariance - gain * of_mass.transpose())
+        };
+        let (gain, covariance) = condition(&self.covariance);
+        Self {
+            parameters: self.parameters + gain * (mass.mass_kg - self.parameters[0]),
+            covariance,
+            metric: condition(&self.metric).1,
+            bread: condition(&self.bread).1,
+            known_mass: Some(mass),
+            ..self.clone()
+        }
+    }
+
     /// Returns the standard deviation of the mass of the whole load, kg; infinite where the motion
     /// does not determine the mass. Unlike [`std_devs`](Self::std_devs), it is known for a mass of
     /// zero, too.

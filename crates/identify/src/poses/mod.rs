@@ -43,6 +43,7 @@ use crate::result::PayloadEstimate;
 use crate::serial::Table;
 use crate::solve::report::{Posterior, Report};
 use crate::solve::subspace::Matrix;
+use crate::trajectory::MotionEstimate;
 use crate::{IdentifyError, Method};
 
 /// The rows of the six channels of a wrench at rest.
@@ -385,6 +386,7 @@ impl RestIdentifier {
             }),
             gravity: found.gravity_estimate(),
             subtracted_weight: None,
+            motion: MotionEstimate::Smoothed,
             stride_s: f64::NAN,
             cutoff_hz: f64::NAN,
         }

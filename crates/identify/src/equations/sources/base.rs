@@ -9,9 +9,8 @@ use crate::equations::channels::{Channel, wrench_channels};
 use crate::equations::equation::Row;
 use crate::equations::instant::Instant;
 
-/// Numbers of entries of the 6x10 regressor of the parameters and of the 6x4 one of gravity.
+/// Number of entries of the 6x10 regressor of the parameters; those of gravity, 6x4, follow.
 const PARAMETER_ENTRIES: usize = 60;
-const GRAVITY_ENTRIES: usize = 24;
 
 /// The wrenches on the base of the whole robot and of the payload, in the frame of the base and
 /// about its origin: on a base that floats freely they sum to zero, (21)-(44).
@@ -27,7 +26,7 @@ impl MeasurementSource for BaseSource {
     }
 
     fn entries(&self) -> usize {
-        PARAMETER_ENTRIES + GRAVITY_ENTRIES
+        PARAMETER_ENTRIES + 6 * 4
     }
 
     fn fill(
@@ -61,6 +60,10 @@ impl MeasurementSource for BaseSource {
             gravity: SMatrix::from_column_slice(gravity),
         };
         in_base.set_rows(rows);
+    }
+
+    fn has_sensor(&self) -> bool {
+        false
     }
 
     fn needs_forces(&self) -> bool {

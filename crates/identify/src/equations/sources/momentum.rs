@@ -31,6 +31,10 @@ impl MeasurementSource for MomentumSource {
         Ok(())
     }
 
+    fn has_sensor(&self) -> bool {
+        false
+    }
+
     fn needs_masses(&self) -> bool {
         true
     }

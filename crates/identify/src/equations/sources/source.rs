@@ -54,6 +54,12 @@ pub(crate) trait MeasurementSource {
         None
     }
 
+    /// Whether the targets contain a measurement beside those of the motion: otherwise the rows are
+    /// exact but for the noise of the motion.
+    fn has_sensor(&self) -> bool {
+        true
+    }
+
     /// Whether the rows use the forces that move the known bodies, (21)-(44).
     fn needs_forces(&self) -> bool {
         false

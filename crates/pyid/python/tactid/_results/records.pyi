@@ -29,6 +29,7 @@ ActsOn: TypeAlias = Literal["payload", "sensor"]
 Clock: TypeAlias = Literal["stamps", "log times", "given", "none"]
 EstimatorKind: TypeAlias = Literal["least-squares", "nlms"]
 Method: TypeAlias = Literal["tactile", "effort", "joint-sensing", "combined"]
+MotionEstimate: TypeAlias = Literal["with-payload", "smoothed", "too-fast", "unexplained", "exact"]
 Observability: TypeAlias = Literal["identifiable", "uncertain", "unobservable"]
 Role: TypeAlias = Literal["unloaded", "loaded", "hold_out"]
 
@@ -196,6 +197,7 @@ class FitReport(Record):
     noise_fraction: NDArray[np.float64]
     excitation: NDArray[np.float64]
     excitation_directions: NDArray[np.float64]
+    motion: MotionEstimate
     stride_s: float
     cutoff_hz: float
     wrench_offset: WrenchOffset | None = ...

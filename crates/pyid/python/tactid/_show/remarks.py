@@ -225,6 +225,8 @@ def assumptions(result: Recorded) -> str:
 
 def _of_least_squares(result: IdentificationData) -> list[str]:
     parts = knowledge(result)
+    with_payload = result.fit.motion == "with-payload"
+    parts += ["motion estimated with the payload"] if with_payload else []
     parts += [f"wrench offset {offset}"] if (offset := wrench_offset(result)) else []
     parts += [f"weight subtracted by the driver {w}"] if (w := subtracted_weight(result)) else []
     parts += ["efforts of the unloaded recording subtracted"] if result.subtracts_unloaded else []

@@ -1,0 +1,121 @@
+//! The fits behind a result: to windows of the smoothed motion, and to the motion itself.
+
+use super::{BatchIdentifier, Solution};
+use crate::batch::history::history;
+use crate::equations::Equation;
+use crate::fit::{Delay, Fit, FitOptions, least_squares};
+use crate::known_bodies::KnownBodies;
+use crate::result::{HistoryPoint, PayloadEstimate, values_of_body};
+use crate::trajectory::{MotionEstimate, choose};
+
+/// Fits of a recording.
+pub(super) struct Fits<'a> {
+    /// Fits to windows, without a known mass and with it.
+    of_windows: [&'a Fit; 2],
+    /// The same where the motion was estimated with the payload.
+    of_motion: Option<[Fit; 2]>,
+    pub(super) motion: MotionEstimate,
+}
+
+impl Fits<'_> {
+    /// The fit that is reported.
+    pub(super) fn of_all(&self) -> &Fit {
+        self.of_motion
+            .as_ref()
+            .map_or(self.of_windows[1], |fits| &fits[1])
+    }
+
+    /// The fit that is reported where no mass is known.
+    pub(super) fn without_mass(&self) -> &Fit {
+        self.of_motion
+            .as_ref()
+            .map_or(self.of_windows[0], |fits| &fits[0])
+    }
+}
+
+impl BatchIdentifier {
+    /// Estimates the motion together with the payload where that is more precise than the fits to
+    /// windows.
+    pub(super) fn fits<'a>(
+        &self,
+        solution: &'a Solution<'_>,
+        with_known_mass: Option<&'a Fit>,
+    ) -> Fits<'a> {
+        let fit = &solution.found.fit;
+        let windows = fit.weights.len();
+        let causes = solution.explanation.as_ref();
+        let causes = causes.map_or(&[][..], |found| &found.causes);
+        let is_plain = fit.null_space.directions().is_empty()
+            && solution.other_load.is_none()
+            && causes.is_empty()
+            && !(0..windows).any(|window| fit.is_outlier(window));
+        let of_windows = [fit, with_known_mass.unwrap_or(fit)];
+        if !is_plain {
+            return Fits {
+                of_windows,
+                of_motion: None,
+                motion: MotionEstimate::Smoothed,
+            };
+        }
+        let mut bins = self.bins.clone();
+        bins.finish();
+        let smoothed = (&fit.parameters, &fit.covariance);
+        let (motion, found) = choose(&bins, self.stream.model(), smoothed);
+        let of_motion = found.map(|found| {
+            let without_mass = Fit {
+                parameters: found.parameters,
+                covariance: found.covariance + fit.gain_covariance(),
+                metric: found.metric,
+                bread: found.of_white_noise,
+                ..fit.clone()
+            };
+            let mass = with_known_mass.and_then(|fit| fit.known_mass);
+            let with_mass = mass.map(|mass| without_mass.with_mass(mass));
+            [without_mass.clone(), with_mass.unwrap_or(without_mass)]
+        });
+        Fits {
+            of_windows,
+            of_motion,
+            motion,
+        }
+    }
+
+    /// Returns the estimate over time, whose last point is the `result`.
+    pub(super) fn history(
+        &self,
+        equations: &[Equation],
+        fits: &Fits<'_>,
+        known: &KnownBodies,
+        result: &PayloadEstimate,
+    ) -> Vec<HistoryPoint> {
+        let bounding_box = self.settings.bounding_box.as_ref();
+        let with_motion = fits.of_motion.is_some();
+        // What widens the result of windows is not what widens that of a motion.
+        let of_result = (!with_motion).then_some(&result.std_devs);
+        let mut points = history(
+            equations,
+            fits.of_windows[1],
+            known,
+            bounding_box,
+            of_result,
+        );
+        if let Some(last) = points.last_mut().filter(|_| with_motion) {
+            (last.values, last.std_devs) = (values_of_body(&result.body), result.std_devs);
+        }
+        points
+    }
+
+    /// Estimates the delay of the load with the weights of a fit without it.
+    pub(super) fn remaining_delay(&self, solution: &Solution<'_>) -> Option<Delay> {
+        if !self.settings.delay {
+            return None;
+        }
+        let options = FitOptions {
+            delay: true,
+            weights_of: Some(&solution.found.fit),
+            ..solution.found.values.options(&solution.channels)
+        };
+        let delay = least_squares::fit(&solution.found.equations, options)?.delay;
+        delay.filter(|delay| delay.delay_s.is_finite())
+    }
+}

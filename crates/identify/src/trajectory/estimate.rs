@@ -1,0 +1,286 @@
+//! Gauss-Newton for the motion and the parameters at once.
+
+use nalgebra::{Cholesky, DMatrix, SMatrix, SVector};
+
+use super::SETTINGS;
+use super::bins::SampleBins;
+use super::bordered::Bordered;
+use super::dynamics::Dynamics;
+use super::rows::{BinRows, Weights};
+use super::segment::Segment;
+use super::smoothing::{residuals, smooth, unfollowed};
+use crate::equations::Model;
+use crate::fit::CONVERGED_ENOUGH;
+use crate::fit::least_squares::MAX_PASSES;
+
+type Parameters = SVector<f64, 10>;
+type Matrix = SMatrix<f64, 10, 10>;
+
+/// Motion and parameters that explain the measurements of a recording best.
+pub(super) struct Estimate {
+    pub(super) parameters: Parameters,
+    /// Covariance of the parameters for white noise.
+    pub(super) of_white_noise: Matrix,
+    /// Covariance of the parameters from the scatter of correlated scores.
+    pub(super) sandwich: Matrix,
+    /// Mean ratio of the second to the first in the directions of the first.
+    pub(super) scatter: f64,
+    /// Mean square of the residuals of motion and load, relative to the variance of their noise.
+    pub(super) residual_ratios: [f64; 2],
+}
+
+/// The problem of one recording.
+pub(super) struct Problem<'a> {
+    bins: &'a SampleBins,
+    dynamics: Dynamics,
+    segments: Vec<Segment>,
+    weights: Weights,
+    parameters: Parameters,
+    /// Derivatives of the residuals of the dynamics by the motion that was smoothed alone, for each
+    /// bin of each segment.
+    by_motion: Vec<Vec<DMatrix<f64>>>,
+    /// Largest ratio of what the splines leave of a channel to its noise.
+    pub(super) unfollowed: f64,
+}
+
+/// What one pass knows of the parameters.
+struct Pass {
+    inverse: Matrix,
+    /// Change of the parameters.
+    step: Parameters,
+    /// For each segment: what each parameter changes in the coefficients, and last what the
+    /// measurements change in them.
+    changes: Vec<DMatrix<f64>>,
+}
+
+impl<'a> Problem<'a> {
+    /// Smooths the motion of a recording alone, and finds the noise of all channels. `None` where
+    /// the bins do not determine the motion.
+    pub(super) fn new(bins: &'a SampleBins, model: &Model, start: &Parameters) -> Option<Self> {
+        let layout = bins.layout();
+        let mut dynamics = Dynamics::new(model.clone(), layout);
+        let coordinates = layout.coordinates();
+        let new = |stretch: &Vec<_>| Segment::new(stretch, coordinates, SETTINGS.knots_hz);
+        let long = bins
+            .stretches()
+            .iter()
+            .filter(|stretch| is_long(stretch.len()));
+        let mut segments: Vec<Segment> = long.map(new).collect();
+        if segments.is_empty() {
+            return None;
+        }
+        let of_motion = smooth(&mut segments, layout)?;
+        let unfollowed = unfollowed(&segments, layout, &of_motion);
+        let of_dynamics = whitening(&segments, &mut dynamics, start)?;
+        let mut by_motion = Vec::new();
+        for segment in &segments {
+            let bins = segment.bins.iter().enumerate();
+            let slopes = bins.map(|(k, bin)| dynamics.by_motion(&segment.at(k), bin, start));
+            by_motion.push(slopes.collect::<Result<_, _>>().ok()?);
+        }
+        Some(Self {
+            bins,
+            dynamics,
+            segments,
+            weights: Weights {
+                of_motion,
+                of_dynamics,
+            },
+            parameters: *start,
+            by_motion,
+            unfollowed,
+        })
+    }
+
+    /// Returns the covariance of the parameters for white noise, by the first pass.
+    pub(super) fn forecast(&mut self) -> Option<Matrix> {
+        self.pass().map(|pass| pass.inverse)
+    }
+
+    /// Returns motion and parameters; `None` where the measurements do not determine them.
+    pub(super) fn solve(mut self) -> Option<Estimate> {
+        let mut pass = self.pass()?;
+        for _ in 0..MAX_PASSES {
+            self.parameters += pass.step;
+            for (segment, changes) in self.segments.iter_mut().zip(&pass.changes) {
+                let coefficients = segment.coefficients.iter_mut();
+                for (coefficient, row) in coefficients.zip(changes.row_iter()) {
+                    let of_parameters = row.fixed_columns::<10>(0).tr_dot(&pass.step);
+                    *coefficient += row[10] - of_parameters;
+                }
+            }
+            let moved = pass.step.dot(&(inverse(&pass.inverse)? * pass.step)).sqrt();
+            pass = self.pass()?;
+            if moved < CONVERGED_ENOUGH {
+                break;
+            }
+        }
+        self.finish(&pass)
+    }
+
+    /// Returns the rows of a bin at the present motion and parameters.
+    fn rows(&mut self, segment: usize, bin: usize) -> Option<BinRows> {
+        let by_motion = &self.by_motion[segment][bin];
+        let segment = &self.segments[segment];
+        let at = segment.at(bin);
+        let measured = &segment.bins[bin];
+        let linearised = self
+            .dynamics
+            .linearised(&at, measured, &self.parameters, by_motion);
+        let layout = self.bins.layout();
+        Some(BinRows::new(
+            segment,
+            bin,
+            &at,
+            &linearised.ok()?,
+            &self.weights,
+            layout,
+        ))
+    }
+
+    /// Computes one pass from the present motion and parameters.
+    fn pass(&mut self) -> Option<Pass> {
+        let mut normal = DMatrix::zeros(11, 11);
+        let mut changes = Vec::new();
+        for index in 0..self.segments.len() {
+            let unknowns = self.segments[index].coefficients.len();
+            let width = self.segments[index].coordinates * self.segments[index].order();
+            let mut system = Bordered::zeros(unknowns, width, 11);
+            for bin in 0..self.segments[index].bins.len() {
+                let rows = self.rows(index, bin)?;
+                rows.add_to(&mut system, &mut normal, &self.segments[index], bin);
+            }
+            system.factor()?;
+            normal -= system.explained();
+            let solution = system.solution();
+            changes.push(DMatrix::from_row_slice(unknowns, 11, &solution));
+        }
+        let inverse = inverse(&normal.fixed_view::<10, 10>(0, 0).into_owned())?;
+        Some(Pass {
+            step: inverse * normal.fixed_view::<10, 1>(0, 10),
+            inverse,
+            changes,
+        })
+    }
+
+    /// Returns the estimate with what a pass leaves of the rows.
+    fn finish(&mut self, pass: &Pass) -> Option<Estimate> {
+        let are_measured = self.dynamics.are_measured();
+        let (mut squares, mut counts) = ([0.0; 2], [0.0; 2]);
+        let mut meat = Matrix::zeros();
+        for (index, changes) in pass.changes.iter().enumerate() {
+            let mut scores = Vec::new();
+            for bin in 0..self.segments[index].bins.len() {
+                let rows = self.rows(index, bin)?;
+                let rest = rows.rest(changes, &self.segments[index], bin);
+                scores.push(Parameters::from_column_slice(rest.score.as_slice()));
+                squares[0] += rest.of_motion.0;
+                counts[0] += rest.of_motion.1 as f64;
+                for (residual, is_measured) in rest.of_dynamics.iter().zip(&are_measured) {
+                    if *is_measured {
+                        squares[1] += residual * residual;
+                        counts[1] += 1.0;
+                    }
+                }
+            }
+            let spanned = self.segments[index].order() * SETTINGS.bins_of_interval as usize;
+            meat += newey_west(&scores, spanned);
+        }
+        Some(Estimate {
+            parameters: self.parameters,
+            of_white_noise: pass.inverse,
+            sandwich: pass.inverse * meat * pass.inverse,
+            scatter: (meat * pass.inverse).trace() / 10.0,
+            residual_ratios: std::array::from_fn(|k| squares[k] / f64::max(counts[k], 1.0)),
+        })
+    }
+}
+
+/// Returns whether so many bins determine splines: one interval has six of them.
+fn is_long(bins: usize) -> bool {
+    bins as f64 > 6.0 * SETTINGS.bins_of_interval
+}
+
+/// Returns the inverse of a root of the covariance of the rows of the dynamics. The noise of a
+/// measured load is what splines through its own values leave: it depends on no model. What no
+/// sensor measures is next to exact, in proportion to what the noise of the motion leaves of it.
+fn whitening(
+    segments: &[Segment],
+    dynamics: &mut Dynamics,
+    parameters: &Parameters,
+) -> Option<DMatrix<f64>> {
+    let are_measured = dynamics.are_measured();
+    let channels = are_measured.len();
+    let [mut noise, mut unexplained] = [0, 1].map(|_| DMatrix::<f64>::zeros(channels, channels));
+    let mut sizes = vec![0.0; channels];
+    let (mut freedom, mut bins) = (0.0, 0.0);
+    for segment in segments {
+        let count = segment.bins.len();
+        let [mut targets, mut left] = [0, 1].map(|_| DMatrix::zeros(count, channels));
+        for (k, bin) in segment.bins.iter().enumerate() {
+            let rows = dynamics.rows(&segment.at(k), bin).ok()?;
+            for (channel, row) in rows.iter().enumerate() {
+                sizes[channel] += row.target.powi(2);
+                targets[(k, channel)] = row.target;
+                left[(k, channel)] = row.target - row.regressor.dot(parameters);
+            }
+        }
+        unexplained += left.tr_mul(&left);
+        let (rest, fraction) = residuals(segment, targets)?;
+        noise += rest.tr_mul(&rest);
+        freedom += fraction * count as f64;
+        bins += count as f64;
+    }
+    let sources = dynamics.source_of();
+    let shrinking = 1.0 - (channels as f64 / f64::max(freedom, 1.0)).min(1.0);
+    let covariance = DMatrix::from_fn(channels, channels, |i, j| {
+        let of_pair = if are_measured[i] {
+            noise[(i, j)] / f64::max(freedom, 1.0)
+        } else {
+            SETTINGS.exact.powi(2) * unexplained[(i, j)] / bins
+        };
+        if i != j {
+            return if sources[i] == sources[j] {
+                shrinking * of_pair
+            } else {
+                0.0
+            };
+        }
+        let least = SETTINGS.accuracy.powi(2) * sizes[i] / bins;
+        of_pair + if are_measured[i] { least } else { 0.0 } + f64::MIN_POSITIVE.sqrt()
+    });
+    let root = Cholesky::new(covariance)?.unpack();
+    let mut inverse = DMatrix::identity(channels, channels);
+    root.solve_lower_triangular_mut(&mut inverse)
+        .then_some(inverse)
+}
+
+/// Returns the covariance of the sum of scores that are correlated over so many bins (Newey and
+/// West 1987).
+fn newey_west(scores: &[Parameters], lags: usize) -> Matrix {
+    let mut meat = Matrix::zeros();
+    for (k, score) in scores.iter().enumerate() {
+        meat += score * score.transpose();
+        for lag in 1..=lags.min(k) {
+            let weight = 1.0 - lag as f64 / (lags + 1) as f64;
+            let product = score * scores[k - lag].transpose() * weight;
+            meat += product + product.transpose();
+        }
+    }
+    meat
+}
+
+/// Returns the inverse of a matrix, in units in which its diagonal is one; `None` where it is not
+/// positive definite.
+fn inverse(matrix: &Matrix) -> Option<Matrix> {
+    let units = matrix.diagonal().map(|entry| entry.sqrt().recip());
+    if !units.iter().all(|unit| unit.is_finite()) {
+        return None;
+    }
+    let scaled =
+        Matrix::from_fn(|i, j| 0.5 * (matrix[(i, j)] + matrix[(j, i)]) * units[i] * units[j]);
+    let inverse = Cholesky::new(scaled)?.inverse();
+    Some(Matrix::from_fn(|i, j| {
+        inverse[(i, j)] * units[i] * units[j]
+    }))
+}

@@ -1,0 +1,124 @@
+//! A stretch of a recording with the splines of its motion.
+
+use nalgebra::{Isometry3, Quaternion, SMatrix, UnitQuaternion, Vector3, Vector4};
+use tactid_dynamics::FrameMotion;
+
+use super::bins::{Bin, values_at_times};
+use super::spline::{Basis, basis};
+
+/// Values of all coordinates at one time, then their first and second derivatives.
+pub(super) type Derivatives = [Vec<f64>; 3];
+
+/// Bins without a gap, and the coefficients of the splines of all coordinates: the joints, then
+/// those of the
+/// base: its position, and the quaternion x, y, z, w of its rotation.
+#[derive(Clone, Debug)]
+pub(super) struct Segment {
+    pub(super) bins: Vec<Bin>,
+    /// Index of the first spline that is not zero at the time of each bin.
+    pub(super) spans: Vec<usize>,
+    /// The splines at the time of each bin, with derivatives by s.
+    pub(super) bases: Vec<Basis>,
+    /// Number of splines.
+    pub(super) splines: usize,
+    pub(super) coordinates: usize,
+    /// Coefficients of all coordinates of the first spline, then of the others.
+    pub(super) coefficients: Vec<f64>,
+}
+
+impl Segment {
+    /// Creates a segment of so many coordinates, at rest at zero, with about `knots_hz` knots in a
+    /// second.
+    pub(super) fn new(bins: &[Bin], coordinates: usize, knots_hz: f64) -> Self {
+        let mut bins = bins.to_vec();
+        values_at_times(&mut bins);
+        let first_s = bins[0].time_s;
+        let length_s = bins[bins.len() - 1].time_s - first_s;
+        let intervals = (length_s * knots_hz).ceil().max(1.0);
+        let rate = intervals / length_s;
+        let (mut spans, mut bases) = (Vec::new(), Vec::new());
+        for bin in &bins {
+            let x = (bin.time_s - first_s) * rate;
+            let span = x.floor().clamp(0.0, intervals - 1.0);
+            let [value, first, second] = basis(x - span);
+            spans.push(span as usize);
+            bases.push([
+                value,
+                first.map(|entry| entry * rate),
+                second.map(|entry| entry * rate * rate),
+            ]);
+        }
+        // One for each interval, and those that reach into the last one.
+        let splines = intervals as usize + bases[0][0].len() - 1;
+        Self {
+            bins,
+            spans,
+            bases,
+            splines,
+            coordinates,
+            coefficients: vec![0.0; splines * coordinates],
+        }
+    }
+
+    /// Number of splines that are not zero at a time.
+    pub(super) fn order(&self) -> usize {
+        self.bases[0][0].len()
+    }
+
+    /// Returns the coordinates with their derivatives at a bin.
+    pub(super) fn at(&self, bin: usize) -> Derivatives {
+        let coordinates = self.coordinates;
+        let mut at = [0, 1, 2].map(|_| vec![0.0; coordinates]);
+        for (values, weights) in at.iter_mut().zip(&self.bases[bin]) {
+            for (spline, weight) in weights.iter().enumerate() {
+                let first = (self.spans[bin] + spline) * coordinates;
+                let coefficients = &self.coefficients[first..first + coordinates];
+                for (value, coefficient) in values.iter_mut().zip(coefficients) {
+                    *value += weight * coefficient;
+                }
+            }
+        }
+        at
+    }
+}
+
+/// Returns position and quaternion of the base, the last coordinates, or derivatives of both.
+fn base_vectors(values: &[f64]) -> (Vector3<f64>, Vector4<f64>) {
+    let (others, quaternion) = values.split_at(values.len() - 4);
+    (
+        Vector3::from_column_slice(&others[others.len() - 3..]),
+        Vector4::from_column_slice(quaternion),
+    )
+}
+
+/// Returns the quaternion of the base with its derivatives.
+pub(super) fn quaternions(at: &Derivatives) -> [Vector4<f64>; 3] {
+    [0, 1, 2].map(|order| base_vectors(&at[order]).1)
+}
+
+/// Returns the matrix whose product with `a` is the imaginary vector of the quaternion `a q̄`.
+pub(super) fn imaginary(q: &Vector4<f64>) -> SMatrix<f64, 3, 4> {
+    let [x, y, z, w] = [q.x, q.y, q.z, q.w];
+    SMatrix::<f64, 3, 4>::new(w, -z, y, -x, z, w, -x, -y, -y, x, w, -z)
+}
+
+/// Returns the motion of the base. The quaternion need not have unit length: the rotation is that
+/// of its direction.
+pub(super) fn base_motion(at: &Derivatives) -> FrameMotion {
+    let [(position, q), (velocity, rate), (acceleration, second)] =
+        [0, 1, 2].map(|order| base_vectors(&at[order]));
+    let (square, matrix) = (q.norm_squared(), imaginary(&q));
+    // ω = 2 vec(q̇ q̄) / |q|², whose derivative lacks vec(q̇ q̇̄) = 0.
+    let angular_velocity = matrix * rate * (2.0 / square);
+    let of_length = 2.0 * q.dot(&rate) / square;
+    FrameMotion {
+        pose: Isometry3::from_parts(
+            position.into(),
+            UnitQuaternion::new_normalize(Quaternion::from(q)),
+        ),
+        velocity,
+        angular_velocity,
+        acceleration,
+        angular_acceleration: matrix * second * (2.0 / square) - angular_velocity * of_length,
+    }
+}

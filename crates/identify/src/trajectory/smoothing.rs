@@ -1,0 +1,251 @@
+//! Splines through the measured motion alone, and the noise that they leave.
+
+use nalgebra::{DMatrix, Vector3};
+
+use super::SETTINGS;
+use super::bins::Layout;
+use super::bordered::Bordered;
+use super::segment::{Derivatives, Segment, base_motion, imaginary, quaternions};
+
+/// Factors of the sixth difference of neighbouring values.
+const SIXTH: [f64; 7] = [1.0, -6.0, 15.0, -20.0, 15.0, -6.0, 1.0];
+
+/// Measurements of some columns at the bins of a segment: values, and rates of the same coordinates
+/// where these are measured.
+pub(super) struct Measured {
+    pub(super) values: DMatrix<f64>,
+    pub(super) rates: Option<DMatrix<f64>>,
+}
+
+/// What splines leave of the measurements: sums of squares of values and of rates, and degrees of
+/// freedom of each.
+#[derive(Clone, Copy, Debug, Default)]
+struct Rest {
+    squares: [f64; 2],
+    freedom: f64,
+}
+
+/// Fits splines to measured columns with these variances of values and rates. Returns the
+/// coefficients, row by row, and the residuals; `None` where the bins do not determine the splines.
+fn fit(
+    segment: &Segment,
+    measured: &Measured,
+    variances: [f64; 2],
+) -> Option<(Vec<f64>, Measured)> {
+    let columns = measured.values.ncols();
+    let mut system = Bordered::zeros(segment.splines, segment.order(), columns);
+    let order = segment.order();
+    let kinds = [Some(&measured.values), measured.rates.as_ref()];
+    for (bin, (&span, basis)) in segment.spans.iter().zip(&segment.bases).enumerate() {
+        let mut block = DMatrix::zeros(order, order);
+        let mut border = DMatrix::zeros(order, columns);
+        for (kind, given) in kinds.iter().enumerate() {
+            let Some(given) = given else { continue };
+            let weight = variances[kind].recip();
+            let splines = DMatrix::from_column_slice(order, 1, &basis[kind]);
+            block.gemm(weight, &splines, &splines.transpose(), 1.0);
+            border.gemm(weight, &splines, &given.rows(bin, 1), 1.0);
+        }
+        system.add(span, &block, &border);
+    }
+    system.factor()?;
+    let coefficients = system.solution();
+    let rest = |kind: usize, given: &DMatrix<f64>| {
+        DMatrix::from_fn(given.nrows(), columns, |bin, column| {
+            let weights = segment.bases[bin][kind].iter().enumerate();
+            let terms = weights.map(|(spline, weight)| {
+                weight * coefficients[(segment.spans[bin] + spline) * columns + column]
+            });
+            given[(bin, column)] - terms.sum::<f64>()
+        })
+    };
+    let residuals = Measured {
+        values: rest(0, &measured.values),
+        rates: measured.rates.as_ref().map(|rates| rest(1, rates)),
+    };
+    Some((coefficients, residuals))
+}
+
+/// Returns the residuals of splines through values alone, and the fraction of degrees of freedom
+/// that the splines leave.
+pub(super) fn residuals(segment: &Segment, values: DMatrix<f64>) -> Option<(DMatrix<f64>, f64)> {
+    let rates = None;
+    let (_, rest) = fit(segment, &Measured { values, rates }, [1.0; 2])?;
+    let bins = segment.bins.len() as f64;
+    Some((rest.values, (bins - segment.splines as f64) / bins))
+}
+
+/// The coordinates that some channels measure, and how.
+struct Group {
+    /// First coordinate, and number of coordinates.
+    coordinates: (usize, usize),
+    measured: Vec<Measured>,
+}
+
+/// Sets the splines of all segments to the measured motion alone, and returns the standard
+/// deviation of the noise of each channel of the motion, in its unit. At the quaternion are those
+/// of small turns about the three axes of the inertial frame, then that of the length.
+pub(super) fn smooth(segments: &mut [Segment], layout: Layout) -> Option<Vec<f64>> {
+    let mut std_devs = vec![0.0; layout.effort()];
+    for coordinate in 0..layout.joints + 3 {
+        let [channel, rate] = layout.channels_of(coordinate);
+        let column = |segment: &Segment, channel: usize| {
+            DMatrix::from_fn(segment.bins.len(), 1, |bin, _| {
+                segment.bins[bin].values[channel]
+            })
+        };
+        let measured = segments.iter().map(|segment| Measured {
+            values: column(segment, channel),
+            rates: Some(column(segment, rate)),
+        });
+        let group = Group {
+            coordinates: (coordinate, 1),
+            measured: measured.collect(),
+        };
+        [std_devs[channel], std_devs[rate]] = smooth_group(segments, &group)?;
+    }
+    smooth_rotation(segments, layout, &mut std_devs)?;
+    Some(std_devs)
+}
+
+/// Sets the splines of the base's quaternion, and its standard deviations.
+fn smooth_rotation(segments: &mut [Segment], layout: Layout, std_devs: &mut [f64]) -> Option<()> {
+    let (of_turn, of_rate) = (layout.quaternion(), layout.angular_velocity());
+    let first = layout.joints + 3;
+    for pass in 0..2 {
+        let measured = segments.iter().map(|segment| {
+            let bins = segment.bins.len();
+            let values = DMatrix::from_fn(bins, 4, |bin, k| segment.bins[bin].values[of_turn + k]);
+            let rate = |bin: usize| {
+                let values = &segment.bins[bin].values;
+                let q = match pass {
+                    0 => nalgebra::Vector4::from_column_slice(&values[of_turn..of_turn + 4]),
+                    _ => quaternions(&segment.at(bin))[0],
+                };
+                let rate = Vector3::from_column_slice(&values[of_rate..of_rate + 3]);
+                imaginary(&q).tr_mul(&rate) * 0.5
+            };
+            let rates: Vec<_> = (0..bins).map(rate).collect();
+            let rates = DMatrix::from_fn(bins, 4, |bin, k| rates[bin][k]);
+            Measured {
+                values,
+                rates: Some(rates),
+            }
+        });
+        let group = Group {
+            coordinates: (first, 4),
+            measured: measured.collect(),
+        };
+        smooth_group(segments, &group)?;
+    }
+    let (mut squares, mut bins, mut unknowns) = ([0.0; 6], 0.0, 0.0);
+    for segment in segments.iter() {
+        bins += segment.bins.len() as f64;
+        unknowns += segment.splines as f64;
+        for (bin, found) in segment.bins.iter().enumerate() {
+            let at = segment.at(bin);
+            let (turn, rate) = rotation_residuals(&at, &found.values, layout);
+            for (square, rest) in squares.iter_mut().zip(turn.iter().chain(&rate)) {
+                *square += rest * rest;
+            }
+        }
+    }
+    let freedom = (bins - 0.5 * unknowns).max(1.0);
+    let roots = squares.map(|square: f64| (square / freedom).sqrt());
+    let largest = roots[..3].iter().fold(f64::EPSILON, |a, &b| a.max(b));
+    for axis in 0..3 {
+        std_devs[of_turn + axis] = roots[axis].max(f64::EPSILON);
+        std_devs[of_rate + axis] = roots[3 + axis].max(f64::EPSILON);
+    }
+    // The length of the quaternion is exact; it is held as the turns are.
+    std_devs[of_turn + 3] = 0.5 * largest;
+    Some(())
+}
+
+/// Returns what the motion leaves of the measured rotation, a small rotation in the inertial frame, and
+/// of the measured angular velocity.
+pub(super) fn rotation_residuals(
+    at: &Derivatives,
+    values: &[f64],
+    layout: Layout,
+) -> (Vector3<f64>, Vector3<f64>) {
+    let [q, ..] = quaternions(at);
+    let first = layout.quaternion();
+    let measured = nalgebra::Vector4::from_column_slice(&values[first..first + 4]);
+    let rate = Vector3::from_column_slice(&values[first + 4..first + 7]);
+    let turn = imaginary(&q) * measured * (2.0 / q.norm_squared());
+    (turn, rate - base_motion(at).angular_velocity)
+}
+
+/// Sets the coefficients of some coordinates, and returns the standard deviations of their values
+/// and rates, which are the same for all of them.
+fn smooth_group(segments: &mut [Segment], group: &Group) -> Option<[f64; 2]> {
+    let (first, columns) = group.coordinates;
+    let sizes = group.measured.iter().fold([0.0f64; 2], |sizes, measured| {
+        let rates = measured.rates.as_ref().map_or(0.0, DMatrix::amax);
+        [sizes[0].max(measured.values.amax()), sizes[1].max(rates)]
+    });
+    // Smaller noise is rounding. A locked joint reports velocities of exactly zero.
+    let least = [sizes[0], sizes[1].max(SETTINGS.knots_hz * sizes[0])];
+    let floors = least.map(|size| (f64::EPSILON * size * size).max(f64::MIN_POSITIVE.sqrt()));
+    let mut variances = floors.map(|_| 1.0);
+    let [values, rates] = sizes;
+    // Until residuals are known, noise is taken to be in proportion to the measurements.
+    if values > 0.0 && rates > 0.0 {
+        variances = sizes.map(|size| size * size);
+    }
+    // The ratio of the two variances converges at once: values and rates differ in frequency.
+    for _ in 0..3 {
+        let mut rest = Rest::default();
+        for (segment, measured) in segments.iter_mut().zip(&group.measured) {
+            let (coefficients, residuals) = fit(segment, measured, variances)?;
+            for (spline, row) in coefficients.chunks_exact(columns).enumerate() {
+                let begin = spline * segment.coordinates + first;
+                segment.coefficients[begin..begin + columns].copy_from_slice(row);
+            }
+            rest.squares[0] += residuals.values.norm_squared();
+            rest.squares[1] += residuals.rates.map_or(0.0, |rates| rates.norm_squared());
+            let count = (columns * segment.bins.len()) as f64;
+            rest.freedom += (count - 0.5 * (columns * segment.splines) as f64).max(1.0);
+        }
+        for ((variance, square), floor) in variances.iter_mut().zip(rest.squares).zip(floors) {
+            *variance = (square / rest.freedom).max(floor);
+        }
+    }
+    Some(variances.map(f64::sqrt))
+}
+
+/// Returns the largest ratio, over the channels of the motion, of the variance that splines leave to
+/// that of white noise with the same sixth differences. Splines leave more where the motion has
+/// frequencies that they cannot follow.
+pub(super) fn unfollowed(segments: &[Segment], layout: Layout, std_devs: &[f64]) -> f64 {
+    let power: f64 = SIXTH.iter().map(|factor| factor * factor).sum();
+    let variance = |channel: usize| {
+        let (mut squares, mut count, mut size) = (0.0, 0.0, 0.0f64);
+        for segment in segments {
+            let values = |k: usize| segment.bins[k].values[channel];
+            for first in 0..segment.bins.len().saturating_sub(SIXTH.len() - 1) {
+                let terms = SIXTH.iter().enumerate();
+                let difference: f64 = terms.map(|(k, factor)| factor * values(first + k)).sum();
+                squares += difference * difference;
+                count += 1.0;
+                size = size.max(values(first).abs());
+            }
+        }
+        squares / (power * f64::max(count, 1.0)) + (SETTINGS.accuracy * size).powi(2)
+    };
+    let rotation = layout.quaternion()..layout.angular_velocity();
+    let others = (0..layout.effort()).filter(|channel| !rotation.contains(channel));
+    let pairs = others.map(|channel| (std_devs[channel].powi(2), variance(channel)));
+    // A small turn changes a quaternion by half of it.
+    let turns = std_devs[rotation.start..rotation.start + 3].iter();
+    let of_turns = turns.map(|std_dev| std_dev.powi(2)).sum::<f64>();
+    let of_rotation = 4.0 * rotation.clone().map(&variance).sum::<f64>();
+    // A channel that is zero throughout measures nothing.
+    let ratios = pairs
+        .chain([(of_turns, of_rotation)])
+        .filter(|pair| pair.1 > 0.0);
+    ratios.fold(0.0, |largest, (left, noise)| {
+        largest.max(left / noise.max(f64::MIN_POSITIVE.sqrt()))
+    })
+}
