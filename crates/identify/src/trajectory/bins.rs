@@ -91,7 +91,7 @@ pub(crate) struct SampleBins {
     /// Channels of the last sample.
     last: Vec<f64>,
     count: usize,
-    /// Whether a trajectory can be estimated: all samples have velocities, and are not too many.
+    /// Whether a trajectory can be estimated: all samples have velocities.
     is_usable: bool,
 }
 
@@ -135,12 +135,15 @@ impl SampleBins {
         if self.is_usable { &self.stretches } else { &[] }
     }
 
+    /// Whether the recording is too long for the estimate of a trajectory.
+    pub(super) fn are_too_many(&self) -> bool {
+        self.is_usable && self.count >= SETTINGS.most_bins
+    }
+
     /// Adds a sample whose slices fit the robot; `starts` where it follows a gap.
     pub(crate) fn push(&mut self, sample: &Sample<'_>, starts: bool) {
-        self.is_usable = self.is_usable
-            && self.count < SETTINGS.most_bins
-            && sample.joint_velocity.len() == self.layout.joints;
-        if !self.is_usable {
+        self.is_usable &= sample.joint_velocity.len() == self.layout.joints;
+        if !self.is_usable || self.are_too_many() {
             self.stretches.clear();
             return;
         }

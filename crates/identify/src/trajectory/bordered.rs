@@ -33,15 +33,15 @@ impl Bordered {
         self.rows.len() / self.width
     }
 
-    /// Adds the lower triangle of a dense block to the matrix, and `of_border` to the border, both
-    /// from the unknown `first` on.
+    /// Adds a dense symmetric block to the matrix, and `of_border` to the border, both from the
+    /// unknown `first` on.
     pub(super) fn add(&mut self, first: usize, block: &DMatrix<f64>, of_border: &DMatrix<f64>) {
         let size = block.nrows();
         for i in 0..size {
             let last = (first + i + 1) * self.width;
             let row = &mut self.rows[last - i - 1..last];
-            for (j, entry) in row.iter_mut().enumerate() {
-                *entry += block[(i, j)];
+            for (entry, of_block) in row.iter_mut().zip(block.column(i).iter()) {
+                *entry += of_block;
             }
             let begin = (first + i) * self.columns;
             let border = &mut self.border[begin..begin + self.columns];

@@ -18,9 +18,13 @@ pub enum MotionEstimate {
     /// the joints and the base.
     WithPayload,
     /// The motion was smoothed before, sample by sample: the base is fixed, the velocities of the
-    /// joints are not measured, or there are more unknowns than the payload.
+    /// joints are not measured, there are more unknowns than the payload, or a part of the recording
+    /// is unlike the rest.
     #[default]
     Smoothed,
+    /// The motion was smoothed before, because the recording is longer than 100 s: both take time in
+    /// proportion to its length, and windows take far less.
+    TooLong,
     /// The motion was smoothed before, because it has frequencies that splines do not follow.
     TooFast,
     /// The motion was smoothed before, because splines and payload leave more of the measurements
@@ -52,17 +56,20 @@ pub(crate) fn choose(
     smoothed: (&SVector<f64, 10>, &SMatrix<f64, 10, 10>),
 ) -> (MotionEstimate, Option<TrajectoryFit>) {
     let (start, covariance) = smoothed;
+    if bins.are_too_many() {
+        return (MotionEstimate::TooLong, None);
+    }
     let Some(mut problem) = Problem::new(bins, model, start) else {
         return (MotionEstimate::Smoothed, None);
     };
     if problem.unfollowed * FAR_BETTER > 1.0 {
         return (MotionEstimate::TooFast, None);
     }
-    let forecast = problem.forecast();
-    if !forecast.is_some_and(|forecast| is_smaller(&forecast, covariance)) {
+    let first = problem.pass();
+    let Some(first) = first.filter(|pass| is_smaller(&pass.inverse, covariance)) else {
         return (MotionEstimate::Exact, None);
-    }
-    let Some(found) = problem.solve() else {
+    };
+    let Some(found) = problem.solve(first) else {
         return (MotionEstimate::Unexplained, None);
     };
     if found

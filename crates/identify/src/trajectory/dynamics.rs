@@ -19,11 +19,12 @@ pub(super) struct Dynamics {
     rows: Vec<Row>,
 }
 
-/// The rows at a state, and how their residuals change with the motion.
+/// The rows at a state, and how they change with the motion.
 pub(super) struct Linearised<'a> {
     /// What the parameters leave of the targets.
     pub(super) residuals: DVector<f64>,
-    /// Derivatives of the residuals by the coordinates, then by their first and second derivatives.
+    /// Derivatives of the predictions, in units of their noise, by the coordinates, then by their
+    /// first and second derivatives.
     pub(super) by_motion: &'a DMatrix<f64>,
     /// Derivatives of the predictions by the parameters.
     pub(super) by_parameters: DMatrix<f64>,

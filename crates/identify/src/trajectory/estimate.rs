@@ -36,16 +36,17 @@ pub(super) struct Problem<'a> {
     segments: Vec<Segment>,
     weights: Weights,
     parameters: Parameters,
-    /// Derivatives of the residuals of the dynamics by the motion that was smoothed alone, for each
-    /// bin of each segment.
+    /// Derivatives of the predictions of the dynamics, in units of their noise, by the motion that
+    /// was smoothed alone, for each bin of each segment.
     by_motion: Vec<Vec<DMatrix<f64>>>,
     /// Largest ratio of what the splines leave of a channel to its noise.
     pub(super) unfollowed: f64,
 }
 
 /// What one pass knows of the parameters.
-struct Pass {
-    inverse: Matrix,
+pub(super) struct Pass {
+    /// Covariance of the parameters for white noise.
+    pub(super) inverse: Matrix,
     /// Change of the parameters.
     step: Parameters,
     /// For each segment: what each parameter changes in the coefficients, and last what the
@@ -75,7 +76,10 @@ impl<'a> Problem<'a> {
         let mut by_motion = Vec::new();
         for segment in &segments {
             let bins = segment.bins.iter().enumerate();
-            let slopes = bins.map(|(k, bin)| dynamics.by_motion(&segment.at(k), bin, start));
+            let slopes = bins.map(|(k, bin)| {
+                let slopes = dynamics.by_motion(&segment.at(k), bin, start);
+                slopes.map(|slopes| -(&of_dynamics * slopes))
+            });
             by_motion.push(slopes.collect::<Result<_, _>>().ok()?);
         }
         Some(Self {
@@ -92,14 +96,9 @@ impl<'a> Problem<'a> {
         })
     }
 
-    /// Returns the covariance of the parameters for white noise, by the first pass.
-    pub(super) fn forecast(&mut self) -> Option<Matrix> {
-        self.pass().map(|pass| pass.inverse)
-    }
-
-    /// Returns motion and parameters; `None` where the measurements do not determine them.
-    pub(super) fn solve(mut self) -> Option<Estimate> {
-        let mut pass = self.pass()?;
+    /// Returns motion and parameters from a first pass; `None` where the measurements do not
+    /// determine them.
+    pub(super) fn solve(mut self, mut pass: Pass) -> Option<Estimate> {
         for _ in 0..MAX_PASSES {
             self.parameters += pass.step;
             for (segment, changes) in self.segments.iter_mut().zip(&pass.changes) {
@@ -128,18 +127,19 @@ impl<'a> Problem<'a> {
             .dynamics
             .linearised(&at, measured, &self.parameters, by_motion);
         let layout = self.bins.layout();
+        let (values, linearised) = (&measured.values, linearised.ok()?);
         Some(BinRows::new(
-            segment,
-            bin,
+            values,
             &at,
-            &linearised.ok()?,
+            &linearised,
             &self.weights,
             layout,
         ))
     }
 
-    /// Computes one pass from the present motion and parameters.
-    fn pass(&mut self) -> Option<Pass> {
+    /// Computes one pass from the present motion and parameters; `None` where the measurements do not
+    /// determine them.
+    pub(super) fn pass(&mut self) -> Option<Pass> {
         let mut normal = DMatrix::zeros(11, 11);
         let mut changes = Vec::new();
         for index in 0..self.segments.len() {
@@ -174,8 +174,8 @@ impl<'a> Problem<'a> {
                 let rows = self.rows(index, bin)?;
                 let rest = rows.rest(changes, &self.segments[index], bin);
                 scores.push(Parameters::from_column_slice(rest.score.as_slice()));
-                squares[0] += rest.of_motion.0;
-                counts[0] += rest.of_motion.1 as f64;
+                squares[0] += rest.of_motion.iter().map(|rest| rest * rest).sum::<f64>();
+                counts[0] += rest.of_motion.len() as f64;
                 for (residual, is_measured) in rest.of_dynamics.iter().zip(&are_measured) {
                     if *is_measured {
                         squares[1] += residual * residual;

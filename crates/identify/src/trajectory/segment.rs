@@ -1,6 +1,6 @@
 //! A stretch of a recording with the splines of its motion.
 
-use nalgebra::{Isometry3, Quaternion, SMatrix, UnitQuaternion, Vector3, Vector4};
+use nalgebra::{DMatrix, Isometry3, Quaternion, SMatrix, UnitQuaternion, Vector3, Vector4};
 use tactid_dynamics::FrameMotion;
 
 use super::bins::{Bin, values_at_times};
@@ -10,8 +10,7 @@ use super::spline::{Basis, basis};
 pub(super) type Derivatives = [Vec<f64>; 3];
 
 /// Bins without a gap, and the coefficients of the splines of all coordinates: the joints, then
-/// those of the
-/// base: its position, and the quaternion x, y, z, w of its rotation.
+/// those of the base: its position, and the quaternion x, y, z, w of its rotation.
 #[derive(Clone, Debug)]
 pub(super) struct Segment {
     pub(super) bins: Vec<Bin>,
@@ -79,6 +78,37 @@ impl Segment {
             }
         }
         at
+    }
+
+    /// Returns what coefficients of the splines, in rows, change in the coordinates and their first
+    /// and second derivatives at a bin.
+    pub(super) fn state_of(&self, bin: usize, coefficients: &DMatrix<f64>) -> DMatrix<f64> {
+        let size = self.coordinates;
+        let mut state = DMatrix::zeros(3 * size, coefficients.ncols());
+        for (derivative, weights) in self.bases[bin].iter().enumerate() {
+            let mut place = state.rows_mut(derivative * size, size);
+            for (spline, weight) in weights.iter().enumerate() {
+                let first = (self.spans[bin] + spline) * size;
+                place += coefficients.rows(first, size) * *weight;
+            }
+        }
+        state
+    }
+
+    /// Returns the product of the transpose of [`state_of`](Self::state_of) with a matrix: that of
+    /// the splines that are not zero at the bin.
+    pub(super) fn by_coefficients(&self, bin: usize, by_state: &DMatrix<f64>) -> DMatrix<f64> {
+        let size = self.coordinates;
+        let mut product = DMatrix::zeros(self.order() * size, by_state.ncols());
+        for (from, mut to) in by_state.column_iter().zip(product.column_iter_mut()) {
+            for (derivative, weights) in self.bases[bin].iter().enumerate() {
+                let from = from.rows(derivative * size, size);
+                for (spline, weight) in weights.iter().enumerate() {
+                    to.rows_mut(spline * size, size).axpy(*weight, &from, 1.0);
+                }
+            }
+        }
+        product
     }
 }
 

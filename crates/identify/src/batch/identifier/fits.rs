@@ -46,6 +46,7 @@ impl BatchIdentifier {
         let causes = solution.explanation.as_ref();
         let causes = causes.map_or(&[][..], |found| &found.causes);
         let is_plain = fit.null_space.directions().is_empty()
+            && solution.channels.offsets == 0
             && solution.other_load.is_none()
             && causes.is_empty()
             && !(0..windows).any(|window| fit.is_outlier(window));
