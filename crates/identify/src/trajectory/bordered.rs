@@ -2,8 +2,8 @@
 
 use nalgebra::DMatrix;
 
-/// Cholesky factor of a banded, positive definite matrix, and what it does to a border of columns
-/// beside it. Cost: `n b²` for `n` unknowns with a half-bandwidth of `b`.
+/// A banded, positive definite matrix or its Cholesky factor, and a border of columns beside it.
+/// Cost of the factor: `n b²` for `n` unknowns with a half-bandwidth of `b`.
 #[derive(Clone, Debug)]
 pub(super) struct Bordered {
     /// Number of entries of a row of the lower triangle within the band, the diagonal among them.
@@ -33,28 +33,30 @@ impl Bordered {
         self.rows.len() / self.width
     }
 
-    /// Adds a dense symmetric block to the matrix, and `of_border` to the border, both from the
-    /// unknown `first` on.
-    pub(super) fn add(&mut self, first: usize, block: &DMatrix<f64>, of_border: &DMatrix<f64>) {
-        let size = block.nrows();
-        for i in 0..size {
+    /// Adds a dense symmetric block to the matrix, from the unknown `first` on.
+    pub(super) fn add(&mut self, first: usize, block: &DMatrix<f64>) {
+        for i in 0..block.nrows() {
             let last = (first + i + 1) * self.width;
             let row = &mut self.rows[last - i - 1..last];
             for (entry, of_block) in row.iter_mut().zip(block.column(i).iter()) {
                 *entry += of_block;
             }
-            let begin = (first + i) * self.columns;
-            let border = &mut self.border[begin..begin + self.columns];
-            for (k, entry) in border.iter_mut().enumerate() {
-                *entry += of_border[(i, k)];
+        }
+    }
+
+    /// Adds to the border, from the unknown `first` on.
+    pub(super) fn add_to_border(&mut self, first: usize, of_border: &DMatrix<f64>) {
+        let rows = self.border[first * self.columns..].chunks_exact_mut(self.columns);
+        for (row, of_border) in rows.zip(of_border.row_iter()) {
+            for (entry, of_border) in row.iter_mut().zip(of_border.iter()) {
+                *entry += of_border;
             }
         }
     }
 
-    /// Factors the matrix `A = L Lᵀ`, and replaces the border `G` by `L⁻¹ G`. `None` where the
-    /// matrix is not positive definite.
+    /// Factors the matrix `A = L Lᵀ`. `None` where it is not positive definite.
     pub(super) fn factor(&mut self) -> Option<()> {
-        let (width, columns) = (self.width, self.columns);
+        let width = self.width;
         for i in 0..self.unknowns() {
             let (before, row) = self.rows.split_at_mut(i * width);
             let row = &mut row[..width];
@@ -71,54 +73,47 @@ impl Bordered {
             if square.is_nan() || square <= row[width - 1] * f64::EPSILON {
                 return None;
             }
-            let diagonal = square.sqrt();
-            row[width - 1] = diagonal;
-            let (before, border) = self.border.split_at_mut(i * columns);
-            let border = &mut border[..columns];
-            for (at, entry) in row.iter().enumerate().take(width - 1).skip(skipped) {
-                let j = i + at + 1 - width;
-                let other = &before[j * columns..(j + 1) * columns];
-                for (own, other) in border.iter_mut().zip(other) {
-                    *own -= entry * other;
-                }
-            }
-            border.iter_mut().for_each(|own| *own /= diagonal);
+            row[width - 1] = square.sqrt();
         }
         Some(())
     }
 
-    /// Returns `Gᵀ A⁻¹ G` of a border that was [factored](Self::factor).
-    pub(super) fn explained(&self) -> DMatrix<f64> {
-        let columns = self.columns;
-        let mut products = DMatrix::zeros(columns, columns);
-        for row in self.border.chunks_exact(columns) {
-            for i in 0..columns {
-                for j in 0..columns {
-                    products[(i, j)] += row[i] * row[j];
+    /// Returns `Gᵀ A⁻¹ G` and, row by row, `A⁻¹ G` for the border `G` beside a matrix that was
+    /// [factored](Self::factor), and sets the border to zero.
+    pub(super) fn solve(&mut self) -> (DMatrix<f64>, Vec<f64>) {
+        let (width, columns) = (self.width, self.columns);
+        for i in 0..self.unknowns() {
+            let row = &self.rows[i * width..(i + 1) * width];
+            let (before, own) = self.border.split_at_mut(i * columns);
+            let own = &mut own[..columns];
+            let skipped = width.saturating_sub(i + 1);
+            let first = (i + skipped + 1 - width) * columns;
+            let others = before[first..].chunks_exact(columns);
+            for (entry, other) in row[skipped..width - 1].iter().zip(others) {
+                for (own, other) in own.iter_mut().zip(other) {
+                    *own -= entry * other;
                 }
             }
+            own.iter_mut().for_each(|own| *own /= row[width - 1]);
         }
-        products
-    }
-
-    /// Returns `A⁻¹ G`, row by row, of a border that was [factored](Self::factor).
-    pub(super) fn solution(mut self) -> Vec<f64> {
-        let (width, columns) = (self.width, self.columns);
+        let half = DMatrix::from_column_slice(columns, self.unknowns(), &self.border);
+        let explained = &half * half.transpose();
         for i in (0..self.unknowns()).rev() {
             let row = &self.rows[i * width..(i + 1) * width];
             let (before, own) = self.border.split_at_mut(i * columns);
             let own = &mut own[..columns];
             own.iter_mut().for_each(|entry| *entry /= row[width - 1]);
             let skipped = width.saturating_sub(i + 1);
-            for (at, entry) in row.iter().enumerate().take(width - 1).skip(skipped) {
-                let j = i + at + 1 - width;
-                let other = &mut before[j * columns..(j + 1) * columns];
+            let first = (i + skipped + 1 - width) * columns;
+            let others = before[first..].chunks_exact_mut(columns);
+            for (entry, other) in row[skipped..width - 1].iter().zip(others) {
                 for (other, own) in other.iter_mut().zip(own.iter()) {
                     *other -= entry * own;
                 }
             }
         }
-        self.border
+        let zeros = vec![0.0; self.border.len()];
+        (explained, std::mem::replace(&mut self.border, zeros))
     }
 }
 
@@ -161,7 +156,8 @@ mod tests {
             };
             let (rows, targets) = (draw(size), draw(columns));
             let (square, product) = (rows.transpose() * &rows, rows.transpose() * &targets);
-            system.add(step * block, &square, &product);
+            system.add(step * block, &square);
+            system.add_to_border(step * block, &product);
             let first = step * block;
             let mut place = dense.view_mut((first, first), (size, size));
             place += &square;
@@ -171,17 +167,22 @@ mod tests {
         let inverse = dense.try_inverse().expect("positive definite");
         let expected = &inverse * &border;
         system.factor().expect("positive definite");
-        let explained = border.transpose() * &expected;
-        assert!((system.explained() - &explained).amax() < 1e-10 * explained.amax());
-        let found = DMatrix::from_row_slice(unknowns, columns, &system.solution());
-        assert!((found - &expected).amax() < 1e-9 * expected.amax());
+        // The border of a second solution is another one.
+        for factor in [1.0, 2.0] {
+            let (explained, solution) = system.solve();
+            let products = border.transpose() * &expected * factor;
+            assert!((explained - &products * factor).amax() < 1e-10 * products.amax());
+            let found = DMatrix::from_row_slice(unknowns, columns, &solution);
+            assert!((found - &expected * factor).amax() < 1e-9 * expected.amax());
+            system.add_to_border(0, &(&border * 2.0));
+        }
     }
 
     /// A matrix that is not positive definite is refused.
     #[test]
     fn a_singular_matrix_has_no_factor() {
         let mut system = Bordered::zeros(2, 2, 1);
-        system.add(0, &DMatrix::repeat(2, 2, 1.0), &DMatrix::repeat(2, 1, 1.0));
+        system.add(0, &DMatrix::repeat(2, 2, 1.0));
         assert!(system.factor().is_none());
     }
 }

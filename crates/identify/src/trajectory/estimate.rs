@@ -39,6 +39,9 @@ pub(super) struct Problem<'a> {
     /// Derivatives of the predictions of the dynamics, in units of their noise, by the motion that
     /// was smoothed alone, for each bin of each segment.
     by_motion: Vec<Vec<DMatrix<f64>>>,
+    /// Factors of the normal equations of the coefficients of each segment, once there was a pass:
+    /// the motion that was smoothed alone is near enough for all passes.
+    factors: Vec<Bordered>,
     /// Largest ratio of what the splines leave of a channel to its noise.
     pub(super) unfollowed: f64,
 }
@@ -92,6 +95,7 @@ impl<'a> Problem<'a> {
             },
             parameters: *start,
             by_motion,
+            factors: Vec::new(),
             unfollowed,
         })
     }
@@ -110,7 +114,8 @@ impl<'a> Problem<'a> {
             }
             let moved = pass.step.dot(&(inverse(&pass.inverse)? * pass.step)).sqrt();
             pass = self.pass()?;
-            if moved < CONVERGED_ENOUGH {
+            // The next step is smaller by more than this factor.
+            if moved < CONVERGED_ENOUGH.sqrt() {
                 break;
             }
         }
@@ -145,14 +150,23 @@ impl<'a> Problem<'a> {
         for index in 0..self.segments.len() {
             let unknowns = self.segments[index].coefficients.len();
             let width = self.segments[index].coordinates * self.segments[index].order();
-            let mut system = Bordered::zeros(unknowns, width, 11);
+            let is_first = self.factors.len() == index;
+            if is_first {
+                self.factors.push(Bordered::zeros(unknowns, width, 11));
+            }
             for bin in 0..self.segments[index].bins.len() {
                 let rows = self.rows(index, bin)?;
-                rows.add_to(&mut system, &mut normal, &self.segments[index], bin);
+                let (segment, system) = (&self.segments[index], &mut self.factors[index]);
+                if is_first {
+                    rows.add_to(system, segment, bin);
+                }
+                rows.add_to_border(system, &mut normal, segment, bin);
             }
-            system.factor()?;
-            normal -= system.explained();
-            let solution = system.solution();
+            if is_first {
+                self.factors[index].factor()?;
+            }
+            let (explained, solution) = self.factors[index].solve();
+            normal -= explained;
             changes.push(DMatrix::from_row_slice(unknowns, 11, &solution));
         }
         let inverse = inverse(&normal.fixed_view::<10, 10>(0, 0).into_owned())?;
@@ -232,19 +246,21 @@ fn whitening(
         bins += count as f64;
     }
     let sources = dynamics.source_of();
-    let shrinking = 1.0 - (channels as f64 / f64::max(freedom, 1.0)).min(1.0);
+    // The inverse of a sample covariance is too large in the mean, by this number of channels of the
+    // source and one. With few bins, correlations are not known.
+    let taken = |i: usize| 1.0 + sources.iter().filter(|of| **of == sources[i]).count() as f64;
     let covariance = DMatrix::from_fn(channels, channels, |i, j| {
+        let is_known = freedom > 2.0 * taken(i);
+        if i != j && !(sources[i] == sources[j] && is_known) {
+            return 0.0;
+        }
         let of_pair = if are_measured[i] {
-            noise[(i, j)] / f64::max(freedom, 1.0)
+            noise[(i, j)] / (freedom - if is_known { taken(i) } else { 0.0 }).max(1.0)
         } else {
             SETTINGS.exact.powi(2) * unexplained[(i, j)] / bins
         };
         if i != j {
-            return if sources[i] == sources[j] {
-                shrinking * of_pair
-            } else {
-                0.0
-            };
+            return of_pair;
         }
         let least = SETTINGS.accuracy.powi(2) * sizes[i] / bins;
         of_pair + if are_measured[i] { least } else { 0.0 } + f64::MIN_POSITIVE.sqrt()

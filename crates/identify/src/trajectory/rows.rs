@@ -109,23 +109,26 @@ impl BinRows {
         self.by_parameters[(of_length, last)] = 0.5 * (1.0 - q.norm_squared());
     }
 
-    /// Adds the rows to the normal equations of the coefficients, and what they say of the
-    /// parameters and the targets alone to `direct`.
-    pub(super) fn add_to(
+    /// Adds what the rows say of the coefficients to the matrix of the normal equations.
+    pub(super) fn add_to(&self, system: &mut Bordered, segment: &Segment, bin: usize) {
+        let of_states = self.by_state.transpose() * &self.by_state;
+        let by_state = segment.by_coefficients(bin, &of_states).transpose();
+        let block = segment.by_coefficients(bin, &by_state);
+        system.add(segment.spans[bin] * segment.coordinates, &block);
+    }
+
+    /// Adds what the rows say of the coefficients beside the parameters and the targets to the
+    /// border of the normal equations, and what they say of these alone to `direct`.
+    pub(super) fn add_to_border(
         &self,
         system: &mut Bordered,
         direct: &mut DMatrix<f64>,
         segment: &Segment,
         bin: usize,
     ) {
-        let transposed = self.by_state.transpose();
-        let of_states = &transposed * &self.by_state;
-        let of_both = &transposed * &self.by_parameters;
-        let by_state = segment.by_coefficients(bin, &of_states).transpose();
-        let block = segment.by_coefficients(bin, &by_state);
+        let of_both = self.by_state.tr_mul(&self.by_parameters);
         let border = segment.by_coefficients(bin, &of_both);
-        let first = segment.spans[bin] * segment.coordinates;
-        system.add(first, &block, &border);
+        system.add_to_border(segment.spans[bin] * segment.coordinates, &border);
         direct.gemm_tr(1.0, &self.by_parameters, &self.by_parameters, 1.0);
     }
 

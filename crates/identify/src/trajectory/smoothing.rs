@@ -46,10 +46,11 @@ fn fit(
             block.gemm(weight, &splines, &splines.transpose(), 1.0);
             border.gemm(weight, &splines, &given.rows(bin, 1), 1.0);
         }
-        system.add(span, &block, &border);
+        system.add(span, &block);
+        system.add_to_border(span, &border);
     }
     system.factor()?;
-    let coefficients = system.solution();
+    let (_, coefficients) = system.solve();
     let rest = |kind: usize, given: &DMatrix<f64>| {
         DMatrix::from_fn(given.nrows(), columns, |bin, column| {
             let weights = segment.bases[bin][kind].iter().enumerate();
