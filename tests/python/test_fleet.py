@@ -23,6 +23,7 @@ from conftest import TactidCommand
 from tactid._fleet import rows as columns
 from tactid._fleet.ranges import coalesced
 from tactid._fleet.recordings import find
+from tactid._fleet.table import rows_at
 
 pytestmark = [
     # Threads and sockets of Dask that are closed while Python collects them.
@@ -232,9 +233,14 @@ def test_the_command_writes_tables_and_says_what_has_become_of_recordings(
 def test_without_dask_the_command_says_what_to_install(
     logs: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
+    out = tmp_path / "x.csv"
+    rows_at(out).close()
+    written = out.read_bytes() + b"an.mcap,,,3\n"
+    out.write_bytes(written)
     monkeypatch.setitem(sys.modules, "distributed", None)
     with pytest.raises(tactid.ArgumentError, match=r"pip install 'tactid\[fleet\]'"):
-        tactid.fleet(logs, out=tmp_path / "x.csv")
+        tactid.fleet(logs, out=out)
+    assert out.read_bytes() == written
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="signals of POSIX")

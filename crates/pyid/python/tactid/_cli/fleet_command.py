@@ -70,8 +70,9 @@ def identify_fleet(
     robots = [] if table is None else read_robots(table)
     with interruptible("no row was computed"), notes.status("listing"):
         given = option_flags.read(options, "log")
-        tasks = fleet.tasks_of(find(urls), given, robots, split=split)
-        rows = Counted(rows_at(out))
+        recordings = find(urls)
+        tasks = fleet.tasks_of(recordings, given, robots, split=split)
+        rows = Counted(rows_at(out, recordings))
     with (
         interruptible(f"{out} has the rows that are done"),
         progress("identifying", len(tasks)) as done,

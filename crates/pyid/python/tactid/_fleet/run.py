@@ -5,7 +5,7 @@ import json
 import os
 import time
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from contextlib import closing, contextmanager
+from contextlib import contextmanager
 from fnmatch import fnmatch
 from itertools import islice
 from pathlib import Path
@@ -95,8 +95,9 @@ def fleet(
     collected = collect(options, keywords, "log", own)
     given = [urls] if isinstance(urls, str | os.PathLike) else urls
     recordings = find(given)
-    table = rows_at(None if out is None else Path(out))
-    run(tasks_of(recordings, collected, robots, split=split), table, client, progress)
+    tasks = tasks_of(recordings, collected, robots, split=split)
+    table = rows_at(None if out is None else Path(out), recordings)
+    run(tasks, table, client, progress)
     return rows.rows_of(table.all(), recordings)
 
 
@@ -176,13 +177,17 @@ def run(
     before, total = len(tasks) - len(pending), len(tasks)
     if progress is not None:
         progress(before, total)
-    with closing(table):
+    is_whole = False
+    try:
         if pending:
             with _connected(client, len(pending)) as connection:
                 for done, found in enumerate(_computed(connection, pending), start=before + 1):
                     table.add(found)
                     if progress is not None:
                         progress(done, total)
+        is_whole = True
+    finally:
+        table.close(is_whole=is_whole)
     return before
 
 

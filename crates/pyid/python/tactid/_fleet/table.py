@@ -3,13 +3,18 @@
 import csv
 import io
 import json
+import os
+import sys
 import time
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from datetime import datetime
 from pathlib import Path
-from typing import Any, Protocol
+from typing import IO, Any, Protocol
 
 from tactid._base.errors import ArgumentError
 from tactid._base.files import atomic_path, write_atomically
+from tactid._base.output_files import check_outputs, replaced_outputs
+from tactid._fleet.recordings import Recording
 from tactid._fleet.rows import (
     COLUMNS,
     HEAD,
@@ -30,6 +35,10 @@ FLUSH_S = 10.0
 """Time after which rows are written in any case, s: what a killed run loses."""
 
 
+LOCK = ".tactid-lock"
+"""File of a folder that is locked while a run writes there; readers of data sets skip it."""
+
+
 class Rows(Protocol):
     """Where rows go."""
 
@@ -39,18 +48,29 @@ class Rows(Protocol):
     def add(self, rows: Sequence[Row]) -> None:
         """Adds the rows of a recording, in place of its earlier ones."""
 
-    def close(self) -> None:
-        """Writes what is not yet written."""
+    def close(self, *, is_whole: bool = True) -> None:
+        """Writes what is not yet written; a run that failed or was stopped is not whole."""
 
     def all(self) -> list[Row]:
         """Returns all rows, in any order."""
 
 
-def rows_at(out: Path | None) -> "Rows":
-    """Returns the table at a path: a CSV file, or else a folder of Parquet files."""
+def rows_at(out: Path | None, recordings: Iterable[Recording] = ()) -> "Rows":
+    """Returns the table at a path: a CSV file, or else a folder of Parquet files.
+
+    Raises:
+        ArgumentError: The path is that of a recording, or of what tactid has not written.
+    """
     if out is None:
         return MemoryRows()
-    return CsvRows(out) if out.suffix.lower() == ".csv" else ParquetRows(out)
+    if out.suffix.lower() != ".csv":
+        return ParquetRows(out)
+    target = Path(os.path.realpath(out))
+    places = {Path(os.path.realpath(each.address)) for each in recordings if not each.base}
+    same = places.intersection((target, *target.parents))
+    check_outputs({"the table": out}, {"the recording": next(iter(same), None)})
+    replaced_outputs({"the table": out})
+    return CsvRows(out)
 
 
 class MemoryRows:
@@ -67,7 +87,7 @@ class MemoryRows:
         """Adds the rows of a recording."""
         self.rows += rows
 
-    def close(self) -> None:
+    def close(self, *, is_whole: bool = True) -> None:
         """Does nothing."""
 
     def all(self) -> list[Row]:
@@ -82,8 +102,17 @@ class CsvRows(MemoryRows):
         super().__init__()
         self._path = path
 
-    def close(self) -> None:
-        """Writes the file, the rows in the order of their addresses."""
+    def close(self, *, is_whole: bool = True) -> None:
+        """Writes the file, the rows in the order of their addresses.
+
+        A run that is not whole leaves the rows of an earlier one that it has not replaced.
+        """
+        if not is_whole:
+            if not self.rows:
+                return
+            added = set(map(key_of, self.rows))
+            if self._path.is_file():
+                self.rows += [row for row in read_rows(self._path) if key_of(row) not in added]
         text = io.StringIO()
         writer = csv.writer(text, lineterminator="\n")
         names = [*HEAD, *COLUMNS]
@@ -112,6 +141,7 @@ class ParquetRows:
         self._written = time.monotonic()
         self._check()
         folder.mkdir(exist_ok=True)
+        self._lock = locked(folder)
         self._places: dict[Key, Path] = {}
         self._outdated: dict[Path, set[Key]] = {}
 
@@ -134,7 +164,7 @@ class ParquetRows:
                 metadata = self._parquet.read_schema(path).metadata or {}
                 if b"tactid" in metadata:
                     continue
-            if path.name.startswith(".tactid-"):  # of a run that was killed
+            if path.name.startswith(".tactid-"):  # the lock, or of a run that was killed
                 continue
             raise ArgumentError(
                 f"{self._folder} has {path.name}, which tactid has not written: give another name"
@@ -187,8 +217,12 @@ class ParquetRows:
         with atomic_path(path) as temporary:
             self._parquet.write_table(table, temporary, compression="zstd")
 
-    def close(self) -> None:
+    def close(self, *, is_whole: bool = True) -> None:  # noqa: ARG002 - rows of earlier runs stay
         """Writes what is not yet written, and takes out the rows that others replace."""
+        with self._lock:
+            self._write_all()
+
+    def _write_all(self) -> None:
         self._flush()
         for path, keys in self._outdated.items():
             table = self._parquet.read_table(path)
@@ -205,12 +239,42 @@ class ParquetRows:
         return read_rows(self._folder)
 
 
-def read_rows(out: Path, columns: Sequence[str] | None = None) -> list[Row]:
-    """Returns all rows of a table of Parquet, or some of their columns, in order of the addresses.
+def locked(folder: Path) -> IO[bytes]:
+    """Returns an open file of a folder, which locks the folder until it is closed.
+
+    The system unlocks it when the process ends, also where it is killed.
 
     Raises:
-        ArgumentError: There is no such table.
+        ArgumentError: Another process has locked the folder.
     """
+    file = (folder / LOCK).open("ab")
+    try:
+        if sys.platform == "win32":
+            import msvcrt
+
+            msvcrt.locking(file.fileno(), msvcrt.LK_NBLCK, 1)
+        else:
+            import fcntl
+
+            fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except (BlockingIOError, PermissionError):
+        file.close()
+        raise ArgumentError(
+            f"another run writes to {folder}: wait until it ends, or give another name"
+        ) from None
+    except OSError:  # a file system without locks
+        pass
+    return file
+
+
+def read_rows(out: Path, columns: Sequence[str] | None = None) -> list[Row]:
+    """Returns all rows of a table, or some of their columns, in order of the addresses.
+
+    Raises:
+        ArgumentError: There is no such table, or tactid has not written it.
+    """
+    if out.suffix.lower() == ".csv" and out.is_file():
+        return _read_csv(out)
     parquet = package("pyarrow.parquet", f"{out} is Parquet")
     files = sorted(out.glob("*.parquet")) if out.is_dir() else [out]
     if not files or not all(path.is_file() for path in files):
@@ -227,10 +291,51 @@ def read_rows(out: Path, columns: Sequence[str] | None = None) -> list[Row]:
 
 def _read(parquet: Any, path: Path, columns: Sequence[str] | None) -> list[Row]:
     """Reads the rows of a file, with the columns that it has: another version may have others."""
-    there = set(parquet.read_schema(path).names)
+    try:
+        schema = parquet.read_schema(path)
+    except ValueError:  # of Arrow, where it is no Parquet
+        schema = None
+    if schema is None or b"tactid" not in (schema.metadata or {}):
+        raise ArgumentError(f"{path} is no table that tactid fleet has written")
+    there = set(schema.names)
     chosen = None if columns is None else [name for name in columns if name in there]
     rows: list[Row] = parquet.read_table(path, columns=chosen).to_pylist()
     return rows
+
+
+def _read_csv(path: Path) -> list[Row]:
+    """Reads the rows of a CSV file, with the types of their columns.
+
+    Raises:
+        ArgumentError: It is none that tactid has written.
+    """
+    types = HEAD | COLUMNS
+    try:
+        with path.open(encoding="utf-8", newline="") as file:
+            lines = csv.DictReader(file)
+            if not {"address", "options_sha256"} <= set(lines.fieldnames or ()):
+                raise ValueError
+            return [
+                {name: _typed(text, types.get(name)) for name, text in line.items()}
+                for line in lines
+            ]
+    except (ValueError, TypeError, csv.Error):
+        raise ArgumentError(f"{path} is no table that tactid fleet has written") from None
+
+
+def _typed(text: str, kind: Any) -> Any:
+    """Returns the value of a cell of CSV: see :func:`_cell`."""
+    if not text:
+        return None
+    if isinstance(kind, list | Mapping):
+        return json.loads(text)
+    words: dict[str, Callable[[str], Any]] = {
+        "number": float,
+        "integer": int,
+        "boolean": "True".__eq__,
+        "time": datetime.fromisoformat,
+    }
+    return words[kind](text) if kind in words else text
 
 
 def new_or_changed(tasks: Iterable[Task], stored: Mapping[Key, tuple[Any, ...]]) -> list[Task]:
