@@ -38,6 +38,8 @@ class Store:
     objects: dict[str, bytes] = field(default_factory=dict)
     fault: Fault = lambda _: None
     requests: Counter[str] = field(default_factory=Counter)
+    is_azure: bool = False
+    """Whether the tags of a list have no quotes, as those of Azure."""
     sent: Counter[str] = field(default_factory=Counter)
     """Bytes that were sent of each object."""
 
@@ -63,6 +65,9 @@ def serving() -> Iterator[Store]:
     """Serves a bucket while the block runs."""
     store = Store()
 
+    def listed_tag(content: bytes) -> str:
+        return tag_of(content).strip('"') if store.is_azure else tag_of(content)
+
     class Handler(BaseHTTPRequestHandler):
         protocol_version = "HTTP/1.1"
 
@@ -82,7 +87,7 @@ def serving() -> Iterator[Store]:
         def _list(self, prefix: str) -> None:
             entries = "".join(
                 f"<Contents><Key>{escape(key)}</Key><LastModified>2026-01-01T00:00:00.000Z"
-                f"</LastModified><ETag>{escape(tag_of(content))}</ETag><Size>{len(content)}</Size>"
+                f"</LastModified><ETag>{escape(listed_tag(content))}</ETag><Size>{len(content)}</Size>"
                 "<StorageClass>STANDARD</StorageClass></Contents>"
                 for key, content in sorted(store.objects.items())
                 if key.startswith(prefix)

@@ -15,7 +15,9 @@ from mcap.writer import CompressionType, Writer
 
 import object_store
 import tactid
+import test_foreign_logs
 from object_store import Request, Store
+from recorded_arm import ur5e
 from tactid._fleet import ranges, run, stores, work
 from tactid._fleet.recordings import find
 from test_fleet import write_data_set
@@ -86,13 +88,15 @@ def _flush(writer: Writer) -> None:
 
 
 def test_an_object_has_the_row_of_its_file(store: Store, log: Path) -> None:
-    store.objects = {"runs/a.mcap": log.read_bytes(), "runs/notes.md": b"no log"}
-    (row,) = rows_of("s3://fleet/runs")
+    """Also where the tags of a list have no quotes, as those of Azure."""
+    store.objects = {"runs?/a#1 ü%20.mcap": log.read_bytes(), "runs?/notes.md": b"no log"}
+    (row,) = rows_of("s3://fleet/runs?")
     (local,) = rows_of(str(log))
-    assert row["address"] == "s3://fleet/runs/a.mcap"
+    assert row["address"] == "s3://fleet/runs?/a#1 ü%20.mcap"
     assert row["outcome"] == "identified"
     assert of_the_payload(row) == of_the_payload(local)
-    (one,) = rows_of("s3://fleet/runs/a.mcap")
+    store.is_azure = True
+    (one,) = rows_of("s3://fleet/runs?/a#1 ü%20.mcap")
     (matching,) = rows_of("s3://fleet/ru*/*.mcap")
     assert of_the_payload(one) == of_the_payload(matching) == of_the_payload(local)
 
@@ -172,6 +176,15 @@ def test_an_object_without_index_is_read_once(store: Store, log: Path) -> None:
     assert row["damage"]
     assert store.sent["killed.mcap"] <= 1.1 * len(cut)
     assert store.requests["killed.mcap"] <= 20
+
+
+@pytest.mark.parametrize("form", ["ros1", "json"])
+def test_messages_that_are_not_cdr_are_converted(store: Store, tmp_path: Path, form: str) -> None:
+    path = test_foreign_logs.FORMS[form](tmp_path)
+    store.objects = {path.name: path.read_bytes()}
+    (row,) = rows_of(f"s3://fleet/{path.name}", urdf=ur5e(), cutoff_hz=5.0)
+    assert row["outcome"] == "identified"
+    assert row["bytes_read"] > row["size"]
 
 
 def test_bags_are_downloaded_as_a_whole(store: Store, log: Path, tmp_path: Path) -> None:

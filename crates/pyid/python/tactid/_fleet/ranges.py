@@ -78,6 +78,8 @@ class Ranges:
         """Returns bytes from an offset on, fewer at the end of the object."""
         end = min(at_byte + length, self._size)
         if self._missing((at_byte, end)):
+            if self.failure is not None:
+                raise self.failure  # the native reader asks again and again
             try:
                 self._fetch_all(self._needed((at_byte, end)))
             except Exception as error:

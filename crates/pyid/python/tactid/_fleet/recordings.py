@@ -8,6 +8,7 @@ from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
 from fnmatch import fnmatch
 from pathlib import Path
+from urllib.parse import unquote
 
 from tactid._base.errors import ArgumentError
 from tactid._fleet import stores
@@ -125,6 +126,8 @@ def _whole(objects: Sequence[Object]) -> tuple[int, str]:
 def _in_store(url: str) -> Iterator[Recording]:
     stores.check_address(url)
     folder, _, name = url.rpartition("/")
+    # A store has names, a web server addresses, whose special characters are percent signs.
+    name = unquote(name) if url.startswith("http") else name
     if "*" not in url and name.endswith((*LOGS, *TABLES, ".txt")):
         one = stores.found(folder, name)
         if one is None:

@@ -5,6 +5,7 @@ nested keys, such as ``estimate.values.com.x``, and the type of its schema.
 """
 
 import json
+import re
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from datetime import datetime, timezone
@@ -23,8 +24,8 @@ Outcome = Literal[
     "identified", "contradicted", "undetermined", "refused", "unreachable", "internal error"
 ]
 """What has become of a recording: a payload; one that the data contradict; a motion that determines
-no value; an option, a file or a recording that is wrong; a store or a worker that failed, which the
-next run tries again; a fault of tactid."""
+no value; an option, a file or a recording that is wrong; a store, a file or a worker that failed,
+which the next run tries again; a fault of tactid."""
 
 EXIT_CODES: dict[Outcome, int] = {
     "identified": 0,
@@ -155,10 +156,15 @@ def outcome_of(result: Identification) -> Outcome:
     return "identified" if any(result.estimate.identifiable) else "undetermined"
 
 
+PASSING = re.compile(r"\(os error \d+\)|there is no such file")
+"""What an error says where the system, not the content of a file, is the reason."""
+
+
 def of_error(error: BaseException) -> Row:
     """Returns the columns of a recording that has no result."""
     if isinstance(error, TactidError) and not isinstance(error, InternalError):
-        return {"outcome": "refused", "error": _line(error.worded("command-line"))}
+        text = _line(error.worded("command-line"))
+        return {"outcome": "unreachable" if PASSING.search(text) else "refused", "error": text}
     if isinstance(error, OSError):
         return {"outcome": "unreachable", "error": _line(str(error))}
     name = type(error).__name__

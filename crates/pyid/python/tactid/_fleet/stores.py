@@ -13,7 +13,7 @@ from collections.abc import Iterator
 from datetime import timedelta
 from pathlib import Path
 from typing import Any, NamedTuple
-from urllib.parse import urlsplit
+from urllib.parse import quote
 
 from tactid._base.errors import ArgumentError
 from tactid._read.packages import package
@@ -54,12 +54,15 @@ def check_address(url: str) -> None:
     Raises:
         ArgumentError: It is of another kind, or contains a user, a password or a signature.
     """
-    parts = urlsplit(url)
-    shown = f"{parts.scheme}://{parts.netloc.rpartition('@')[2]}{parts.path}"
-    if parts.scheme not in SCHEMES:
+    # A name may contain `#`, and a pattern `?`.
+    before, _, query = url.partition("?")
+    scheme, _, rest = before.partition("://")
+    user, _, host = rest.partition("/")[0].rpartition("@")
+    shown = f"{scheme}://{host}{rest[rest.index('/') :] if '/' in rest else ''}"
+    if scheme not in SCHEMES:
         schemes = ", ".join(f"{each}://" for each in SCHEMES[:-1])
         raise ArgumentError(f"{shown}: expected a path, or an address with {schemes}")
-    if "@" in parts.netloc or (parts.query and "*" not in url):
+    if user or "=" in query or (query and scheme.startswith("http")):
         raise ArgumentError(
             f"{shown} is given with a user, a password or a query: credentials come from the"
             " environment or from the usual files, because an address stands in the table"
@@ -116,6 +119,11 @@ def read(base: str, of: Object, start: int, end: int) -> bytes:
         except (StoreError, FileNotFoundError, PermissionError) as error:
             raise _failure(address, error) from None
         except Exception as error:
+            if type(error).__name__ == "NotSupportedError":
+                raise ArgumentError(
+                    f"{address} is on a server that does not send ranges of bytes: download it,"
+                    " and give the path of the file"
+                ) from None
             failure = _failure(address, error)
             continue
         if len(body) == end - start:
@@ -159,8 +167,9 @@ _REASONS = {
 
 
 def _object(meta: Any) -> Object:
-    tag = meta["e_tag"] or meta["last_modified"].isoformat()
-    return Object(meta["path"], int(meta["size"]), str(tag))
+    # Azure lists tags without the quotes with which it answers reads.
+    tag = str(meta["e_tag"] or meta["last_modified"].isoformat()).strip('"')
+    return Object(meta["path"], int(meta["size"]), tag)
 
 
 @functools.lru_cache(maxsize=64)
@@ -171,6 +180,8 @@ def _store(base: str, most_retries: int = 8) -> Any:
     client = {"timeout": "60s", "allow_http": base.startswith("http://") or _may_be_plain()}
     if base.startswith("http"):
         return store.HTTPStore.from_url(base, client_options=client, retry_config=retries)
+    scheme, _, path = base.partition("://")
+    base = f"{scheme}://{quote(path)}"  # a name may contain `?` and `#`
     config = _aws_files() if base.startswith("s3") else {}
     return store.from_url(base, config=config, client_options=client, retry_config=retries)
 
@@ -186,9 +197,10 @@ def _aws_files() -> dict[str, str]:
     if "AWS_ACCESS_KEY_ID" in os.environ:
         return {}
     profile, home = os.environ.get("AWS_PROFILE", "default"), Path("~/.aws").expanduser()
+    has_region = "AWS_REGION" in os.environ or "AWS_DEFAULT_REGION" in os.environ
     found: dict[str, str] = {}
     for variable, name, section, keys in (
-        ("AWS_CONFIG_FILE", "config", f"profile {profile}", ("region",)),
+        ("AWS_CONFIG_FILE", "config", f"profile {profile}", () if has_region else ("region",)),
         (
             "AWS_SHARED_CREDENTIALS_FILE",
             "credentials",

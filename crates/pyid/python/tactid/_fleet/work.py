@@ -2,7 +2,6 @@
 
 import functools
 import os
-import shutil
 import tempfile
 import threading
 import time
@@ -12,6 +11,7 @@ from contextlib import closing, contextmanager
 from dataclasses import replace
 from datetime import datetime, timezone
 from pathlib import Path
+from shutil import disk_usage
 from typing import Any
 
 from tactid import _native
@@ -33,13 +33,23 @@ BLOCK = 1 << 24
 """Bytes of a request of a download."""
 
 
+NOT_CDR = 'only "cdr" can be decoded'
+"""What an error says of messages in JSON or of ROS 1, which are converted from a file alone."""
+
+
 def identify_recording(task: Task) -> list[Row]:
     """Returns the row of a recording, or of each of its segments, whatever happens to it."""
     begun = time.monotonic()
     read = {"requests": 0, "bytes_read": 0}
     try:
-        with _available(task.recording, read) as source:
-            found = _identified(source, task)
+        try:
+            with _available(task.recording, read) as source:
+                found = _identified(source, task)
+        except TactidError as error:
+            if not task.recording.base or NOT_CDR not in error.message:
+                raise
+            with _available(task.recording, read, is_whole=True) as source:
+                found = _identified(source, task)
     except Exception as error:
         found = [task.head() | rows.of_error(error)]
     end = {"finished": datetime.now(timezone.utc), "seconds": time.monotonic() - begun}
@@ -98,8 +108,13 @@ def _worded(source: Any, task: Task) -> Iterator[None]:
 
 
 @contextmanager
-def _available(recording: Recording, read: dict[str, int]) -> Iterator[Any]:
-    """Yields what is read of a recording: its path, ranges, or the path of a temporary copy."""
+def _available(
+    recording: Recording, read: dict[str, int], *, is_whole: bool = False
+) -> Iterator[Any]:
+    """Yields what is read of a recording: its path, ranges, or the path of a temporary copy.
+
+    Of what is read as a whole there are no ranges.
+    """
     logs = [each for each in recording.objects if not each.name.endswith(".yaml")]
     if recording.experiment is not None:
         with tempfile.TemporaryDirectory(prefix="tactid-") as folder:
@@ -109,7 +124,7 @@ def _available(recording: Recording, read: dict[str, int]) -> Iterator[Any]:
             yield log
     elif not recording.base:
         yield Path(recording.address)
-    elif len(logs) == 1 and logs[0].name.endswith(".mcap"):
+    elif not is_whole and len(logs) == 1 and logs[0].name.endswith(".mcap"):
 
         def fetch(start: int, end: int) -> bytes:
             return stores.read(recording.base, logs[0], start, end)
@@ -155,13 +170,19 @@ def _downloaded(recording: Recording, folder: Path, read: dict[str, int]) -> Pat
     """Downloads the objects of a recording; returns the path of the file, or of their folder.
 
     Raises:
-        IdentificationError: They are larger than the folder of temporary files may become.
+        IdentificationError: They are larger than what is downloaded.
+        OSError: The folder of temporary files of this worker has no room for them.
     """
-    free = shutil.disk_usage(folder).free // 2
-    if recording.size > min(MOST_DOWNLOADED, free):
+    if recording.size > MOST_DOWNLOADED:
         raise IdentificationError(
             f"{recording.address} has {recording.size / 1e9:.1f} GB, and a recording that is no"
-            f" single MCAP file is downloaded up to {min(MOST_DOWNLOADED, free) / 1e9:.1f} GB"
+            f" single MCAP file is downloaded up to {MOST_DOWNLOADED / 1e9:.1f} GB"
+        )
+    free = disk_usage(folder).free // 2
+    if recording.size > free:
+        raise OSError(
+            f"{recording.address} has {recording.size / 1e9:.1f} GB, and the folder of temporary"
+            f" files of the worker has room for {free / 1e9:.1f} GB: set TMPDIR"
         )
     root = folder / (recording.address.rpartition("/")[2] or "recording")
     below = recording.address.removeprefix(recording.base).strip("/")
