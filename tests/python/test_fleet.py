@@ -21,9 +21,10 @@ from pyarrow import parquet
 import tactid
 from conftest import TactidCommand
 from tactid._fleet import rows as columns
+from tactid._fleet import run
 from tactid._fleet.ranges import coalesced
 from tactid._fleet.recordings import find
-from tactid._fleet.table import rows_at
+from tactid._fleet.table import new_or_changed, rows_at
 
 pytestmark = [
     # Threads and sockets of Dask that are closed while Python collects them.
@@ -176,8 +177,71 @@ def test_addresses_are_patterns_lists_and_bags(log: Path, tmp_path: Path) -> Non
     each = find([f"{tmp_path}/**/*.mcap"])
     assert [Path(one.address).name for one in each] == ["one_0.mcap", "one_1.mcap"]
     listed = tmp_path / "list.txt"
-    listed.write_text(f"{bag / 'one_0.mcap'}  # the first\n\n{bag / 'one_0.mcap'}\n{bag}\n")
-    assert [one.address for one in find([listed])] == [str(bag / "one_0.mcap"), str(bag)]
+    shutil.copy(log, bag / "a#1.mcap")
+    listed.write_text(
+        f"# comment\n{bag / 'a#1.mcap'}  # the first\n\n{bag / 'a#1.mcap'} # again\n{bag}\n"
+    )
+    assert [one.address for one in find([listed])] == [str(bag / "a#1.mcap"), str(bag)]
+    for content, words in (
+        (f"{listed}\n".encode(), "names the list"),
+        ("Größe.mcap\n".encode("latin-1"), "is not UTF-8"),
+    ):
+        listed.write_bytes(content)
+        with pytest.raises(tactid.ArgumentError, match=words):
+            find([listed])
+
+
+def test_a_path_is_absolute_however_it_is_typed(
+    logs: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    found = find(["logs", logs, "logs/*.mcap", "logs/arm1/../b.mcap"])
+    assert {each.address for each in found} == {
+        str(logs / name) for name in ("arm1/a.mcap", "b.mcap", "broken.mcap")
+    }
+    assert len(found) == 3
+    robots = [{"pattern": "logs/arm1/*", "robot": "left"}, {"pattern": "x*", "robot": "none"}]
+    assert run.without_recording(found, robots) == ["x*"]
+    names = {Path(task.head()["address"]).name: task.robot for task in tasks_of(found, robots)}
+    assert names == {"a.mcap": "left", "b.mcap": "", "broken.mcap": ""}
+    renamed = [{"pattern": "*/arm1/*", "robot": "right"}]
+    stored = {task.recording.key: task.state for task in tasks_of(found, robots)}
+    (changed,) = new_or_changed(tasks_of(found, renamed), stored)
+    assert changed.robot == "right"
+
+
+def tasks_of(found: list[Any], robots: list[dict[str, Any]]) -> list[Any]:
+    return run.tasks_of(found, tactid.Options(), robots)
+
+
+def test_a_folder_of_an_unloaded_recording_is_part_of_the_state(log: Path, tmp_path: Path) -> None:
+    bag = tmp_path / "bag"
+    bag.mkdir()
+    shutil.copy(log, bag / "bag_0.mcap")
+    options = tactid.Options(unloaded=bag)
+    (before,) = run.tasks_of(find([log]), options)
+    (same,) = run.tasks_of(find([log]), options)
+    (bag / "bag_0.mcap").write_bytes(b"another")
+    (after,) = run.tasks_of(find([log]), options)
+    assert before.state == same.state != after.state
+
+
+def test_many_episodes_are_listed_fast_and_not_without_bound(tmp_path: Path) -> None:
+    """Files that are an episode each are indexed once, not searched for each episode."""
+    folder = tmp_path / "set"
+    (folder / "meta").mkdir(parents=True)
+    (folder / "data").mkdir()
+    info = folder / "meta" / "info.json"
+    for episode in range(1000):
+        (folder / "data" / f"episode_{episode:06d}.parquet").write_bytes(b"x" * (episode + 1))
+    info.write_text('{"total_episodes": 1000}')
+    begun = time.process_time()
+    found = find([folder])
+    assert time.process_time() - begun < 0.5
+    assert [one.size - info.stat().st_size for one in found] == list(range(1, 1001))
+    info.write_text('{"total_episodes": 1000000000000}')
+    with pytest.raises(tactid.ArgumentError, match="expected at most"):
+        find([folder])
 
 
 def test_a_data_set_has_a_row_for_each_episode(

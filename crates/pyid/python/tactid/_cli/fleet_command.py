@@ -73,6 +73,8 @@ def identify_fleet(
         recordings = find(urls)
         tasks = fleet.tasks_of(recordings, given, robots, split=split)
         rows = Counted(rows_at(out, recordings))
+    for pattern in fleet.without_recording(recordings, robots):
+        notes.print(f"{pattern} of --table matches no recording.", markup=False)
     with (
         interruptible(f"{out} has the rows that are done"),
         progress("identifying", len(tasks)) as done,

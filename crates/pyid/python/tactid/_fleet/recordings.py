@@ -4,6 +4,7 @@ import glob
 import hashlib
 import json
 import os
+import re
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
 from fnmatch import fnmatch
@@ -20,6 +21,9 @@ LOGS = (".mcap", ".db3", ".mcap.zstd", ".db3.zstd", ".bag")
 
 TABLES = (".csv", ".npz", ".parquet")
 """Ends of the names of tables, which are read where an address names them."""
+
+MOST_EPISODES = 1 << 20
+"""Episodes of a data set: the largest public ones have some hundred thousand."""
 
 
 @dataclass(frozen=True)
@@ -47,8 +51,12 @@ class Recording:
         return self.address, -1 if self.episode is None else self.episode
 
 
-def find(urls: Iterable[str | os.PathLike[str]]) -> list[Recording]:
+def find(urls: Iterable[str | os.PathLike[str]], within: str = "") -> list[Recording]:
     """Returns the recordings that paths and addresses stand for, each once, in order.
+
+    Args:
+        urls: The paths and addresses.
+        within: The list that they are from.
 
     Raises:
         ArgumentError: There is nothing at an address, or it is of an unknown kind.
@@ -57,10 +65,11 @@ def find(urls: Iterable[str | os.PathLike[str]]) -> list[Recording]:
     found: dict[tuple[str, int], Recording] = {}
     for url in urls:
         text = os.fspath(url)
-        before = len(found)
+        if within and text.endswith(".txt"):
+            raise ArgumentError(f"{within} names the list {text}: expected recordings or folders")
         each = list(_in_store(text) if is_address(text) else _at_path(text))
         found |= {recording.key: recording for recording in each}
-        if not each and len(found) == before:
+        if not each:
             raise ArgumentError(
                 f"{text} has no recording: expected logs ({', '.join(LOGS)}), or a folder, a"
                 " pattern, a data set of LeRobot or a .txt file with addresses of some"
@@ -68,19 +77,32 @@ def find(urls: Iterable[str | os.PathLike[str]]) -> list[Recording]:
     return list(found.values())
 
 
+def _of_list(text: str, content: bytes) -> list[Recording]:
+    """Returns the recordings that a list names: a path or an address a line, and comments.
+
+    A comment begins a line with ``#``, or follows a space, because names may contain the sign.
+    """
+    try:
+        lines = content.decode("utf-8-sig").splitlines()
+    except UnicodeError:
+        raise ArgumentError(f"{text} is not UTF-8: expected a path or an address a line") from None
+    return find(filter(None, (re.split(r"(?:^|\s)#", line)[0].strip() for line in lines)), text)
+
+
 def _at_path(text: str) -> Iterator[Recording]:
-    path = Path(text)
+    # A worker may be in another folder.
+    path = Path(os.path.abspath(text))
     if not path.exists():
         matches = sorted(glob.glob(text, recursive=True))
         if not matches:
             raise ArgumentError(f"there is no file or folder {text}")
         for match in matches:
-            yield from _at_path(match) if Path(match).is_dir() else _files([Path(match)])
+            is_folder = os.path.isdir(match)
+            yield from _at_path(match) if is_folder else _files([Path(os.path.abspath(match))])
     elif path.is_dir():
         yield from _in_folder(path)
     elif path.suffix == ".txt":
-        lines = (line.partition("#")[0].strip() for line in path.read_text("utf-8").splitlines())
-        yield from find(filter(None, lines))
+        yield from _of_list(text, path.read_bytes())
     else:
         yield from _files([path])
 
@@ -115,6 +137,12 @@ def _statuses(paths: Iterable[Path]) -> list[Object]:
     return [Object(str(path), each.st_size, str(each.st_mtime_ns)) for path, each in found]
 
 
+def state_of_folder(folder: Path) -> str:
+    """Returns what changes where a file of a folder changes: a hash of names, sizes and times."""
+    files = sorted(path for path in folder.rglob("*") if path.is_file())
+    return _whole(_statuses(files))[1] if files else ""
+
+
 def _whole(objects: Sequence[Object]) -> tuple[int, str]:
     """Returns size and tag of a recording of some files."""
     if len(objects) == 1:
@@ -133,8 +161,7 @@ def _in_store(url: str) -> Iterator[Recording]:
         if one is None:
             raise ArgumentError(f"there is no object {url}")
         if name.endswith(".txt"):
-            text = stores.read(folder, one, 0, one.size).decode()
-            yield from find(filter(None, map(str.strip, text.splitlines())))
+            yield from _of_list(url, stores.read(folder, one, 0, one.size))
         else:
             yield Recording(url, one.size, one.tag, base=folder, objects=[one])
         return
@@ -192,8 +219,18 @@ def _episodes(
         raise ArgumentError(
             f"{address}/{lerobot.INFO} has no `total_episodes`: how many episodes there are"
         ) from None
+    if total > MOST_EPISODES:
+        raise ArgumentError(
+            f"{address}/{lerobot.INFO} has {total} episodes: expected at most {MOST_EPISODES}"
+        )
+    by_episode: dict[int, list[Object]] = {}
+    for each in objects:
+        if named := re.search(r"episode_(\d{6,})\.", each.name):
+            by_episode.setdefault(int(named[1]), []).append(each)
+    info = [each for each in objects if each.name.endswith(lerobot.INFO.name)]
+    of_all = _whole(objects)
     for episode in range(total):
-        own = [each for each in objects if f"episode_{episode:06d}." in each.name]
-        info = [each for each in objects if each.name.endswith(lerobot.INFO.name)]
+        own = by_episode.get(episode)
         files = [*info, *own] if own else objects
-        yield Recording(address, *_whole(files), episode, base, files if base else ())
+        state = _whole(files) if own else of_all
+        yield Recording(address, *state, episode, base, files if base else ())

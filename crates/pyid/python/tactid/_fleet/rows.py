@@ -105,7 +105,7 @@ class Task:
         return None if given is None else [float(each) for each in given]
 
 
-STATE = ("size", "tag", "options_sha256", "version")
+STATE = ("robot", "size", "tag", "options_sha256", "version")
 """Columns by which a recording is known to be new or changed."""
 
 HEAD = {

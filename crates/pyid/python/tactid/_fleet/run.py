@@ -1,5 +1,6 @@
 """The identification of many recordings on Dask, into one table."""
 
+import glob
 import hashlib
 import json
 import os
@@ -14,7 +15,7 @@ from typing import Any
 from tactid._base.errors import ArgumentError
 from tactid._base.files import is_urdf_text, sha256
 from tactid._fleet import rows
-from tactid._fleet.recordings import Recording, find
+from tactid._fleet.recordings import Recording, find, state_of_folder
 from tactid._fleet.rows import Row, Task
 from tactid._fleet.table import new_or_changed, rows_at
 from tactid._fleet.work import identify_recording
@@ -127,11 +128,29 @@ def tasks_of(
     for recording in recordings:
         (chosen, digest), robot = default, ""
         for entry, of_robot in prepared:
-            if fnmatch(recording.address, str(entry["pattern"])):
+            if _matches(recording, entry):
                 (chosen, digest), robot = of_robot, str(entry.get("robot") or "")
                 break
         tasks.append(Task(recording, chosen, digest, robot, split, methods))
     return tasks
+
+
+def without_recording(
+    recordings: Sequence[Recording], robots: Sequence[Mapping[str, Any]]
+) -> list[str]:
+    """Returns the patterns of robots that match no recording."""
+    return [
+        str(entry["pattern"])
+        for entry in robots
+        if not any(_matches(each, entry) for each in recordings)
+    ]
+
+
+def _matches(recording: Recording, entry: Mapping[str, Any]) -> bool:
+    """Returns whether a pattern is that of a recording; that of a path may be a relative one."""
+    pattern = str(entry["pattern"])
+    patterns = (pattern, os.path.join(glob.escape(os.getcwd()), pattern))
+    return any(fnmatch(recording.address, each) for each in patterns)
 
 
 def _options(entry: Mapping[str, Any]) -> dict[str, Any]:
@@ -154,8 +173,12 @@ def _prepared(options: Options, besides: dict[str, Any]) -> tuple[Options, str]:
             raise ArgumentError(f"cannot read {options.urdf}: {reason}", option="urdf") from None
     said: dict[str, Any] = options.plain() | besides
     for name, value in said.items():
-        if isinstance(value, str | os.PathLike) and name != "urdf" and Path(value).is_file():
+        if not isinstance(value, str | os.PathLike) or name == "urdf":
+            continue
+        if Path(value).is_file():
             said[name] = sha256(Path(value))
+        elif Path(value).is_dir():
+            said[name] = state_of_folder(Path(value))
     text = json.dumps(said, sort_keys=True, default=str)
     return options, hashlib.sha256(text.encode()).hexdigest()
 
