@@ -118,7 +118,10 @@ class Robot:
         return ((payload, a, b) for payload, a, b in pairs if a != b)
 
     def drift(self) -> list[tuple[str, float, float]]:
-        """Returns the slope of the sensor's offset by channel, per day, and its t-value."""
+        """Returns the slope of the sensor's offset by channel, per day, and its probability.
+
+        It is the probability that noise alone has such a slope.
+        """
         found = []
         times, offsets = self.offsets()
         days = (times - times.mean()) / SECONDS_A_DAY if len(times) else times
@@ -128,7 +131,8 @@ class Robot:
             slope = float(days @ values / (days @ days))
             residual = values - values.mean() - slope * days
             error = math.sqrt(float(residual @ residual) / (len(days) - 2) / float(days @ days))
-            found.append((name, slope, slope / error if error else math.inf))
+            ratio = slope / error if error else math.copysign(math.inf, slope)
+            found.append((name, slope, chance(ratio, len(days) - 2)))
         return found
 
     def offsets(self) -> tuple[Array, Array]:
@@ -268,17 +272,42 @@ def severity(row: Row) -> tuple[int, int, int, float]:
     return place, grades.count("contradicts"), grades.count("doubts"), width
 
 
-def disagreements(rows: Sequence[Row]) -> list[tuple[Row, float, float]]:
-    """Returns recordings whose mass is not the configured one, with difference and chi-square."""
+def disagreements(robots: Sequence[Robot]) -> list[tuple[Robot, Row, Array]]:
+    """Returns recordings whose payload is not the configured one, with all differences.
+
+    The covariance includes what varies between the recordings of the robot.
+    """
     found = []
-    for row in rows:
-        configured, payload = row.get("configured"), payload_of(row)
-        if configured and payload is not None:
-            difference = float(payload.values[0] - configured[0])
-            square = difference**2 / float(payload.covariance[0, 0])
-            if square > _largest(1):
-                found.append((row, difference, square))
-    return sorted(found, key=lambda each: -abs(each[1]))
+    for robot in robots:
+        for payload in robot.payloads:
+            configured = np.array(payload.row.get("configured") or [], dtype=float)
+            known = min(len(payload.values), len(configured))
+            if not known:
+                continue
+            difference = payload.values[:known] - configured[:known]
+            covariance = robot.scatter**2 * payload.covariance[:known, :known]
+            square = float(difference @ np.linalg.solve(covariance, difference))
+            if square > _largest(known):
+                found.append((square, (robot, payload.row, difference)))
+    return [each for _, each in sorted(found, key=lambda each: -each[0])]
+
+
+def chance(t_value: float, degrees: int) -> float:
+    """Returns the probability that Student's t-value is as large or larger, by either sign.
+
+    The finite series of Abramowitz and Stegun, 26.7.3 and 26.7.4, for whole degrees of freedom.
+    """
+    angle = math.atan(abs(t_value) / math.sqrt(degrees))
+    square = math.cos(angle) ** 2
+    is_odd = degrees % 2 == 1
+    term = total = math.cos(angle) if is_odd else 1.0
+    for k in range(3 if is_odd else 2, degrees - 1, 2):
+        term *= square * (k - 1) / k
+        total += term
+    inside = math.sin(angle) * total
+    if is_odd:
+        inside = 2.0 / math.pi * (angle + (inside if degrees > 1 else 0.0))
+    return max(0.0, 1.0 - inside)
 
 
 def kinds_of(rows: Sequence[Row]) -> list[tuple[str, str, int]]:

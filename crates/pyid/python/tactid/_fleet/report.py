@@ -25,8 +25,8 @@ MOST_ROBOTS = 12
 MOST_LINES = 100
 """Lines of a table; it says how many there are."""
 
-DRIFTING = 4.0
-"""Smallest t-value of a drift that is listed: noise alone reaches it in one of 10,000 channels."""
+DRIFTING = 1e-4
+"""Probability of a drift by noise alone below which it is listed: one in 10,000 channels."""
 
 PAYLOADS = """Mass of each recording over time with its 95 % interval. Recordings of one colour have
 equal payloads: their mass and centre of mass agree within their covariances and what varies between
@@ -62,7 +62,7 @@ def render(rows: Sequence[Row], figures: Figures) -> str:
     if with_offsets:
         drawn = figures.html("offsets", plots.offsets(with_offsets), OFFSETS)
         body += ["<h2>Drift of offsets</h2>", drawn, _drifts(robots)]
-    body += ["<h2>Configured payloads</h2>", _disagreements(rows)]
+    body += ["<h2>Configured payloads</h2>", _disagreements(rows, robots)]
     body += ["<h2>Findings</h2>", _table(("finding", "severity", "recordings"), kinds_of(rows))]
     body += ["<h2>Recordings to look at</h2>", _worst(rows)]
     return page.document(f"tactid: a fleet of {len(rows)} recordings", "\n".join(body))
@@ -149,30 +149,32 @@ def _begin(payload: Payload) -> float | None:
 
 def _drifts(robots: Sequence[Robot]) -> str:
     lines = [
-        (robot.name, name, slope, ratio)
+        (robot.name, name, slope, probability)
         for robot in robots
-        for name, slope, ratio in robot.drift()
-        if abs(ratio) > DRIFTING
+        for name, slope, probability in robot.drift()
+        if probability < DRIFTING
     ]
-    lines.sort(key=lambda line: -abs(line[3]))
-    heads = ("robot", "channel", "drift a day / N or N m", "ratio to its standard deviation")
+    lines.sort(key=lambda line: line[3])
+    heads = ("robot", "channel", "drift a day / N or N m", "probability by noise alone")
     return _table(heads, lines)
 
 
-def _disagreements(rows: Sequence[Row]) -> str:
+def _disagreements(rows: Sequence[Row], robots: Sequence[Robot]) -> str:
     if not any(row.get("configured") for row in rows):
         return "<p>No recording was identified with a configured payload.</p>"
     lines = [
         (
-            row["robot"],
+            robot.name,
             row["configured"][0],
             row["estimate.values.mass"],
-            difference,
+            float(difference[0]),
+            " ".join(f"{1e3 * each:.1f}" for each in difference[1:]),
             row["address"],
         )
-        for row, difference, _ in disagreements(rows)
+        for robot, row, difference in disagreements(robots)
     ]
-    heads = ("robot", "configured / kg", "identified / kg", "difference / kg", "recording")
+    heads = ["robot", "configured / kg", "identified / kg", "difference / kg"]
+    heads += ["of the centre of mass / mm", "recording"]
     return _table(heads, lines)
 
 
