@@ -95,7 +95,7 @@ def test_what_passes_is_tried_again(tmp_path: Path, monkeypatch: pytest.MonkeyPa
     assert rows.of_error(failing)["outcome"] == "unreachable"
     assert rows.of_error(tactid.LogError("x.mcap is no log"))["outcome"] == "refused"
     large = Recording("s3://b/x.db3", 10**9, "", base="s3://b")
-    monkeypatch.setattr(work, "disk_usage", lambda _: SimpleNamespace(free=1))
+    monkeypatch.setattr("shutil.disk_usage", lambda _: SimpleNamespace(free=1))
     with pytest.raises(OSError, match="has room for"):
         work._downloaded(large, tmp_path, {})
 

@@ -7,8 +7,11 @@ from typing import Any
 import pyarrow
 import pytest
 from pyarrow import parquet
+from typer.testing import CliRunner
 
 import tactid
+from tactid._cli import cli
+from tactid._fleet import run
 from tactid._fleet.table import read_rows, rows_at
 
 
@@ -95,3 +98,18 @@ def test_another_file_is_no_table(tmp_path: Path) -> None:
     for name in ("other.parquet", "torn.parquet", "other.csv"):
         with pytest.raises(tactid.ArgumentError, match=f"{name} is no table that tactid fleet"):
             read_rows(tmp_path / name)
+
+
+@pytest.mark.parametrize(("outcome", "code"), [("refused", 1), ("contradicted", 0)])
+def test_a_run_without_any_result_is_no_success(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, outcome: str, code: int
+) -> None:
+    def computed(tasks: list[Any], rows: Any, *_: object) -> int:
+        rows.add([{"outcome": outcome}] * len(tasks))
+        return 0
+
+    monkeypatch.setattr(run, "run", computed)
+    (tmp_path / "a.mcap").write_bytes(b"x")
+    out = tmp_path / "x.csv"
+    done = CliRunner().invoke(cli.app, ["fleet", str(tmp_path / "a.mcap"), "--out", str(out)])
+    assert done.exit_code == code, done.output

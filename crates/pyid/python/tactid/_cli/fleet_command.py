@@ -15,7 +15,7 @@ from tactid._cli.console import check_files, interruptible, notes, print_written
 from tactid._fleet import run as fleet
 from tactid._fleet.analysis import READ
 from tactid._fleet.recordings import find
-from tactid._fleet.rows import Row
+from tactid._fleet.rows import WITH_RESULT, Row
 from tactid._fleet.table import read_rows, rows_at
 from tactid._options.options import OPTIONS, options_for
 
@@ -80,13 +80,20 @@ def identify_fleet(
         progress("identifying", len(tasks)) as done,
     ):
         before = fleet.run(tasks, rows, scheduler, lambda count, _: done(count))
-    parts = [f"{count} {outcome}" for outcome, count in rows.outcomes.most_common()]
+    notes.print(_summary(len(tasks), rows.outcomes, before, split=split), markup=False)
+    notes.print(f"Wrote {out}.", markup=False)
+    if rows.outcomes and rows.outcomes.keys().isdisjoint(WITH_RESULT):
+        raise typer.Exit(1)
+
+
+def _summary(count: int, outcomes: Counter[str], before: int, *, split: bool) -> str:
+    """Says what has become of recordings, of which some had their rows before."""
+    parts = [f"{number} {outcome}" for outcome, number in outcomes.most_common()]
     if split and parts:
-        parts[0] = f"{counted(rows.outcomes.total(), 'segment')}, {parts[0]}"
+        parts[0] = f"{counted(outcomes.total(), 'segment')}, {parts[0]}"
     if before:
         parts.append(f"{before} with a row of an earlier run")
-    notes.print(f"{counted(len(tasks), 'recording')}: {', '.join(parts)}.", markup=False)
-    notes.print(f"Wrote {out}.", markup=False)
+    return f"{counted(count, 'recording')}: {', '.join(parts)}."
 
 
 class Counted:

@@ -101,7 +101,7 @@ class Ranges:
             return [(start, max(end, start + self._block))]
         chosen, total = [asked], 0
         for a, b in self._announced[place:]:
-            if chosen and total + b - a > AHEAD:
+            if total + b - a > AHEAD:
                 break
             chosen.append((a, max(b, a + READ_AHEAD)))
             total += b - a

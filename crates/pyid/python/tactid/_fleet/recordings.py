@@ -26,6 +26,15 @@ MOST_EPISODES = 1 << 20
 """Episodes of a data set: the largest public ones have some hundred thousand."""
 
 
+Key = tuple[str, int]
+"""What makes two rows those of one recording: address, and episode or -1."""
+
+
+def recording_key(address: str, episode: int | None) -> Key:
+    """Returns the key of a recording by its address and its episode."""
+    return address, -1 if episode is None else episode
+
+
 @dataclass(frozen=True)
 class Recording:
     """A recording as it is listed."""
@@ -46,9 +55,9 @@ class Recording:
     """The experiment, TOML, of a recording that is simulated; its seed is the episode."""
 
     @property
-    def key(self) -> tuple[str, int]:
-        """What makes two rows those of one recording: address, and episode or -1."""
-        return self.address, -1 if self.episode is None else self.episode
+    def key(self) -> Key:
+        """See :data:`Key`."""
+        return recording_key(self.address, self.episode)
 
 
 def find(urls: Iterable[str | os.PathLike[str]], within: str = "") -> list[Recording]:
@@ -62,7 +71,7 @@ def find(urls: Iterable[str | os.PathLike[str]], within: str = "") -> list[Recor
         ArgumentError: There is nothing at an address, or it is of an unknown kind.
         StoreError: A store cannot be reached.
     """
-    found: dict[tuple[str, int], Recording] = {}
+    found: dict[Key, Recording] = {}
     for url in urls:
         text = os.fspath(url)
         if within and text.endswith(".txt"):

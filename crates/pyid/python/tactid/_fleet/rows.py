@@ -15,7 +15,7 @@ from tactid._api.result import Identification
 from tactid._base.errors import InternalError, TactidError
 from tactid._base.values import PATHS
 from tactid._documents import findings_json, result_json
-from tactid._fleet.recordings import Recording
+from tactid._fleet.recordings import Key, Recording, recording_key
 from tactid._native import VERSION
 from tactid._options.options import Method, Options
 from tactid._results.records import SCHEMAS, of_ten, without_null
@@ -27,27 +27,16 @@ Outcome = Literal[
 no value; an option, a file or a recording that is wrong; a store, a file or a worker that failed,
 which the next run tries again; a fault of tactid."""
 
-EXIT_CODES: dict[Outcome, int] = {
-    "identified": 0,
-    "contradicted": 1,
-    "undetermined": 1,
-    "refused": 2,
-    "unreachable": 75,
-    "internal error": 70,
-}
-"""Exit code that ``tactid identify`` has for the recording; 75 stands for a failure that passes."""
+WITH_RESULT: tuple[Outcome, ...] = ("identified", "contradicted", "undetermined")
+"""Outcomes of recordings that have a result; of others the error says why there is none."""
 
 Row = dict[str, Any]
 """The values of a row by the names of their columns; those that are missing are null."""
 
 
-Key = tuple[str, int]
-"""What makes two rows those of one recording: address, and episode or -1."""
-
-
 def key_of(row: Mapping[str, Any]) -> Key:
     """Returns the key of a row: that of its recording."""
-    return row["address"], -1 if row["episode"] is None else row["episode"]
+    return recording_key(row["address"], row["episode"])
 
 
 def place_of(row: Mapping[str, Any]) -> tuple[Key, float]:

@@ -25,7 +25,7 @@ from tactid._read.descriptions import with_urdf
 from tactid._read.packages import package
 
 WINDOW = 16
-"""Recordings that the scheduler knows at once, at least, and for each four threads of workers."""
+"""Recordings that the scheduler knows at once; four for each thread of workers if that is more."""
 
 ATTEMPTS = 20
 """How often a recording is submitted whose scheduler loses the connection meanwhile."""

@@ -14,12 +14,11 @@ from typing import IO, Any, Protocol
 from tactid._base.errors import ArgumentError
 from tactid._base.files import atomic_path, write_atomically
 from tactid._base.output_files import check_outputs, replaced_outputs
-from tactid._fleet.recordings import Recording
+from tactid._fleet.recordings import Key, Recording
 from tactid._fleet.rows import (
     COLUMNS,
     HEAD,
     STATE,
-    Key,
     Row,
     Task,
     arrow_schema,
@@ -32,7 +31,7 @@ FLUSH_ROWS = 500
 """Rows that are written together."""
 
 FLUSH_S = 10.0
-"""Time after which rows are written in any case, s: what a killed run loses."""
+"""Time after which the next row is written with those before it, s, however few they are."""
 
 
 LOCK = ".tactid-lock"

@@ -2,6 +2,7 @@
 
 import functools
 import os
+import shutil
 import tempfile
 import threading
 import time
@@ -11,7 +12,6 @@ from contextlib import closing, contextmanager
 from dataclasses import replace
 from datetime import datetime, timezone
 from pathlib import Path
-from shutil import disk_usage
 from typing import Any
 
 from tactid import _native
@@ -178,7 +178,7 @@ def _downloaded(recording: Recording, folder: Path, read: dict[str, int]) -> Pat
             f"{recording.address} has {recording.size / 1e9:.1f} GB, and a recording that is no"
             f" single MCAP file is downloaded up to {MOST_DOWNLOADED / 1e9:.1f} GB"
         )
-    free = disk_usage(folder).free // 2
+    free = shutil.disk_usage(folder).free // 2
     if recording.size > free:
         raise OSError(
             f"{recording.address} has {recording.size / 1e9:.1f} GB, and the folder of temporary"
