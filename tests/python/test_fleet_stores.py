@@ -2,6 +2,7 @@
 
 import io
 import itertools
+import json
 import shutil
 from collections import Counter
 from collections.abc import Iterator, Sequence
@@ -10,6 +11,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+import zstandard
 from mcap.reader import make_reader
 from mcap.writer import CompressionType, Writer
 
@@ -190,16 +192,34 @@ def test_messages_that_are_not_cdr_are_converted(store: Store, tmp_path: Path, f
 def test_bags_are_downloaded_as_a_whole(store: Store, log: Path, tmp_path: Path) -> None:
     shutil.copy(log, tmp_path / "bag_0.mcap")
     store.objects = {
-        "x/bag/bag_0.mcap": log.read_bytes()[:100],
+        "x/bag/bag_0.mcap": log.read_bytes(),
         "x/bag/bag_1.mcap": log.read_bytes(),
-        "x/bag/metadata.yaml": b"",
+        "x/zip.mcap.zstd": zstandard.compress(log.read_bytes()),
+        "x/bag/metadata.yaml": json.dumps(
+            {
+                "rosbag2_bagfile_information": {
+                    "version": 5,
+                    "storage_identifier": "mcap",
+                    "relative_file_paths": ["bag_0.mcap", "bag_1.mcap"],
+                    "duration": {"nanoseconds": 0},
+                    "starting_time": {"nanoseconds_since_epoch": 0},
+                    "message_count": 0,
+                    "topics_with_message_count": [],
+                    "compression_format": "",
+                    "compression_mode": "",
+                }
+            }
+        ).encode(),
         "x/old.db3": b"SQLite format 3\0 but no more",
     }
-    bag, old = rows_of("s3://fleet/x")
+    bag, old, compressed = rows_of("s3://fleet/x")
+    (local,) = rows_of(str(log))
+    assert of_the_payload(compressed) == of_the_payload(local)
+    assert bag["outcome"] == "identified"
     assert (bag["address"], old["address"]) == ("s3://fleet/x/bag", "s3://fleet/x/old.db3")
     assert old["outcome"] == "refused"
     assert "s3://fleet/x/old.db3" in old["error"]
-    assert "/tmp" not in old["error"] + str(bag["error"])
+    assert "/tmp" not in old["error"]
     assert bag["bytes_read"] == bag["size"]
 
 
