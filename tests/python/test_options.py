@@ -55,6 +55,8 @@ def test_the_help_groups_the_options_by_what_they_are_about(help_text: str) -> N
             "unloaded",
             "calibration",
             "delay_s",
+            "begin_s",
+            "end_s",
             "max_gap_s",
             "wrench_offset",
         ],
