@@ -56,10 +56,12 @@ impl BinRows {
             by_parameters: DMatrix::zeros(of_motion + count, parameters + 1),
             of_motion,
         };
-        for coordinate in 0..layout.joints + 3 {
-            for (order, channel) in layout.channels_of(coordinate).into_iter().enumerate() {
+        for (order, present) in at.iter().take(2).enumerate() {
+            let present = present.iter().take(layout.joints + 3);
+            for (coordinate, present) in present.enumerate() {
+                let channel = layout.channels_of(coordinate)[order];
                 rows.by_state[(channel, order * coordinates + coordinate)] = 1.0;
-                rows.by_parameters[(channel, parameters)] = values[channel] - at[order][coordinate];
+                rows.by_parameters[(channel, parameters)] = values[channel] - present;
             }
         }
         rows.set_rotation(values, at, layout);
