@@ -57,6 +57,17 @@ def test_what_varies_between_recordings_is_no_change() -> None:
     assert len(robot.clusters) == 2
 
 
+@pytest.mark.parametrize("order", ["AB", "AAB", "AB" * 6, "ABC" * 4, "AAABBB" * 2, "ABCDEFGH"])
+def test_payloads_in_any_order_are_distinguished(order: str) -> None:
+    rng = np.random.default_rng(4)
+    errors = rng.normal(size=(len(order), 4)) * list(STD_DEVS.values())
+    tools = {name: [2.0 + 0.05 * k, 0.0, 0.01, 0.08] for k, name in enumerate("ABCDEFGH")}
+    values = np.array([tools[name] for name in order]) + errors
+    (robot,) = analysis.robots_of([row(k, "arm", each.tolist()) for k, each in enumerate(values)])
+    assert robot.scatter < 2.0
+    assert ["ABCDEFGH"[label] for label in robot.labels] == list(order)
+
+
 @pytest.mark.parametrize("seed", range(5))
 def test_one_payload_is_rarely_split(seed: int) -> None:
     rng = np.random.default_rng(seed)

@@ -30,7 +30,7 @@ DRIFTING = 1e-4
 
 PAYLOADS = """Mass of each recording over time with its 95 % interval. Recordings of one colour have
 equal payloads: their mass and centre of mass agree within their covariances and what varies between
-recordings that follow each other. The line is the payload that the controller was configured with.
+recordings of one payload. The line is the payload that the controller was configured with.
 """
 
 OFFSETS = (
