@@ -9,11 +9,13 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from typer.main import get_command
 
 import tactid
 from commands import Done
 from conftest import TactidCommand
 from expectations import LAYOUT, assert_fits_schema
+from tactid._cli import cli
 
 VALUES = {"mass": None, "com": {"x", "y", "z"}, "inertia": {"xx", "xy", "xz", "yy", "yz", "zz"}}
 
@@ -246,6 +248,18 @@ def test_without_a_command_there_is_help(command: TactidCommand) -> None:
     assert done.returncode == 2
     assert "identify" in done.stdout
     assert done.stderr == ""
+
+
+def test_help_has_the_names_of_all_options_in_a_narrow_terminal(
+    command: TactidCommand, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("COLUMNS", "80")
+    every = get_command(cli.app).commands  # type: ignore[attr-defined]
+    for name in ("fleet", "view"):
+        words = command(name, "--help").stdout.split()
+        for parameter in every[name].params:
+            if not parameter.hidden and parameter.opts[0].startswith("--"):
+                assert ",".join(parameter.opts) in words, name
 
 
 def test_no_number_loses_digits_in_a_narrow_terminal(

@@ -18,6 +18,7 @@ from tactid._cli.compare_command import compare_recording
 from tactid._cli.compensate_command import compensate_log
 from tactid._cli.console import (
     FLAG,
+    Command,
     Group,
     Stream,
     check_files,
@@ -196,7 +197,7 @@ def _read_posture(text: str) -> str | list[float]:
         ) from None
 
 
-app.command("simulate")(run_simulation)
+app.command("simulate", cls=Command)(run_simulation)
 app.command("identify", cls=NumberListCommand, epilog=EXIT_CODES)(identify_recording)
 app.command("calibrate", cls=NumberListCommand)(calibrate_arm)
 app.command("excite", cls=NumberListCommand)(excite)
@@ -204,11 +205,11 @@ app.command("live", cls=LiveCommand)(run_live)
 app.command("compensate", cls=NumberListCommand)(compensate_log)
 app.command("compare", cls=NumberListCommand)(compare_recording)
 app.command("fleet", cls=NumberListCommand)(identify_fleet)
-app.command("fleet-report")(report_fleet)
+app.command("fleet-report", cls=Command)(report_fleet)
 app.command("study", cls=NumberListCommand)(run_study)
 
 
-@app.command("info")
+@app.command("info", cls=Command)
 def show_info(
     log: Annotated[
         Path,
@@ -231,7 +232,7 @@ def show_info(
         console.print(line, highlight=False, markup=False, soft_wrap=True)
 
 
-@app.command("view")
+@app.command("view", cls=Command)
 def show_view(
     log: Annotated[
         Path,

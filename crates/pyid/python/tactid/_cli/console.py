@@ -12,7 +12,7 @@ import typer
 from rich.console import Console
 from rich.table import Table
 from rich.text import Text
-from typer.core import TyperGroup
+from typer.core import TyperCommand, TyperGroup
 
 from tactid._base import terminal
 from tactid._base.errors import ArgumentError, LogError
@@ -54,6 +54,28 @@ class Group(TyperGroup):
         if command is not None:
             _without_value(command.get_help_option(ctx))
         return command
+
+
+class Command(TyperCommand):
+    """A command whose help shows the names of options in full, in a narrow terminal, too."""
+
+    def format_help(self, ctx: Any, formatter: Any) -> None:
+        """Prints the help."""
+        from typer import rich_utils  # takes a while to load
+
+        rich_utils.Table = _OptionTable  # type: ignore[attr-defined]
+        super().format_help(ctx, formatter)
+
+
+class _OptionTable(Table):
+    """The table of options of typer: what does not fit is folded, but for the names."""
+
+    def add_row(self, *cells: Any, **settings: Any) -> None:
+        """Adds an option: marks and names, the kind of its value, and what it does."""
+        super().add_row(*cells, **settings)
+        for column in self.columns[:-2]:
+            column.no_wrap = True
+        self.columns[-2].overflow = "fold"
 
 
 def _check_empty(arguments: list[str]) -> None:

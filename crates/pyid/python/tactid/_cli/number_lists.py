@@ -3,12 +3,13 @@
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
-from typer.core import TyperCommand, TyperOption
+from typer.core import TyperOption
 
 from tactid._base.errors import ArgumentError
+from tactid._cli.console import Command
 
 
-class NumberListCommand(TyperCommand):
+class NumberListCommand(Command):
     """A command whose options of several numbers take them by commas, spaces or both.
 
     Such an option has a placeholder with commas: ``X,Y,Z`` for three numbers, ``G,G,...`` for one
