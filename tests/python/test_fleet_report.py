@@ -7,7 +7,8 @@ import numpy as np
 import pytest
 
 from conftest import TactidCommand
-from tactid._fleet import analysis, report
+from tactid._fleet import analysis, plots, report
+from tactid._fleet.analysis import OFFSETS
 from tactid._fleet.table import ParquetRows
 from tactid._show.drawing import Figures
 
@@ -168,6 +169,33 @@ def test_a_recording_to_look_at_has_its_command_or_its_link() -> None:
         assert f"tactid identify {command} --report report.html" in page
     assert '<a href="https://host/c.mcap">https://host/c.mcap</a>' in page
     assert page.count("--report report.html") == 2
+
+
+def test_the_page_counts_robots_without_a_payload_and_shows_damage() -> None:
+    rows = shift("left")
+    rows += [each | {"outcome": "refused", "error": "no wrench"} for each in shift("right")]
+    rows[2]["damage"] = ["left/002.mcap is damaged at byte 43"]
+    rows[4]["faults"] = [{"topic": "/w", "kind": "undecodable", "count": 2, "text": "2 messages"}]
+    page = report.render(rows, Figures())
+    assert "60 recordings of 2 robots" in page
+    assert "<td>right</td><td>right/000.mcap</td>" in page
+    assert "left/002.mcap is damaged at byte 43" in page
+    assert "<td>damage</td><td>data</td><td>1</td>" in page
+    assert "<td>undecodable</td><td>data</td><td>1</td>" in page
+    assert "The line is" not in page
+    assert "<td>2026-09-21 14:13</td><td>2026-09-22 19:13</td>" in page  # of the first payload
+    rows[0]["configured"] = [1.0, 0.0, 0.0, 0.05]
+    assert "The line is" in report.render(rows, Figures())
+
+
+def test_stamps_that_begin_at_zero_are_no_dates() -> None:
+    rows = [each | {"start_ns": 0, OFFSETS: [0.1 * k] * 6} for k, each in enumerate(shift("arm"))]
+    page = report.render(rows, Figures())
+    assert "1970" not in page
+    assert "stamps that begin at zero" in page
+    assert "No drift is larger" in page
+    (robot,) = analysis.robots_of(rows)
+    assert plots.payloads([robot]).axes[0].get_xlim()[1] < 40
 
 
 def test_the_command_writes_the_report(command: TactidCommand, tmp_path: Path) -> None:

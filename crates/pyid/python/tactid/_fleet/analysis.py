@@ -29,12 +29,16 @@ MOST_COMPARED = 60
 
 SECONDS_A_DAY = 86400.0
 
+CLOCKLESS_S = 365 * SECONDS_A_DAY
+"""Times since 1970 up to here are those of stamps that begin at zero, s."""
+
 OFFSETS = "fit.wrench_offset.values"
 """Column with the offset of the wrench sensors."""
 
 READ = (
     *("address", "episode", "robot", "configured", "finished", "outcome", "error"),
-    *("start_ns", "begin_s", "end_s", "estimate.covariance", "findings", OFFSETS),
+    *("start_ns", "begin_s", "end_s", "estimate.covariance", "findings"),
+    *("damage", "faults", OFFSETS),
     *(f"estimate.{kind}.{name}" for kind in ("values", "std_devs") for name in COMPARED),
 )
 """Columns that a report needs."""
@@ -122,6 +126,11 @@ class Robot:
     """Number of the cluster of each payload."""
 
     @property
+    def has_clock(self) -> bool:
+        """Whether the times of the recordings are those of a clock, and not since its start."""
+        return all(each.time_s > CLOCKLESS_S for each in self.payloads)
+
+    @property
     def changes(self) -> Iterator[tuple[Payload, int, int]]:
         """The first recording after each change, and the clusters before and after it."""
         pairs = zip(self.payloads[1:], self.labels, self.labels[1:], strict=False)
@@ -135,7 +144,7 @@ class Robot:
         found = []
         times, offsets = self.offsets()
         days = (times - times.mean()) / SECONDS_A_DAY if len(times) else times
-        if len(times) < 4 or not np.ptp(days):
+        if len(times) < 4 or not np.ptp(days) or not self.has_clock:
             return []
         for name, values in zip(("Fx", "Fy", "Fz", "Mx", "My", "Mz"), offsets.T, strict=False):
             slope = float(days @ values / (days @ days))
@@ -186,7 +195,8 @@ def payload_of(row: Row) -> Payload | None:
 
 
 def _robot(name: str, payloads: list[Payload]) -> Robot:
-    payloads = sorted(payloads, key=lambda each: each.time_s)
+    if all(each.time_s > CLOCKLESS_S for each in payloads):
+        payloads = sorted(payloads, key=lambda each: each.time_s)
     scatter = _scatter(payloads)
     clusters, labels = _clustered(payloads, scatter)
     return Robot(name, payloads, clusters, scatter, labels)
@@ -301,14 +311,20 @@ def _quantile(degrees: int, z: float) -> float:
     return float(degrees * (1.0 - part + z * math.sqrt(part)) ** 3)
 
 
-def severity(row: Row) -> tuple[int, int, int, float]:
+def severity(row: Row) -> tuple[int, int, int, int, float]:
     """Returns how much a recording needs a look: more first."""
     order = ("internal error", "contradicted", "refused", "unreachable", "undetermined")
     outcome = row["outcome"]
     place = len(order) - order.index(outcome) if outcome in order else 0
     grades = [each["severity"] for each in row.get("findings") or ()]
     width = row.get("estimate.std_devs.mass") or 0.0
-    return place, grades.count("contradicts"), grades.count("doubts"), width
+    return (
+        place,
+        grades.count("contradicts"),
+        grades.count("doubts"),
+        len(row.get("damage") or ()),
+        width,
+    )
 
 
 def disagreements(robots: Sequence[Robot]) -> list[tuple[Robot, Row, Array]]:
@@ -350,12 +366,17 @@ def chance(t_value: float, degrees: int) -> float:
 
 
 def kinds_of(rows: Sequence[Row]) -> list[tuple[str, str, int]]:
-    """Returns the findings by kind, the gravest first, with the number of recordings of each."""
+    """Returns the findings by kind, the gravest first, with the number of recordings of each.
+
+    Damage of a log and messages that could not be used have the severity ``data``.
+    """
     counts: dict[tuple[str, str], int] = {}
     for row in rows:
         each = {(one["kind"], one["severity"]) for one in row.get("findings") or ()}
+        each |= {(one["kind"], "data") for one in row.get("faults") or ()}
+        each |= {("damage", "data")} if row.get("damage") else set()
         for key in each:
             counts[key] = counts.get(key, 0) + 1
-    order = ("contradicts", "doubts", "notes")
+    order = ("contradicts", "doubts", "notes", "data")
     listed: list[Any] = [(kind, grade, count) for (kind, grade), count in counts.items()]
     return sorted(listed, key=lambda each: (order.index(each[1]), -each[2], each[0]))

@@ -39,9 +39,12 @@ def _panels(robots: Sequence[Robot], draw: Callable[[Axes, Robot], None]) -> Fig
         panels = figure.subplots(rows, 2, squeeze=False).ravel()
         for axes, robot in zip(panels, robots, strict=False):
             draw(axes, robot)
+            axes.set_title(robot.name)
+            if not robot.has_clock:
+                axes.set_xlabel("number of the recording")
+                continue
             times = [each.time_s for each in robot.payloads]
             axes.set_xlim(*_dates(_with_margin(min(times), max(times))))
-            axes.set_title(robot.name)
             locator = AutoDateLocator(maxticks=6)  # type: ignore[no-untyped-call]
             axes.xaxis.set_major_locator(locator)
             axes.xaxis.set_major_formatter(
@@ -61,9 +64,14 @@ def _dates(times_s: Sequence[float]) -> NDArray[np.datetime64]:
     return (np.array(times_s) * 1e3).astype("datetime64[ms]")
 
 
+def _places(robot: Robot, times_s: Sequence[float]) -> Any:
+    """Returns where recordings are drawn: at their times, or by their numbers without a clock."""
+    return _dates(times_s) if robot.has_clock else np.arange(1, len(times_s) + 1)
+
+
 def _masses(axes: Axes, robot: Robot) -> None:
     labels = np.array(robot.labels)
-    times: Any = _dates([each.time_s for each in robot.payloads])
+    times = _places(robot, [each.time_s for each in robot.payloads])
     masses = np.array([each.values[0] for each in robot.payloads])
     half = Z95 * robot.scatter * np.sqrt([each.covariance[0, 0] for each in robot.payloads])
     for place in range(len(robot.clusters)):
@@ -87,7 +95,7 @@ def _masses(axes: Axes, robot: Robot) -> None:
 
 def _forces(axes: Axes, robot: Robot) -> None:
     times, values = robot.offsets()
-    dates: Any = _dates(times.tolist())
+    dates = _places(robot, times.tolist())
     named = zip("xyz", values.T, (ESTIMATE, "#2a8a5b", TRUE), strict=False)
     for name, force, colour in named:
         axes.plot(dates, force, "o", color=colour, markersize=2.5, label=f"F{name}")

@@ -11,7 +11,15 @@ from typing import Any
 from tactid._base.naming import counted
 from tactid._base.values import Z95, Interval
 from tactid._fleet import plots
-from tactid._fleet.analysis import Payload, Robot, disagreements, kinds_of, robots_of, severity
+from tactid._fleet.analysis import (
+    CLOCKLESS_S,
+    Payload,
+    Robot,
+    disagreements,
+    kinds_of,
+    robots_of,
+    severity,
+)
 from tactid._fleet.rows import Row
 from tactid._fleet.stores import is_address
 from tactid._options.options import OPTIONS
@@ -30,8 +38,13 @@ DRIFTING = 1e-4
 
 PAYLOADS = """Mass of each recording over time with its 95 % interval. Recordings of one colour have
 equal payloads: their mass and centre of mass agree within their covariances and what varies between
-recordings of one payload. The line is the payload that the controller was configured with.
-"""
+recordings of one payload."""
+
+CONFIGURED = " The line is the payload that the controller was configured with."
+
+ORDER = " Robots whose stamps begin at zero have their recordings in the order of their addresses."
+
+NO_DRIFT = "<p>No drift is larger than what the offsets vary by.</p>"
 
 OFFSETS = (
     "Offset of the forces of each recording over time, which the identification has estimated."
@@ -49,33 +62,47 @@ def render(rows: Sequence[Row], figures: Figures) -> str:
     robots = robots_of(rows)
     shown = sorted(robots[:MOST_ROBOTS], key=lambda robot: robot.name)
     robots = sorted(robots, key=lambda robot: robot.name)
+    names = len({row["robot"] for row in rows})
     body = [
-        f"<h1>{counted(len(rows), 'recording')} of {counted(max(len(robots), 1), 'robot')}</h1>",
+        f"<h1>{counted(len(rows), 'recording')} of {counted(names, 'robot')}</h1>",
         f'<p class="lead">{html.escape(_period(robots))}</p>',
         "<h2>Outcomes</h2>",
         _table(("outcome", "recordings"), _outcomes(rows)),
     ]
     if shown:
-        body += ["<h2>Payloads</h2>", figures.html("payloads", plots.payloads(shown), PAYLOADS)]
+        body += [
+            "<h2>Payloads</h2>",
+            figures.html("payloads", plots.payloads(shown), _caption(shown)),
+        ]
         body += [_clusters(robots), "<h2>Changes</h2>", _changes(robots)]
     with_offsets = [robot for robot in shown if len(robot.offsets()[0])]
     if with_offsets:
         drawn = figures.html("offsets", plots.offsets(with_offsets), OFFSETS)
-        body += ["<h2>Drift of offsets</h2>", drawn, _drifts(robots)]
+        body += ["<h2>Drift of offsets</h2>", drawn, _drifts(robots) or NO_DRIFT]
     body += ["<h2>Configured payloads</h2>", _disagreements(rows, robots)]
     body += ["<h2>Findings</h2>", _table(("finding", "severity", "recordings"), kinds_of(rows))]
     body += ["<h2>Recordings to look at</h2>", _worst(rows)]
     return page.document(f"tactid: a fleet of {len(rows)} recordings", "\n".join(body))
 
 
+def _caption(robots: Sequence[Robot]) -> str:
+    payloads = [each for robot in robots for each in robot.payloads]
+    has_line = any(each.row.get("configured") for each in payloads)
+    return PAYLOADS + CONFIGURED * has_line + ORDER * (not all(one.has_clock for one in robots))
+
+
 def _period(robots: Sequence[Robot]) -> str:
     times = [each.time_s for robot in robots for each in robot.payloads]
     if not times:
         return "There is no payload."
+    if min(times) <= CLOCKLESS_S:
+        return "Recordings have stamps that begin at zero: when they were made is not known."
     return f"From {_date(min(times))} to {_date(max(times))}, in UTC."
 
 
 def _date(time_s: float) -> str:
+    if time_s <= CLOCKLESS_S:
+        return "not known"
     return datetime.fromtimestamp(time_s, timezone.utc).strftime("%Y-%m-%d %H:%M")
 
 
@@ -124,8 +151,8 @@ def _clusters(robots: Sequence[Robot]) -> str:
             shown = number(mass, Interval(mass - around, mass + around))
             values = [shown, f"{around:.2g}", *(f"{1e3 * value:.2f}" for value in center)]
             values += [""] * (5 - len(values))
-            days = (_date(min(times))[:10], _date(max(times))[:10])
-            lines.append((robot.name, place, len(cluster.members), *values, *days))
+            ends = (_date(min(times)), _date(max(times)))
+            lines.append((robot.name, place, len(cluster.members), *values, *ends))
     heads = ["robot", "payload", "recordings", "mass / kg", "± 95 %"]
     heads += ["com x / mm", "com y / mm", "com z / mm", "first", "last"]
     return _table(heads, lines)
@@ -148,6 +175,7 @@ def _begin(payload: Payload) -> float | None:
 
 
 def _drifts(robots: Sequence[Robot]) -> str:
+    """Returns the table of drifts; nothing where there is none."""
     lines = [
         (robot.name, name, slope, probability)
         for robot in robots
@@ -156,7 +184,7 @@ def _drifts(robots: Sequence[Robot]) -> str:
     ]
     lines.sort(key=lambda line: line[3])
     heads = ("robot", "channel", "drift a day / N or N m", "probability by noise alone")
-    return _table(heads, lines)
+    return _table(heads, lines) if lines else ""
 
 
 def _disagreements(rows: Sequence[Row], robots: Sequence[Robot]) -> str:
@@ -181,12 +209,21 @@ def _disagreements(rows: Sequence[Row], robots: Sequence[Robot]) -> str:
 def _worst(rows: Sequence[Row]) -> str:
     ranked = sorted(rows, key=severity, reverse=True)
     lines = [
-        (row["address"], row["episode"], row["outcome"], _reason(row), _command(row))
+        (
+            row["robot"],
+            row["address"],
+            row["episode"],
+            row["outcome"],
+            _reason(row),
+            _command(row),
+        )
         for row in ranked
-        if severity(row)[:3] != (0, 0, 0)
+        if any(severity(row)[:-1])
     ]
     note = "The commands write the report of one recording, with the options of the fleet besides."
-    text = _table(("recording", "episode", "outcome", "why", "report"), lines, note)
+    text = _table(
+        ("robot", "recording", "episode", "outcome", "why", "report"), lines, note
+    )
     return text.replace('<div class="wide">', '<div class="wide worst">')
 
 
@@ -208,4 +245,5 @@ def _reason(row: Row) -> str:
     found = [
         each for grade in graver for each in row.get("findings") or () if each["severity"] == grade
     ]
-    return str(found[0]["text"]) if found else ""
+    said = [str(each["text"]) for each in found] + list(row.get("damage") or ())
+    return said[0] if said else ""

@@ -20,7 +20,11 @@ thead tr:last-child th, tr.last td { border-bottom: 1px solid var(--line); }
 thead tr:first-child th { text-align: center; }
 td.none { color: var(--warn); text-align: center; } td.value { font-weight: 600; }
 p.warn { border-left: 4px solid var(--warn); padding-left: .8rem; font-weight: 600; }
-div.wide { overflow-x: auto; } figure { margin: 1.5rem 0; } figure img { max-width: 100%; }
+div.wide { overflow-x: auto; }
+div.worst th, div.worst td { text-align: left; vertical-align: top; white-space: normal;
+  overflow-wrap: anywhere; min-width: 5.5rem; }
+div.worst td:nth-child(2) { min-width: 12rem; } div.worst td:nth-child(5) { min-width: 24rem; }
+figure { margin: 1.5rem 0; } figure img { max-width: 100%; }
 dl { display: grid; grid-template-columns: max-content 1fr; gap: .15rem 1.5rem; }
 dt { color: var(--dim); } dd { margin: 0; font-variant-numeric: tabular-nums; }
 pre { background: #f4f6f8; padding: .8rem; overflow-x: auto; font-size: .85rem; }
