@@ -79,7 +79,9 @@ def serving() -> Iterator[Store]:
 
         def do_GET(self) -> None:
             parts = urlsplit(self.path)
-            if "list-type" in parse_qs(parts.query):
+            if parts.path.split("/")[1] != BUCKET:
+                self._answer(404, b"<Error><Code>NoSuchBucket</Code></Error>")
+            elif "list-type" in parse_qs(parts.query):
                 self._list(parse_qs(parts.query).get("prefix", [""])[0])
             else:
                 self._object(head=False)

@@ -209,3 +209,4 @@ def test_the_command_writes_the_report(command: TactidCommand, tmp_path: Path) -
     assert "30 recordings of 1 robot" in (tmp_path / "fleet.html").read_text()
     done = command("fleet-report", "payloads.parquet", "--out", "x.pdf")
     assert done.returncode == 2
+    assert "--figures" not in done.stderr

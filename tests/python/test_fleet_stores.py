@@ -254,6 +254,17 @@ def test_a_store_that_is_not_there_is_reported_without_keys(
     assert str(caught.value) == "s3://fleet/x/a.mcap cannot be read: the store cannot be reached"
 
 
+def test_an_endpoint_without_tls_needs_no_permission(
+    store: Store, log: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.delenv("AWS_ALLOW_HTTP")
+    store.objects["a.mcap"] = log.read_bytes()
+    (recording,) = find(["s3://fleet/a.mcap"])
+    assert recording.size == log.stat().st_size
+    with pytest.raises(stores.StoreError, match="there is no such bucket"):
+        find(["s3://fleets/*.mcap"])
+
+
 def test_what_is_kept_on_the_disk_is_bounded(monkeypatch: pytest.MonkeyPatch) -> None:
     """Where too much would be kept, it is read again, and the bytes stay right."""
     monkeypatch.setattr(ranges, "MOST_KEPT", 3 * ranges.BLOCK)

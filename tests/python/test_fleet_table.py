@@ -1,5 +1,6 @@
 """Tables of fleets: what other runs, failures and foreign files do to them."""
 
+import sys
 from datetime import datetime, timezone
 from pathlib import Path
 from typing import Any
@@ -42,6 +43,25 @@ def test_rows_of_csv_have_the_types_of_the_schema(tmp_path: Path) -> None:
     assert {name: value for name, value in found.items() if value is not None} == {
         name: value for name, value in row("a.mcap").items() if value not in (None, "")
     }
+
+
+@pytest.mark.parametrize("name", ["out.json", "out.xlsx", "run.MCAP"])
+def test_a_table_has_no_name_of_another_kind(tmp_path: Path, name: str) -> None:
+    with pytest.raises(tactid.ArgumentError, match=r"ends in \.csv"):
+        rows_at(tmp_path / name)
+    assert not (tmp_path / name).exists()
+
+
+def test_an_address_is_no_path() -> None:
+    for use in (lambda each: rows_at(Path(each)), tactid.identify):
+        with pytest.raises(tactid.ArgumentError, match=r"s3://logs/x.*`tactid fleet`"):
+            use("s3://logs/x")
+
+
+def test_without_arrow_the_extra_is_named(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(sys.modules, "pyarrow", None)
+    with pytest.raises(tactid.ArgumentError, match=r"pip install 'tactid\[fleet\]'"):
+        rows_at(tmp_path / "x.parquet")
 
 
 def test_a_run_that_fails_leaves_the_rows_of_csv_that_it_has_not_replaced(tmp_path: Path) -> None:

@@ -68,6 +68,20 @@ def _store(path: Path) -> None:
         os.fsync(file.fileno())
 
 
+def check_no_address(path: str | os.PathLike[str]) -> None:
+    """Checks that a path is no address in a store, also where its slashes have become one.
+
+    Raises:
+        ArgumentError: It is one.
+    """
+    scheme, colon, rest = os.fspath(path).partition(":/")
+    if colon and scheme in ("s3", "gs", "az", "http", "https"):
+        raise ArgumentError(
+            f"{scheme}://{rest.lstrip('/')} is an address in a store, where a path is expected:"
+            " addresses are those of the recordings of `tactid fleet`"
+        )
+
+
 def is_stream(path: Path) -> bool:
     """Returns whether a path is written through and not replaced.
 

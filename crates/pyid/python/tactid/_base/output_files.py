@@ -14,7 +14,9 @@ FigureFormat: TypeAlias = Literal["png", "svg", "pdf"]
 """Format of the figures of a report as files beside it."""
 
 
-def check_report(option: str, path: Path, figures: FigureFormat | None) -> None:
+def check_report(
+    option: str, path: Path, figures: FigureFormat | None, *, has_figures: bool = True
+) -> None:
     """Checks that the name of a report is that of a page, beside which figures can be written.
 
     Raises:
@@ -24,10 +26,10 @@ def check_report(option: str, path: Path, figures: FigureFormat | None) -> None:
         if figures is not None:
             raise ArgumentError(f"figures are written beside a report, but {option} {path} is none")
     elif path.suffix.lower() not in (".html", ".htm"):
+        more = "; `figures` writes the figures of the report as .png, .svg or .pdf"
         raise ArgumentError(
-            f"{option} {path}: expected a name that ends in .html; `figures` writes the figures of"
-            " the report as .png, .svg or .pdf",
-            option="figures",
+            f"{option} {path}: expected a name that ends in .html{more * has_figures}",
+            option="figures" if has_figures else None,
         )
 
 

@@ -160,12 +160,13 @@ def print_json(text: str) -> None:
 
 
 @contextmanager
-def interruptible(outcome: str | None = None) -> Iterator[None]:
+def interruptible(outcome: str | Callable[[], str] | None = None) -> Iterator[None]:
     """Turns Ctrl-C or SIGTERM into a line with the outcome, if there is any, and its exit code."""
     try:
         yield
     except KeyboardInterrupt as interruption:
         word, code = ending(interruption)
+        outcome = outcome() if callable(outcome) else outcome
         terminal.report(word + (f": {outcome}" if outcome else ""))
         raise typer.Exit(code) from None
 

@@ -159,7 +159,7 @@ def report_fleet(
     out: Annotated[Path, typer.Option(help="The HTML file to write.")] = Path("fleet.html"),
 ) -> None:
     """Writes a report of the table of a fleet: payloads, changes, drift and what to look at."""
-    check_report("--out", out, None)
+    check_report("--out", out, None, has_figures=False)
     replaced = check_files({"--out": out}, {"the table": table})
     with interruptible("no report was written"), notes.status("drawing"):
         from tactid._fleet import report  # imports matplotlib, which takes a while to load

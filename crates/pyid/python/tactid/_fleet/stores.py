@@ -158,6 +158,7 @@ def _reason(error: BaseException) -> str:
 
 
 _REASONS = {
+    "nosuchbucket": "there is no such bucket",
     "credential": "there are no credentials in the environment",
     "error sending request": "the store cannot be reached",
     "body error": "the store ends its answer early",
@@ -187,7 +188,9 @@ def _store(base: str, most_retries: int = 8) -> Any:
 
 
 def _may_be_plain() -> bool:
-    """Returns whether the environment permits a store without TLS, such as one of one's own."""
+    """Returns whether the environment permits a store without TLS, or names such an endpoint."""
+    if os.environ.get("AWS_ENDPOINT_URL", os.environ.get("AWS_ENDPOINT", "")).startswith("http://"):
+        return True
     given = (os.environ.get(f"{each}_ALLOW_HTTP", "") for each in ("AWS", "AZURE", "GOOGLE"))
     return any(value.lower() in ("1", "true") for value in given)
 

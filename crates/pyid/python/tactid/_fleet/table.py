@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import IO, Any, Protocol
 
 from tactid._base.errors import ArgumentError
-from tactid._base.files import atomic_path, write_atomically
+from tactid._base.files import atomic_path, check_no_address, write_atomically
 from tactid._base.output_files import check_outputs, replaced_outputs
 from tactid._fleet.recordings import Key, Recording
 from tactid._fleet.rows import (
@@ -33,6 +33,24 @@ FLUSH_ROWS = 500
 FLUSH_S = 10.0
 """Time after which the next row is written with those before it, s, however few they are."""
 
+
+OTHER_TABLES = (
+    *(
+        ".json",
+        ".jsonl",
+        ".xlsx",
+        ".xls",
+        ".ods",
+        ".tsv",
+        ".txt",
+        ".html",
+        ".htm",
+        ".pdf",
+        ".feather",
+    ),
+    *(".arrow", ".sqlite", ".db", ".mcap", ".db3", ".bag", ".npz", ".gz", ".zip"),
+)
+"""Ends of names that promise what is not written, and of recordings."""
 
 LOCK = ".tactid-lock"
 """File of a folder that is locked while a run writes there; readers of data sets skip it."""
@@ -62,6 +80,12 @@ def rows_at(out: Path | None, recordings: Iterable[Recording] = ()) -> "Rows":
     """
     if out is None:
         return MemoryRows()
+    check_no_address(out)
+    if out.suffix.lower() in OTHER_TABLES:
+        raise ArgumentError(
+            f"the table {out}: expected a name that ends in .csv, or that of a folder of Parquet"
+            " files, such as payloads.parquet"
+        )
     if out.suffix.lower() != ".csv":
         return ParquetRows(out)
     target = Path(os.path.realpath(out))
@@ -133,8 +157,8 @@ class ParquetRows:
     """
 
     def __init__(self, folder: Path) -> None:
-        self._arrow = package("pyarrow", f"{folder} is Parquet")
-        self._parquet = package("pyarrow.parquet", f"{folder} is Parquet")
+        self._arrow = package("pyarrow", f"{folder} is Parquet", extra="fleet")
+        self._parquet = package("pyarrow.parquet", f"{folder} is Parquet", extra="fleet")
         self._folder, self._schema = folder, arrow_schema(self._arrow)
         self._rows: list[Row] = []
         self._written = time.monotonic()
@@ -274,7 +298,7 @@ def read_rows(out: Path, columns: Sequence[str] | None = None) -> list[Row]:
     """
     if out.suffix.lower() == ".csv" and out.is_file():
         return _read_csv(out)
-    parquet = package("pyarrow.parquet", f"{out} is Parquet")
+    parquet = package("pyarrow.parquet", f"{out} is Parquet", extra="fleet")
     files = sorted(out.glob("*.parquet")) if out.is_dir() else [out]
     if not files or not all(path.is_file() for path in files):
         raise ArgumentError(f"there is no table at {out}: tactid fleet writes one")

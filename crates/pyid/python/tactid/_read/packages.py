@@ -17,7 +17,12 @@ INSTALLED_WITH = {
 
 
 def package(
-    module: str, what: str, option: str | None = None, advice: str = "", does: str = "reads"
+    module: str,
+    what: str,
+    option: str | None = None,
+    advice: str = "",
+    does: str = "reads",
+    extra: str = "",
 ) -> Any:
     """Imports a module of a package that need not be installed.
 
@@ -27,6 +32,7 @@ def package(
         option: The option that names the file.
         advice: What else helps, as the end of an error.
         does: What the package does with it, as a verb.
+        extra: The extra of tactid that has the package with all that is needed besides.
 
     Raises:
         ArgumentError: The package is not installed.
@@ -35,8 +41,9 @@ def package(
         return import_module(module)
     except ImportError:
         name = module.partition(".")[0]
+        installed = f"'tactid[{extra}]'" if extra else INSTALLED_WITH[name]
         raise ArgumentError(
             f"{what}, which the Python package {name} {does}, but it is not installed: pip install"
-            f" {INSTALLED_WITH[name]}{advice}",
+            f" {installed}{advice}",
             option=option,
         ) from None

@@ -19,6 +19,7 @@ import numpy as np
 
 from tactid import _native
 from tactid._base.errors import ArgumentError, LogError, TactidError
+from tactid._base.files import check_no_address
 from tactid._base.values import Array
 from tactid._options.options import FILE_OPTIONS, Options
 from tactid._read import columns, foreign_logs, lerobot
@@ -125,6 +126,7 @@ def log_info(path: LogPath) -> Any:
 
 def contents(path: Path) -> Any:
     """Returns the contents of a log, of a ROS 1 bag, or of a table, whose columns are read."""
+    check_no_address(path)
     if foreign_logs.is_bag(path):
         return foreign_logs.bag_info(path)
     return table_of(path, 0) or _native.info(path)
@@ -168,6 +170,7 @@ class _Reader:
         self._done += 1
         if not isinstance(source, str | os.PathLike):
             return source
+        check_no_address(source)
         path = Path(source)
         form = _form(path, self._episode)
         if form is None:
