@@ -221,9 +221,7 @@ def _worst(rows: Sequence[Row]) -> str:
         if any(severity(row)[:-1])
     ]
     note = "The commands write the report of one recording, with the options of the fleet besides."
-    text = _table(
-        ("robot", "recording", "episode", "outcome", "why", "report"), lines, note
-    )
+    text = _table(("robot", "recording", "episode", "outcome", "why", "report"), lines, note)
     return text.replace('<div class="wide">', '<div class="wide worst">')
 
 
