@@ -60,12 +60,15 @@ class Recording:
         return recording_key(self.address, self.episode)
 
 
-def find(urls: Iterable[str | os.PathLike[str]], within: str = "") -> list[Recording]:
+def find(
+    urls: Iterable[str | os.PathLike[str]], within: str = "", left_out: list[str] | None = None
+) -> list[Recording]:
     """Returns the recordings that paths and addresses stand for, each once, in order.
 
     Args:
         urls: The paths and addresses.
         within: The list that they are from.
+        left_out: Receives what looks like a recording in a folder, and is not read.
 
     Raises:
         ArgumentError: There is nothing at an address, or it is of an unknown kind.
@@ -76,9 +79,18 @@ def find(urls: Iterable[str | os.PathLike[str]], within: str = "") -> list[Recor
         text = os.fspath(url)
         if within and text.endswith(".txt"):
             raise ArgumentError(f"{within} names the list {text}: expected recordings or folders")
-        each = list(_in_store(text) if is_address(text) else _at_path(text))
+        others: list[str] = []
+        each = list(_in_store(text) if is_address(text) else _at_path(text, others))
+        if left_out is not None:
+            left_out += others
         found |= {recording.key: recording for recording in each}
         if not each:
+            tables = [other for other in others if other.lower().endswith(TABLES)]
+            if tables:
+                raise ArgumentError(
+                    f"{text} has tables, such as {tables[0]}, which are read where a path or a"
+                    f" pattern names them: {os.path.join(text, '*' + Path(tables[0]).suffix)}"
+                )
             raise ArgumentError(
                 f"{text} has no recording: expected logs ({', '.join(LOGS)}), or a folder, a"
                 " pattern, a data set of LeRobot or a .txt file with addresses of some"
@@ -86,7 +98,7 @@ def find(urls: Iterable[str | os.PathLike[str]], within: str = "") -> list[Recor
     return list(found.values())
 
 
-def _of_list(text: str, content: bytes) -> list[Recording]:
+def _of_list(text: str, content: bytes, left_out: list[str] | None = None) -> list[Recording]:
     """Returns the recordings that a list names: a path or an address a line, and comments.
 
     A comment begins a line with ``#``, or follows a space, because names may contain the sign.
@@ -95,10 +107,18 @@ def _of_list(text: str, content: bytes) -> list[Recording]:
         lines = content.decode("utf-8-sig").splitlines()
     except UnicodeError:
         raise ArgumentError(f"{text} is not UTF-8: expected a path or an address a line") from None
-    return find(filter(None, (re.split(r"(?:^|\s)#", line)[0].strip() for line in lines)), text)
+    found: list[Recording] = []
+    for number, line in enumerate(lines, start=1):
+        named = re.split(r"(?:^|\s)#", line)[0].strip()
+        try:
+            found += find([named], text, left_out) if named else []
+        except ArgumentError as error:
+            error.message = f"{text}, line {number}: {error.message}"
+            raise
+    return found
 
 
-def _at_path(text: str) -> Iterator[Recording]:
+def _at_path(text: str, left_out: list[str]) -> Iterator[Recording]:
     # A worker may be in another folder.
     path = Path(os.path.abspath(text))
     if not path.exists():
@@ -107,23 +127,25 @@ def _at_path(text: str) -> Iterator[Recording]:
             raise ArgumentError(f"there is no file or folder {text}")
         for match in matches:
             is_folder = os.path.isdir(match)
-            yield from _at_path(match) if is_folder else _files([Path(os.path.abspath(match))])
+            yield from (
+                _at_path(match, left_out) if is_folder else _files([Path(os.path.abspath(match))])
+            )
     elif path.is_dir():
-        yield from _in_folder(path)
+        yield from _in_folder(path, left_out)
     elif path.suffix == ".txt":
-        yield from _of_list(text, path.read_bytes())
+        yield from _of_list(text, path.read_bytes(), left_out)
     else:
         yield from _files([path])
 
 
-def _in_folder(folder: Path) -> Iterator[Recording]:
+def _in_folder(folder: Path, left_out: list[str]) -> Iterator[Recording]:
     """Yields the recordings in a folder and below it, in the order of their names."""
     if lerobot.is_dataset(folder):
         files = [folder / lerobot.INFO, *sorted((folder / "data").rglob("*.parquet"))]
         yield from _episodes(str(folder), _statuses(files), (folder / lerobot.INFO).read_bytes)
         return
-    entries = sorted(folder.iterdir())
-    files = [entry for entry in entries if entry.is_file() and entry.name.endswith(LOGS)]
+    entries = sorted(entry for entry in folder.iterdir() if not entry.name.startswith("."))
+    files = [entry for entry in entries if entry.is_file() and _ends(entry, LOGS)]
     description = folder / "metadata.yaml"
     if files and description.is_file():
         statuses = _statuses([description, *files])
@@ -131,8 +153,19 @@ def _in_folder(folder: Path) -> Iterator[Recording]:
     else:
         yield from _files(files)
     for entry in entries:
-        if entry.is_dir() and not entry.is_symlink() and not entry.name.startswith("."):
-            yield from _in_folder(entry)
+        if entry.is_dir() and not entry.is_symlink():
+            if _ends(entry, (".parquet",)):  # a table of this command
+                continue
+            each = list(_in_folder(entry, left_out))
+            yield from each
+            if not each and _ends(entry, LOGS):
+                left_out.append(str(entry))
+        elif entry not in files and (_ends(entry, (*LOGS, *TABLES)) or entry.is_symlink()):
+            left_out.append(str(entry))
+
+
+def _ends(path: Path, ends: tuple[str, ...]) -> bool:
+    return path.name.lower().endswith(ends)
 
 
 def _files(paths: Iterable[Path]) -> Iterator[Recording]:
