@@ -351,6 +351,7 @@ def test_a_connection_that_is_cut_loses_no_row(log: Path, tmp_path: Path) -> Non
             if count == 2:
                 connection.loop.add_callback(connection.scheduler_comm.comm.abort)
 
+        run.check_scheduler(cluster.scheduler_address, "`client`")
         rows = tactid.fleet(tmp_path, client=connection, progress=cut)
     assert done == list(range(6))
     assert [row["outcome"] for row in rows] == ["identified"] * 5

@@ -2,6 +2,7 @@
 
 import csv
 from collections import Counter
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -14,10 +15,13 @@ from tactid._cli import option_flags, option_text
 from tactid._cli.console import check_files, interruptible, notes, print_written, progress
 from tactid._fleet import run as fleet
 from tactid._fleet.analysis import READ
-from tactid._fleet.recordings import find
+from tactid._fleet.recordings import Recording, find
 from tactid._fleet.rows import WITH_RESULT, Row
 from tactid._fleet.table import read_rows, rows_at
 from tactid._options.options import OPTIONS, options_for
+
+MOST_ERRORS = 3
+"""Errors that are printed: the most frequent ones."""
 
 
 def identify_fleet(
@@ -67,21 +71,25 @@ def identify_fleet(
         inputs |= {"known_tool": option_text.tool_file(options["known_tool"])}
         named = {OPTIONS[name].flag: path for name, path in inputs.items()}
         check_files({"--out": out}, {"--table": table, **named})
+    if scheduler is not None:
+        fleet.check_scheduler(scheduler, "--scheduler")
     robots = [] if table is None else read_robots(table)
+    left_out: list[str] = []
     with interruptible("no row was computed"), notes.status("listing"):
         given = option_flags.read(options, "log")
-        recordings = find(urls)
+        recordings = find(urls, left_out=left_out)
         tasks = fleet.tasks_of(recordings, given, robots, split=split)
         rows = Counted(rows_at(out, recordings))
-    for pattern in fleet.without_recording(recordings, robots):
-        notes.print(f"{pattern} of --table matches no recording.", markup=False)
+    _print_unused(left_out, recordings, robots)
+    done_rows = f"{out} has the rows that are done"
     with (
-        interruptible(f"{out} has the rows that are done"),
+        interruptible(lambda: done_rows if rows.outcomes else "no row was computed"),
         progress("identifying", len(tasks)) as done,
     ):
-        before = fleet.run(tasks, rows, scheduler, lambda count, _: done(count))
-    notes.print(_summary(len(tasks), rows.outcomes, before, split=split), markup=False)
-    notes.print(f"Wrote {out}.", markup=False)
+        before = fleet.run(tasks, rows, scheduler, lambda count, _: done(count), _print)
+    _print(_summary(len(tasks), rows.outcomes, before, split=split))
+    rows.print_errors()
+    _print(f"Wrote {out}{f': tactid fleet-report {out} shows what is wrong' * bool(rows.errors)}.")
     if rows.outcomes and rows.outcomes.keys().isdisjoint(WITH_RESULT):
         raise typer.Exit(1)
 
@@ -96,18 +104,53 @@ def _summary(count: int, outcomes: Counter[str], before: int, *, split: bool) ->
     return f"{counted(count, 'recording')}: {', '.join(parts)}."
 
 
+def _print(text: str) -> None:
+    notes.print(text, markup=False)
+
+
+def _print_unused(
+    left_out: Sequence[str], recordings: Sequence[Recording], robots: Sequence[dict[str, Any]]
+) -> None:
+    """Says what folders have that is not read, and what the table of robots does not match."""
+    if left_out:
+        count = counted(len(left_out), "file")
+        _print(f"Left out {count} that may be recordings, the first of which is {left_out[0]}.")
+    for pattern in fleet.without_recording(recordings, robots):
+        _print(f"{pattern} of --table matches no recording.")
+    without = fleet.without_robot(recordings, robots) if robots else []
+    if without:
+        count = counted(len(without), "recording")
+        _print(f"No line of --table matches {count}, the first of which is {without[0]}.")
+
+
 class Counted:
-    """A table that counts the outcomes of the rows that are added to it."""
+    """A table that counts the outcomes and the errors of the rows that are added to it."""
 
     def __init__(self, table: Any) -> None:
         self._table = table
         self.outcomes: Counter[str] = Counter()
+        self.errors: Counter[str] = Counter()
+        self._examples: dict[str, str] = {}
         self.stored, self.close = table.stored, table.close
 
     def add(self, rows: list[Row]) -> None:
         """Adds the rows of a recording."""
         self.outcomes.update(row["outcome"] for row in rows)
+        for row in rows:
+            if row.get("error"):
+                alike = row["error"].replace(row["address"], "")
+                self.errors[alike] += 1
+                self._examples.setdefault(alike, row["error"])
         self._table.add(rows)
+
+    def print_errors(self) -> None:
+        """Prints the most frequent errors; those that differ in the address are the same."""
+        for alike, count in self.errors.most_common(MOST_ERRORS):
+            _print(f"{count} {'time' if count == 1 else 'times'}: {self._examples[alike]}")
+        others = len(self.errors) - MOST_ERRORS
+        if others > 0:
+            verb = "is" if others == 1 else "are"
+            _print(f"There {verb} {counted(others, 'other error')}.")
 
 
 def read_robots(path: Path) -> list[dict[str, Any]]:
@@ -116,35 +159,68 @@ def read_robots(path: Path) -> list[dict[str, Any]]:
     Raises:
         ArgumentError: The file cannot be read, or a column is no option.
     """
-    try:
-        with path.open(encoding="utf-8-sig", newline="") as file:
-            lines = list(csv.DictReader(file))
-    except (OSError, UnicodeError, csv.Error) as error:
-        raise ArgumentError(f"cannot read --table {path}: {error}") from None
+    heads, lines = _lines(path)
     allowed = {option.name: option for option in options_for("log")}
     found = []
-    for number, line in enumerate(lines, start=2):
-        entry: dict[str, Any] = {}
-        for column, text in line.items():
+    for number, line in lines:
+        entry = Robot(place=f"--table {path}, line {number}")
+        for column, text in zip(heads, line, strict=True):
             name = str(column).strip().removeprefix("--").replace("-", "_")
             if name not in (*fleet.ROBOT_KEYS, *allowed):
                 raise ArgumentError(
                     f"--table {path} has the column {column}: expected pattern, robot, or an option"
                     " of tactid identify"
                 )
-            if not (text or "").strip():
+            if not text.strip():
                 continue
             try:
                 option = allowed.get(name)
                 entry[name] = text if option is None else option_flags.from_text(option, text)
             except ValueError as error:
-                raise ArgumentError(f"--table {path}, line {number}: {error}") from None
+                raise ArgumentError(f"{entry.place}: {error}") from None
         if "pattern" not in entry:
-            raise ArgumentError(
-                f"--table {path}, line {number} has no pattern: which addresses are the robot's"
-            )
+            raise ArgumentError(f"{entry.place} has no pattern: which addresses are the robot's")
         found.append(entry)
     return found
+
+
+def _lines(path: Path) -> tuple[list[str], list[tuple[int, list[str]]]]:
+    """Returns the heads of a table of robots, and the cells of its lines with their numbers.
+
+    Raises:
+        ArgumentError: It cannot be read, has no line, or a line has another number of cells.
+    """
+    try:
+        with path.open(encoding="utf-8-sig", newline="") as file:
+            reader = csv.reader(file)
+            lines = [(reader.line_num, line) for line in reader if any(map(str.strip, line))]
+    except OSError as error:
+        raise ArgumentError(f"cannot read --table {path}: {error.strerror}") from None
+    except (UnicodeError, csv.Error):
+        raise ArgumentError(f"--table {path} is no CSV file in UTF-8") from None
+    if len(lines) < 2:
+        raise ArgumentError(
+            f"--table {path} has no line of a robot: expected a line with the names of the columns"
+            " (pattern, robot, and options), and one for each robot"
+        )
+    heads = lines[0][1]
+    if len(heads) == 1 and ";" in heads[0]:
+        raise ArgumentError(f"--table {path} separates cells by semicolons: expected commas")
+    for number, line in lines:
+        if len(line) != len(heads):
+            raise ArgumentError(
+                f"--table {path}, line {number} has {len(line)} cells, but the table has"
+                f" {counted(len(heads), 'column')}"
+            )
+    return heads, lines[1:]
+
+
+class Robot(dict[str, Any]):
+    """What a line of a table says of a robot: an entry of ``robots``."""
+
+    def __init__(self, place: str) -> None:
+        super().__init__()
+        self.place = place
 
 
 option_flags.show(

@@ -4,15 +4,18 @@ import glob
 import hashlib
 import json
 import os
+import socket
 import time
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from fnmatch import fnmatch
+from importlib import import_module
 from itertools import islice
 from pathlib import Path
 from typing import Any
 
-from tactid._base.errors import ArgumentError
+from tactid import _native
+from tactid._base.errors import ArgumentError, LogError, TactidError
 from tactid._base.files import is_urdf_text, sha256
 from tactid._fleet import rows
 from tactid._fleet.recordings import Recording, find, state_of_folder
@@ -23,6 +26,7 @@ from tactid._options.declaration import with_options
 from tactid._options.options import OPTIONS, Method, Options, collect
 from tactid._read.descriptions import with_urdf
 from tactid._read.packages import package
+from tactid._read.recordings import file_options
 
 WINDOW = 16
 """Recordings that the scheduler knows at once; four for each thread of workers if that is more."""
@@ -32,6 +36,9 @@ ATTEMPTS = 20
 
 RECONNECTION_S = 60.0
 """Time to wait for a scheduler that has lost the connection, s."""
+
+CONNECTION_S = 10.0
+"""Time to wait for the first answer of a scheduler, s."""
 
 ROBOT_KEYS = ("pattern", "robot")
 """What an entry of ``robots`` has besides options."""
@@ -99,7 +106,7 @@ def fleet(
     tasks = tasks_of(recordings, collected, robots, split=split)
     table = rows_at(None if out is None else Path(out), recordings)
     run(tasks, table, client, progress)
-    return rows.rows_of(table.all(), recordings)
+    return rows.rows_of(table.all(), (task.recording for task in tasks))
 
 
 def tasks_of(
@@ -122,17 +129,37 @@ def tasks_of(
         )
     said = {"split": split, "methods": methods}
     besides = {name: value for name, value in said.items() if value}
-    prepared = [(entry, _prepared(options.replace(**_options(entry)), besides)) for entry in robots]
-    default = _prepared(options, besides)
+    prepared = [
+        (entry, _of_entry(number, entry, options, besides))
+        for number, entry in enumerate(robots, start=1)
+    ]
+    default: tuple[Options, str] | None = None
     tasks = []
     for recording in recordings:
-        (chosen, digest), robot = default, ""
-        for entry, of_robot in prepared:
-            if _matches(recording, entry):
-                (chosen, digest), robot = of_robot, str(entry.get("robot") or "")
-                break
-        tasks.append(Task(recording, chosen, digest, robot, split, methods))
+        entry, of_robot = next((one for one in prepared if _matches(recording, one[0])), ({}, None))
+        if of_robot is None:
+            of_robot = default = default or _prepared(options, besides)
+        chosen, digest = of_robot
+        if chosen.episode is None or recording.episode in (None, chosen.episode):
+            robot = str(entry.get("robot") or "")
+            tasks.append(Task(recording, chosen, digest, robot, split, methods))
+    if not tasks:
+        raise ArgumentError(
+            f"`episode` is {options.episode}, which no data set has", option="episode"
+        )
     return tasks
+
+
+def _of_entry(
+    number: int, entry: Mapping[str, Any], options: Options, besides: dict[str, Any]
+) -> tuple[Options, str]:
+    """Returns the options of the recordings of an entry; errors say which entry it is."""
+    try:
+        return _prepared(options.replace(**_options(entry)), besides)
+    except TactidError as error:
+        place = getattr(entry, "place", f"entry {number} of `robots`")
+        error.message = f"{place}: {error.message}"
+        raise
 
 
 def without_recording(
@@ -143,6 +170,15 @@ def without_recording(
         str(entry["pattern"])
         for entry in robots
         if not any(_matches(each, entry) for each in recordings)
+    ]
+
+
+def without_robot(
+    recordings: Sequence[Recording], robots: Sequence[Mapping[str, Any]]
+) -> list[str]:
+    """Returns the addresses of recordings that no pattern of robots matches."""
+    return [
+        each.address for each in recordings if not any(_matches(each, entry) for entry in robots)
     ]
 
 
@@ -171,6 +207,7 @@ def _prepared(options: Options, besides: dict[str, Any]) -> tuple[Options, str]:
         except (OSError, UnicodeError) as error:
             reason = getattr(error, "strerror", None) or "it is no text"
             raise ArgumentError(f"cannot read {options.urdf}: {reason}", option="urdf") from None
+    _check(options)
     said: dict[str, Any] = options.plain() | besides
     for name, value in said.items():
         if not isinstance(value, str | os.PathLike) or name == "urdf":
@@ -183,11 +220,26 @@ def _prepared(options: Options, besides: dict[str, Any]) -> tuple[Options, str]:
     return options, hashlib.sha256(text.encode()).hexdigest()
 
 
+def _check(options: Options) -> None:
+    """Checks options once, where each recording would be refused.
+
+    Raises:
+        TactidError: A value is wrong, or the file that an option names.
+    """
+    unloaded = options.unloaded
+    if unloaded is not None and not Path(unloaded).exists():
+        raise ArgumentError(f"`unloaded` is {unloaded}, which does not exist", option="unloaded")
+    plain = options.replace(**dict.fromkeys(file_options(options)), unloaded=None).plain()
+    with suppress(LogError):  # options are checked before the log, which is not there
+        _native.identify_log(Path(os.devnull, "none"), plain, None)
+
+
 def run(
     tasks: Sequence[Task],
     table: Any,
     client: Any = None,
     progress: Callable[[int, int], object] | None = None,
+    notice: Callable[[str], object] = lambda _: None,
 ) -> int:
     """Adds the rows of recordings to a table, and returns how many had theirs already.
 
@@ -204,6 +256,8 @@ def run(
     try:
         if pending:
             with _connected(client, len(pending)) as connection:
+                if not connection.nthreads():
+                    notice("The scheduler has no workers yet.")
                 for done, found in enumerate(_computed(connection, pending), start=before + 1):
                     table.add(found)
                     if progress is not None:
@@ -222,6 +276,7 @@ def _connected(client: Any, count: int) -> Iterator[Any]:
         yield client
         return
     if isinstance(client, str):
+        check_scheduler(client, "`client`")
         with distributed.Client(client, set_as_default=False) as connection:
             yield connection
         return
@@ -236,6 +291,36 @@ def _connected(client: Any, count: int) -> Iterator[Any]:
         distributed.Client(cluster, set_as_default=False) as connection,
     ):
         yield connection
+
+
+def check_scheduler(address: str, name: str) -> None:
+    """Checks that a scheduler listens at an address, which ``name`` states.
+
+    Raises:
+        ArgumentError: It is no such address.
+        OSError: Nothing listens there, or something else.
+    """
+    scheme, _, rest = address.rpartition("://")
+    _distributed()  # brings the configuration of Dask
+    scheme = scheme or import_module("dask").config.get("distributed.comm.default-scheme", "tcp")
+    host, _, port = rest.strip("/").rpartition(":")
+    if scheme not in ("tcp", "tls"):
+        if scheme in ("http", "https"):
+            raise ArgumentError(f"{name} is {address}: expected tcp://HOST:PORT, not a web page")
+        return
+    if not host or not port.isdecimal() or not 0 < int(port) < 1 << 16:
+        raise ArgumentError(
+            f"{name} is {address}: expected the address of a scheduler of Dask with its port, such"
+            " as tcp://localhost:8786"
+        )
+    try:
+        with socket.create_connection((host.strip("[]"), int(port)), CONNECTION_S) as connection:
+            # A scheduler speaks first, and the client would wait for others for minutes.
+            if scheme == "tcp" and not connection.recv(1):
+                raise OSError
+    except OSError as error:
+        reason = error.strerror or "no scheduler of Dask answers"
+        raise OSError(f"{name} is {address}, which cannot be reached: {reason}") from None
 
 
 def _computed(client: Any, tasks: Sequence[Task]) -> Iterator[list[Row]]:
