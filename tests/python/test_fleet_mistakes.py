@@ -1,4 +1,4 @@
-"""What a user of fleets gets wrong is said once, before the run, with the place."""
+"""What a user of fleets gets wrong is an error before the run, with its place."""
 
 import shutil
 import socket
@@ -123,8 +123,8 @@ def test_the_most_frequent_errors_are_printed(capsys: pytest.CaptureFixture[str]
         kind = "no wrench" if k < 8 else f"fault {k % 3}"
         address = f"/logs/{k}.mcap"
         rows.add([{"address": address, "outcome": "refused", "error": f"{address}: {kind}"}])
-    rows.print_errors()
-    lines = capsys.readouterr().err.splitlines()
+    rows.print_end("12 recordings.")
+    lines = capsys.readouterr().err.splitlines()[1:]
     assert lines[0] == "8 times: /logs/0.mcap: no wrench"
     assert len(lines) == 4
     assert lines[3] == "There is 1 other error."

@@ -71,25 +71,22 @@ def identify_fleet(
         inputs |= {"known_tool": option_text.tool_file(options["known_tool"])}
         named = {OPTIONS[name].flag: path for name, path in inputs.items()}
         check_files({"--out": out}, {"--table": table, **named})
-    if scheduler is not None:
-        fleet.check_scheduler(scheduler, "--scheduler")
+    fleet.check_scheduler(scheduler, "--scheduler")
     robots = [] if table is None else read_robots(table)
     left_out: list[str] = []
     with interruptible("no row was computed"), notes.status("listing"):
-        given = option_flags.read(options, "log")
         recordings = find(urls, left_out=left_out)
+        given = option_flags.read(options, "log")
         tasks = fleet.tasks_of(recordings, given, robots, split=split)
         rows = Counted(rows_at(out, recordings))
     _print_unused(left_out, recordings, robots)
-    done_rows = f"{out} has the rows that are done"
     with (
-        interruptible(lambda: done_rows if rows.outcomes else "no row was computed"),
+        interruptible(lambda: f"{out} has {counted(rows.outcomes.total(), 'row')} of this run"),
         progress("identifying", len(tasks)) as done,
     ):
         before = fleet.run(tasks, rows, scheduler, lambda count, _: done(count), _print)
-    _print(_summary(len(tasks), rows.outcomes, before, split=split))
-    rows.print_errors()
-    _print(f"Wrote {out}{f': tactid fleet-report {out} shows what is wrong' * bool(rows.errors)}.")
+    rows.print_end(_summary(len(tasks), rows.outcomes, before, split=split))
+    _print(f"Wrote {out}{f': tactid fleet-report {out} shows more' * bool(rows.errors)}.")
     if rows.outcomes and rows.outcomes.keys().isdisjoint(WITH_RESULT):
         raise typer.Exit(1)
 
@@ -138,15 +135,16 @@ class Counted:
         self.outcomes.update(row["outcome"] for row in rows)
         for row in rows:
             if row.get("error"):
-                alike = row["error"].replace(row["address"], "")
-                self.errors[alike] += 1
-                self._examples.setdefault(alike, row["error"])
+                reason = row["error"].replace(row["address"], "")
+                self.errors[reason] += 1
+                self._examples.setdefault(reason, row["error"])
         self._table.add(rows)
 
-    def print_errors(self) -> None:
-        """Prints the most frequent errors; those that differ in the address are the same."""
-        for alike, count in self.errors.most_common(MOST_ERRORS):
-            _print(f"{count} {'time' if count == 1 else 'times'}: {self._examples[alike]}")
+    def print_end(self, summary: str) -> None:
+        """Prints a summary and the most frequent errors; the address makes no other error."""
+        _print(summary)
+        for reason, count in self.errors.most_common(MOST_ERRORS):
+            _print(f"{count} {'time' if count == 1 else 'times'}: {self._examples[reason]}")
         others = len(self.errors) - MOST_ERRORS
         if others > 0:
             verb = "is" if others == 1 else "are"
@@ -161,7 +159,7 @@ def read_robots(path: Path) -> list[dict[str, Any]]:
     """
     heads, lines = _lines(path)
     allowed = {option.name: option for option in options_for("log")}
-    found = []
+    found: list[dict[str, Any]] = []
     for number, line in lines:
         entry = Robot(place=f"--table {path}, line {number}")
         for column, text in zip(heads, line, strict=True):

@@ -293,13 +293,15 @@ def _connected(client: Any, count: int) -> Iterator[Any]:
         yield connection
 
 
-def check_scheduler(address: str, name: str) -> None:
+def check_scheduler(address: str | None, name: str) -> None:
     """Checks that a scheduler listens at an address, which ``name`` states.
 
     Raises:
         ArgumentError: It is no such address.
         OSError: Nothing listens there, or something else.
     """
+    if address is None:
+        return
     scheme, _, rest = address.rpartition("://")
     _distributed()  # brings the configuration of Dask
     scheme = scheme or import_module("dask").config.get("distributed.comm.default-scheme", "tcp")
