@@ -45,8 +45,7 @@ def interruption() -> KeyboardInterrupt | None:
 def handle_interruption() -> None:
     """Makes Ctrl-C end the command with one line, if this process is the command."""
     if _is_command() and signal.getsignal(signal.SIGINT) is signal.default_int_handler:
-        # A terminal interrupts the processes of Dask, too: the command ends them.
-        signal.signal(signal.SIGINT, signal.SIG_IGN if _is_child() else _exit)
+        signal.signal(signal.SIGINT, _exit)
 
 
 def leave_interruption_to_command() -> None:
@@ -79,12 +78,6 @@ def _is_command() -> bool:
     # Python looks for the module whose name follows, and its package is imported first.
     following = zip(sys.orig_argv, sys.orig_argv[1:], strict=False)
     return ("-m", "tactid") in following
-
-
-def _is_child() -> bool:
-    """Returns whether this process is one of those that the command has started."""
-    processes = sys.modules.get("multiprocessing.process")
-    return processes is not None and processes.parent_process() is not None
 
 
 def _raise(number: int, _frame: FrameType | None) -> None:

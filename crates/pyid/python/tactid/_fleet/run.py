@@ -4,13 +4,15 @@ import glob
 import hashlib
 import json
 import os
+import signal
 import socket
 import time
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from contextlib import contextmanager, suppress
+from contextlib import ExitStack, contextmanager, suppress
 from fnmatch import fnmatch
 from importlib import import_module
 from itertools import islice
+from multiprocessing import resource_tracker
 from pathlib import Path
 from typing import Any
 
@@ -281,16 +283,33 @@ def _connected(client: Any, count: int) -> Iterator[Any]:
             yield connection
         return
     cores = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count()
-    with (
-        distributed.LocalCluster(
-            n_workers=min(cores or 1, count),
-            threads_per_worker=1,
-            dashboard_address="127.0.0.1:0",
-            silence_logs="CRITICAL",
-        ) as cluster,
-        distributed.Client(cluster, set_as_default=False) as connection,
-    ):
-        yield connection
+    with ExitStack() as stack:
+        with _interruption_delayed():
+            local = distributed.LocalCluster(
+                n_workers=min(cores or 1, count),
+                threads_per_worker=1,
+                dashboard_address="127.0.0.1:0",
+                silence_logs="CRITICAL",
+            )
+            stack.enter_context(local)
+        yield stack.enter_context(distributed.Client(local, set_as_default=False))
+
+
+@contextmanager
+def _interruption_delayed() -> Iterator[None]:
+    """Blocks Ctrl-C in the block, and in the processes that it starts for as long as they run.
+
+    A terminal interrupts all processes, and each would say so; the cluster ends its own.
+    """
+    if not hasattr(signal, "pthread_sigmask"):
+        yield
+        return
+    resource_tracker.ensure_running()  # it unblocks signals where it starts
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+    try:
+        yield
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)
 
 
 def check_scheduler(address: str | None, name: str) -> None:
