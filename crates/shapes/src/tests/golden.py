@@ -45,7 +45,8 @@ def misplaced(mean):
     center = center + shift
     second = turned @ spread @ turned.swapaxes(1, 2) + center[:, :, None] * center[:, None, :]
     inertia = np.trace(second, axis1=1, axis2=2)[:, None, None] * np.eye(3) - second
-    return np.hstack([center, inertia[:, *np.triu_indices(3)]])
+    rows, columns = np.triu_indices(3)
+    return np.hstack([center, inertia[:, rows, columns]])
 
 
 def main():

@@ -29,7 +29,9 @@ ActsOn: TypeAlias = Literal["payload", "sensor"]
 Clock: TypeAlias = Literal["stamps", "log times", "given", "none"]
 EstimatorKind: TypeAlias = Literal["least-squares", "nlms"]
 Method: TypeAlias = Literal["tactile", "effort", "joint-sensing", "combined"]
-MotionEstimate: TypeAlias = Literal["with-payload", "smoothed", "too-long", "too-fast", "unexplained", "exact"]
+MotionEstimate: TypeAlias = Literal[
+    "with-payload", "smoothed", "too-long", "too-fast", "unexplained", "exact"
+]
 Observability: TypeAlias = Literal["identifiable", "uncertain", "unobservable"]
 Role: TypeAlias = Literal["unloaded", "loaded", "hold_out"]
 
