@@ -39,6 +39,15 @@ fn solve(
         method,
         ..EquationSettings::default()
     };
+    solve_with(experiment, instants, equations, settings)
+}
+
+fn solve_with(
+    experiment: &Experiment,
+    instants: &[Instant],
+    equations: EquationSettings,
+    settings: BatchSettings,
+) -> BatchResult {
     let robot = experiment.robot();
     let mut identifier = BatchIdentifier::new(&robot, TOOL, &SENSORS, equations, settings).unwrap();
     for instant in instants {
@@ -128,6 +137,22 @@ fn history_ends_with_the_result() {
     let last = found.history.last().unwrap();
     assert_eq!(last.values, values_of_body(&found.estimate.body));
     assert_eq!(last.std_devs, found.estimate.std_devs);
+}
+
+/// The motion is smoothed before where the offset of a sensor is unknown, too: the common estimate
+/// has none.
+#[test]
+fn an_unknown_offset_keeps_windows() {
+    let experiment = experiment();
+    let instants = noisy(&experiment.run(), 2);
+    let equations = EquationSettings {
+        method: Method::Tactile,
+        wrench_offset: true,
+        ..EquationSettings::default()
+    };
+    let found = solve_with(&experiment, &instants, equations, BatchSettings::default());
+    assert_eq!(found.fit.motion, MotionEstimate::Smoothed);
+    assert!(found.wrench_offset.is_some());
 }
 
 /// The motion is smoothed before where splines would be wrong or no better: on a fixed base,

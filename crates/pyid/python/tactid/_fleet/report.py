@@ -8,7 +8,7 @@ from datetime import datetime, timezone
 from pathlib import Path
 from typing import Any
 
-from tactid._base.naming import counted
+from tactid._base.naming import command_line_flag, counted
 from tactid._base.values import Z95, Interval
 from tactid._fleet import plots
 from tactid._fleet.analysis import (
@@ -233,7 +233,7 @@ def _command(row: Row) -> str:
     for name in ("episode", "begin_s", "end_s"):
         if row.get(name) is not None:
             words += [OPTIONS[name].flag, f"{row[name]:g}"]
-    return shlex.join([*words, "--report", "report.html"])
+    return shlex.join([*words, command_line_flag("report"), "report.html"])
 
 
 def _reason(row: Row) -> str:
