@@ -11,7 +11,12 @@ import sys
 
 from tactid._base import terminal
 from tactid._base.errors import InternalError
-from tactid._base.startup import ending, interruption, leave_interruption_to_command
+from tactid._base.startup import (
+    ending,
+    ignore_interruption,
+    interruption,
+    leave_interruption_to_command,
+)
 
 
 def main() -> None:
@@ -22,6 +27,7 @@ def main() -> None:
         gc.collect()
         terminal.flush_output()
         os._exit(code)
+    ignore_interruption()
     sys.exit(code)
 
 

@@ -56,6 +56,16 @@ def leave_interruption_to_command() -> None:
         signal.signal(signal.SIGTERM, _raise)
 
 
+def ignore_interruption() -> None:
+    """Ignores Ctrl-C and SIGTERM when all is written, while Python ends.
+
+    Python itself would give them back their defaults first, and the exit code would be a signal's.
+    """
+    for number in (signal.SIGINT, signal.SIGTERM):
+        if signal.getsignal(number) is _raise:
+            signal.signal(number, signal.SIG_IGN)
+
+
 def bound_width() -> None:
     """Bounds the width of the terminal that the environment names, if this process is the command.
 
