@@ -152,7 +152,7 @@ fn an_unknown_offset_keeps_windows() {
     };
     let found = solve_with(&experiment, &instants, equations, BatchSettings::default());
     assert_eq!(found.fit.motion, MotionEstimate::Smoothed);
-    assert!(found.wrench_offset.is_some());
+    assert!(found.fit.wrench_offset.is_some());
 }
 
 /// The motion is smoothed before where splines would be wrong or no better: on a fixed base,
