@@ -188,30 +188,6 @@ impl Fit {
         })
     }
 
-    /// Returns the fit with a known mass of the whole load.
-    pub(crate) fn with_mass(&self, mass: KnownMass) -> Self {
-        let variance = mass.std_dev_kg.powi(2);
-        // Joseph's form: the difference of two covariances is rounding where the mass is exact.
-        let condition = |covariance: &SMatrix<f64, 10, 10>| {
-            let of_mass = covariance.column(0).into_owned();
-            let gain = of_mass / (of_mass[0] + variance);
-            let mut rest = SMatrix::<f64, 10, 10>::identity();
-            rest.set_column(0, &-gain);
-            rest[(0, 0)] = variance / (of_mass[0] + variance);
-            let of_rest = rest * covariance * rest.transpose();
-            (gain, of_rest + gain * gain.transpose() * variance)
-        };
-        let (gain, covariance) = condition(&self.covariance);
-        Self {
-            parameters: self.parameters + gain * (mass.mass_kg - self.parameters[0]),
-            covariance,
-            metric: condition(&self.metric).1,
-            bread: condition(&self.bread).1,
-            known_mass: Some(mass),
-            ..self.clone()
-        }
-    }
-
     /// Returns the standard deviation of the mass of the whole load, kg; infinite where the motion
     /// does not determine the mass. Unlike [`std_devs`](Self::std_devs), it is known for a mass of
     /// zero, too.

@@ -119,6 +119,7 @@ impl SampleBins {
             last: vec![0.0; layout.count()],
             count: 0,
             is_usable: robot.base_kind() == BaseKind::Floating
+                && joints > 0
                 && settings.unmeasured == [false; 6]
                 && settings.shared_noise_s < length_s
                 && is_known,

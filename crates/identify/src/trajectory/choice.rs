@@ -17,9 +17,9 @@ pub enum MotionEstimate {
     /// Motion and payload were estimated at once, from all measurements: splines of degree five for
     /// the joints and the base.
     WithPayload,
-    /// The motion was smoothed before, sample by sample: the base is fixed, the velocities of the
-    /// joints are not measured, there are more unknowns than the payload, or a part of the recording
-    /// is unlike the rest.
+    /// The motion was smoothed before, sample by sample: the base is fixed or has no joints, the
+    /// velocities of the joints are not measured, the mass is known, there are more unknowns than
+    /// the payload, or a part of the recording is unlike the rest.
     #[default]
     Smoothed,
     /// The motion was smoothed before, because the recording is longer than 100 s: both take time in

@@ -12,30 +12,26 @@ use crate::trajectory::{MotionEstimate, choose};
 pub(super) struct Fits<'a> {
     /// Fits to windows, without a known mass and with it.
     of_windows: [&'a Fit; 2],
-    /// The same where the motion was estimated with the payload.
-    of_motion: Option<[Fit; 2]>,
+    /// The fit where the motion was estimated with the payload.
+    of_motion: Option<Fit>,
     pub(super) motion: MotionEstimate,
 }
 
 impl Fits<'_> {
     /// The fit that is reported.
     pub(super) fn of_all(&self) -> &Fit {
-        self.of_motion
-            .as_ref()
-            .map_or(self.of_windows[1], |fits| &fits[1])
+        self.of_motion.as_ref().unwrap_or(self.of_windows[1])
     }
 
     /// The fit that is reported where no mass is known.
     pub(super) fn without_mass(&self) -> &Fit {
-        self.of_motion
-            .as_ref()
-            .map_or(self.of_windows[0], |fits| &fits[0])
+        self.of_motion.as_ref().unwrap_or(self.of_windows[0])
     }
 }
 
 impl BatchIdentifier {
     /// Estimates the motion together with the payload where that is more precise than the fits to
-    /// windows.
+    /// windows, and no mass is known.
     pub(super) fn fits<'a>(
         &self,
         solution: &'a Solution<'_>,
@@ -46,6 +42,7 @@ impl BatchIdentifier {
         let causes = solution.explanation.as_ref();
         let causes = causes.map_or(&[][..], |found| &found.causes);
         let is_plain = fit.null_space.directions().is_empty()
+            && with_known_mass.is_none()
             && solution.channels.offsets == 0
             && solution.other_load.is_none()
             && causes.is_empty()
@@ -62,17 +59,12 @@ impl BatchIdentifier {
         bins.finish();
         let smoothed = (&fit.parameters, &fit.covariance);
         let (motion, found) = choose(&bins, self.stream.model(), smoothed);
-        let of_motion = found.map(|found| {
-            let without_mass = Fit {
-                parameters: found.parameters,
-                covariance: found.covariance + fit.gain_covariance(),
-                metric: found.metric,
-                bread: found.of_white_noise,
-                ..fit.clone()
-            };
-            let mass = with_known_mass.and_then(|fit| fit.known_mass);
-            let with_mass = mass.map(|mass| without_mass.with_mass(mass));
-            [without_mass.clone(), with_mass.unwrap_or(without_mass)]
+        let of_motion = found.map(|found| Fit {
+            parameters: found.parameters,
+            covariance: found.covariance + fit.gain_covariance(),
+            metric: found.metric,
+            bread: found.of_white_noise,
+            ..fit.clone()
         });
         Fits {
             of_windows,
