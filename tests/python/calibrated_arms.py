@@ -4,6 +4,7 @@ The payload's torque in a measured recording is Pinocchio's, from the measured m
 noise and timing are real, and the truth is known.
 """
 
+import sys
 from dataclasses import dataclass
 from functools import cache
 from importlib.metadata import files
@@ -17,6 +18,9 @@ import bags
 import tactid
 from recorded_arm import Arm, Body, body
 from recordings import EPOCH_NS, clock
+
+sys.path.append(str(Path(__file__).parents[2] / "bench"))
+from plain_fit import smooth
 
 UNISA = Path(__file__).parents[3] / "shared/data/unisa"
 
@@ -86,7 +90,7 @@ def _torque(
     loaded.appendBodyToJoint(tip.parentJoint, payload.spatial, tip.placement)
     own = [name.replace("fer_", "panda_") for name in names]
     places = [model.joints[model.getJointId(name)].idx_v for name in own]
-    q, v = (_smooth(time, values, robot.bandwidth_hz) for values in (position, velocity))
+    q, v = (smooth(time, values, robot.bandwidth_hz) for values in (position, velocity))
     a = np.gradient(v, time, axis=0)
     whole = np.zeros((3, len(time), model.nv))
     whole[:, :, places] = (q, v, a)
@@ -96,19 +100,6 @@ def _torque(
         for each in zip(*whole, strict=True)
     ]
     return np.array(added)[:, places]
-
-
-def _smooth(time: np.ndarray, values: np.ndarray, bandwidth_hz: float) -> np.ndarray:
-    """Gaussian means, 3 dB down at the bandwidth; the ends are mirrored at their points."""
-    step = (time[-1] - time[0]) / (len(time) - 1)
-    sigma = 0.1325 / bandwidth_hz / step
-    reach = int(np.ceil(5 * sigma))
-    weights = np.exp(-0.5 * (np.arange(-reach, reach + 1) / sigma) ** 2)
-    before = 2 * values[0] - values[reach:0:-1]
-    after = 2 * values[-1] - values[-2 : -reach - 2 : -1]
-    padded = np.vstack([before, values, after])
-    columns = [np.convolve(column, weights / weights.sum(), "valid") for column in padded.T]
-    return np.array(columns).T
 
 
 GAINS = np.array([1.12, 0.9, 1.2, 0.85, 1.08, 0.95])

@@ -122,16 +122,16 @@ impl Whitening {
 
     /// Whitens each column of a matrix with windows as rows.
     ///
-    /// The filter of a column waits for the window before; four columns pass side by side, which
-    /// fills these waits.
+    /// A step of the filter depends on the step before, so the processor is idle with one column:
+    /// four are filtered together.
     pub(crate) fn apply(&self, columns: &mut DMatrix<f64>) {
-        const SIDE_BY_SIDE: usize = 4;
+        const TOGETHER: usize = 4;
         let windows = self.steps.len();
         for columns in columns
             .as_mut_slice()
-            .chunks_mut((SIDE_BY_SIDE * windows).max(1))
+            .chunks_mut((TOGETHER * windows).max(1))
         {
-            let mut states = [[0.0; 2]; SIDE_BY_SIDE];
+            let mut states = [[0.0; 2]; TOGETHER];
             for (window, step) in self.steps.iter().enumerate() {
                 let values = columns[window..].iter_mut().step_by(windows);
                 for (state, value) in states.iter_mut().zip(values) {

@@ -27,7 +27,7 @@ pub(crate) struct Feed {
     decoder: Decoder,
     unloaded: Option<UnloadedFeed>,
     /// The events that are used.
-    pub(crate) cut: Cut,
+    cut: Cut,
     /// First and last time of logging, s.
     begin_s: f64,
     end_s: f64,
@@ -52,20 +52,21 @@ struct UnloadedFeed {
 }
 
 impl Feed {
-    /// Begins to read some topics of a log, alongside an unloaded recording.
+    /// Begins to read a part of some topics of a log, alongside an unloaded recording.
     pub(crate) fn new(
         log: &LogReader,
         topics: &[String],
         decoding: &Arc<Decoding>,
         max_gap_s: f64,
         unloaded: Option<&Unloaded>,
+        cut: Cut,
     ) -> Result<Self, RecordingError> {
         let (begin_ns, end_ns) = times_ns(log, topics);
         Ok(Self {
             messages: log.messages_on(topics)?,
             decoder: Decoder::new(decoding.clone(), max_gap_s),
             unloaded: unloaded.map(UnloadedFeed::new).transpose()?,
-            cut: Cut::whole(),
+            cut,
             begin_s: begin_ns as f64 * 1e-9,
             end_s: end_ns as f64 * 1e-9,
         })

@@ -33,8 +33,8 @@ pub(crate) const POSITION_STD_DEV: Range = Range {
     expected: "a standard deviation from 0 to 1 m",
 };
 
-/// Range of the standard deviation of the orientation of a shape, rad. Beyond, errors of the
-/// orientation change the inertia by more than to first order.
+/// Range of the standard deviation of the orientation of a shape, rad. Beyond it, the second order of
+/// the errors does not describe the inertia.
 pub(crate) const ROTATION_STD_DEV: Range = Range {
     contains: |std_dev| (0.0..=std::f64::consts::FRAC_PI_6).contains(&std_dev),
     expected: "a standard deviation from 0 to π/6 rad, 30 degrees",

@@ -156,8 +156,8 @@ impl Recording for LogRecording {
     /// The events of the unloaded recording are not among those of the beginning.
     fn beginning(&self, observer: &mut Observer<'_>) -> Result<Vec<Event>, RecordingError> {
         let topics = self.topics(true);
-        let mut feed = Feed::new(&self.log, &topics, &self.decoding, f64::INFINITY, None)?;
-        feed.cut = self.cut;
+        let (log, decoding, max_gap_s) = (&self.log, &self.decoding, f64::INFINITY);
+        let mut feed = Feed::new(log, &topics, decoding, max_gap_s, None, self.cut)?;
         let mut events = Vec::new();
         while feed.read(&mut events)?.is_some() {
             check_interruption(observer)?;
@@ -176,9 +176,8 @@ impl Recording for LogRecording {
     ) -> Result<Reading, RecordingError> {
         let topics = self.topics(selection.acceleration);
         let unloaded = self.unloaded.as_ref();
-        let max_gap_s = selection.max_gap_s;
-        let mut feed = Feed::new(&self.log, &topics, &self.decoding, max_gap_s, unloaded)?;
-        feed.cut = self.cut;
+        let (log, decoding, max_gap_s) = (&self.log, &self.decoding, selection.max_gap_s);
+        let feed = Feed::new(log, &topics, decoding, max_gap_s, unloaded, self.cut)?;
         feed.run(take, progress)
     }
 }

@@ -22,17 +22,18 @@ pub(crate) struct Cut {
 }
 
 impl Cut {
-    /// Returns the part that a request asks for: all that it leaves open.
+    /// The whole of a recording.
+    pub(crate) const WHOLE: Self = Self {
+        begin_s: f64::NEG_INFINITY,
+        end_s: f64::INFINITY,
+    };
+
+    /// Returns the part that a request asks for.
     pub(crate) fn of(request: &Request) -> Self {
         Self {
-            begin_s: request.begin_s.unwrap_or(f64::NEG_INFINITY),
-            end_s: request.end_s.unwrap_or(f64::INFINITY),
+            begin_s: request.begin_s.unwrap_or(Self::WHOLE.begin_s),
+            end_s: request.end_s.unwrap_or(Self::WHOLE.end_s),
         }
-    }
-
-    /// Returns the whole of a recording.
-    pub(crate) fn whole() -> Self {
-        Self::of(&Request::default())
     }
 
     /// Leaves out the events outside of it, from a place on.

@@ -13,6 +13,7 @@ use crate::angles::Angles;
 use crate::decode::Decoding;
 use crate::feed::{Feed, Unloaded};
 use crate::progress::{check_interruption, open_log};
+use crate::recording::Cut;
 use crate::same_log::same_log;
 use crate::sources::{LogSources, MeasuredTopics, MotionTopics, joint_topics};
 use crate::{Method, Observer, RecordingError, Request};
@@ -128,7 +129,7 @@ impl Motions {
         decoding: &Arc<Decoding>,
         observer: &mut Observer<'_>,
     ) -> Result<(), RecordingError> {
-        let mut feed = Feed::new(log, topics, decoding, f64::INFINITY, None)?;
+        let mut feed = Feed::new(log, topics, decoding, f64::INFINITY, None, Cut::WHOLE)?;
         let mut events: Vec<Event> = Vec::new();
         while feed.read(&mut events)?.is_some() {
             check_interruption(observer)?;

@@ -2,8 +2,9 @@
 
 use nalgebra::{Matrix3, Matrix4, Vector3};
 
-/// Largest flux of one, or part of that of the coordinates that is missing, a fraction of the volume: assembled
-/// CAD parts with small gaps miss less, and a box without its lid a half.
+/// Largest difference between surface integrals and those of a closed surface, a fraction of the
+/// volume: those of assembled CAD parts with small gaps differ by less, and those of a box without
+/// its lid by a half.
 const LARGEST_GAP: f64 = 0.02;
 
 /// Smallest volume relative to that of the box around the solid; below, it is rounding.
@@ -45,12 +46,12 @@ impl Moments {
         if volume.abs() <= SMALLEST_VOLUME * sides.product() {
             return Err("its faces enclose no volume".to_owned());
         }
-        // Through a closed surface, the flux of one is zero, that of each coordinate along its own
-        // axis the volume, and along the others zero; in units of the sides, for thin plates.
-        let of_one = areas.component_mul(sides).amax();
+        // Over a closed surface, the normals sum to zero, and those times a coordinate to the volume
+        // along its own axis and to zero along the others; in units of the sides, for thin plates.
+        let of_normals = areas.component_mul(sides).amax();
         let in_sides = Matrix3::from_fn(|i, k| flux[(i, k)] * sides[k] / sides[i]);
         let missing = (in_sides - Matrix3::from_diagonal_element(volume)).amax();
-        if of_one.max(missing) > LARGEST_GAP * volume.abs().max(in_sides.amax()) {
+        if of_normals.max(missing) > LARGEST_GAP * volume.abs().max(in_sides.amax()) {
             return Err(
                 "its surface is open, or its faces are oriented differently: close it, and let the corners of each face \
                  be counterclockwise as seen from outside"

@@ -19,8 +19,9 @@ const MAX_POINTS: usize = 600;
 /// Returns the estimate from the first windows alone, for growing numbers of windows, with the
 /// robust weights and the noise of the fit to all of them. The `known` bodies are subtracted.
 ///
-/// What the result's standard deviations, `of_result`, where they are given, contain beside that
-/// noise widens those of all points by the same factors, so that the last are those of the result.
+/// `of_result` are the standard deviations of the result, where the result is that of the same fit.
+/// What they contain beside that noise widens those of all points by the same factors, so that the
+/// last are those of the result.
 pub(crate) fn history(
     equations: &[Equation],
     fit: &Fit,

@@ -97,8 +97,8 @@ pub(crate) struct SampleBins {
 
 impl SampleBins {
     /// Creates the bins of a robot with so many wrench sensors. They stay empty where the base is
-    /// fixed, where wrenches are interpolated between those of a slower sensor, and where something
-    /// else than the payload is unknown.
+    /// fixed or has no joints, where wrenches are interpolated between those of a slower sensor, and
+    /// where something else than the payload is unknown.
     pub(crate) fn new(robot: &Manipulator, sensors: usize, settings: &EquationSettings) -> Self {
         let joints = robot.dof();
         let layout = Layout { joints, sensors };

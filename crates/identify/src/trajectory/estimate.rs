@@ -142,8 +142,8 @@ impl<'a> Problem<'a> {
         ))
     }
 
-    /// Computes one pass from the present motion and parameters; `None` where the measurements do not
-    /// determine them.
+    /// Computes one pass from the present motion and parameters; `None` where the measurements do
+    /// not determine them.
     pub(super) fn pass(&mut self) -> Option<Pass> {
         let mut normal = DMatrix::zeros(11, 11);
         let mut changes = Vec::new();

@@ -17,9 +17,9 @@ pub(super) struct Weights {
     pub(super) of_dynamics: DMatrix<f64>,
 }
 
-/// Rows of one bin, those of the measured motion first, in the order of the channels: `target = by_state * state +
-/// by_parameters * parameters`, for changes of both from the present ones. The state are the
-/// coordinates, their first, and their second derivatives.
+/// Rows of one bin, those of the measured motion first, in the order of the channels: `target =
+/// by_state * state + by_parameters * parameters`, for changes of both from the present ones. The
+/// state consists of the coordinates, their first, and their second derivatives.
 pub(super) struct BinRows {
     by_state: DMatrix<f64>,
     /// Derivatives by the parameters, then what the present motion and parameters leave of the

@@ -163,8 +163,8 @@ fn smooth_rotation(segments: &mut [Segment], layout: Layout, std_devs: &mut [f64
     Some(())
 }
 
-/// Returns what the motion leaves of the measured rotation, a small rotation in the inertial frame, and
-/// of the measured angular velocity.
+/// Returns what the motion leaves of the measured rotation, a small rotation in the inertial frame,
+/// and of the measured angular velocity.
 pub(super) fn rotation_residuals(
     at: &Derivatives,
     values: &[f64],

@@ -1,9 +1,9 @@
 //! The segments of a recording: the cheapest way to explain all windows by bodies and transients.
 //!
 //! Each body costs [`CHANGE`] and its squared residuals in variances of the noise, and each window
-//! of a transient costs [`TRANSIENT`]. Dynamic programming over the windows finds the cheapest sequence:
-//! for each window it knows the cost of all that came before it, and fits a body to the windows
-//! since each place where the present segment may have begun, of which the best are kept.
+//! of a transient costs [`TRANSIENT`]. Dynamic programming over the windows finds the cheapest
+//! sequence: for each window it knows the cost of all that came before it, and fits a body to the
+//! windows since each place where the present segment may have begun, of which the best are kept.
 
 use nalgebra::SVector;
 use tactid_identify::equations::Equation;
@@ -71,8 +71,8 @@ impl Windows {
         self.times_s[last] - self.times_s[first] + stride_s
     }
 
-    /// Returns whether the arm rests from a window to another one: its acceleration against gravity, along the axes
-    /// of the wrench, is constant.
+    /// Returns whether the arm rests from a window to another one: its acceleration against gravity,
+    /// along the axes of the wrench, is constant.
     fn is_rest(&self, (first, last): (usize, usize)) -> bool {
         let lines = &self.lines[first..=last];
         let count = lines.len() as f64;

@@ -39,8 +39,8 @@ pub struct Segment {
 /// payload changes, one ends and another one begins. What no body explains for more than a moment,
 /// such as the contact while something is grasped, is between them.
 ///
-/// A body is held for one and a half seconds at least. A wrench that is constant while the arm rests, and
-/// is not that of the body before or after, may be a contact and makes no segment.
+/// A body is held for one and a half seconds at least. A wrench that is constant while the arm
+/// rests, and is not that of the body before or after, may be a contact and makes no segment.
 ///
 /// # Errors
 /// Returns the errors of [`identify_log`](crate::identify_log).

@@ -47,18 +47,14 @@ impl BatchIdentifier {
             && solution.other_load.is_none()
             && causes.is_empty()
             && !(0..windows).any(|window| fit.is_outlier(window));
-        let of_windows = [fit, with_known_mass.unwrap_or(fit)];
-        if !is_plain {
-            return Fits {
-                of_windows,
-                of_motion: None,
-                motion: MotionEstimate::Smoothed,
-            };
-        }
-        let mut bins = self.bins.clone();
-        bins.finish();
-        let smoothed = (&fit.parameters, &fit.covariance);
-        let (motion, found) = choose(&bins, self.stream.model(), smoothed);
+        let (motion, found) = if is_plain {
+            let mut bins = self.bins.clone();
+            bins.finish();
+            let smoothed = (&fit.parameters, &fit.covariance);
+            choose(&bins, self.stream.model(), smoothed)
+        } else {
+            (MotionEstimate::Smoothed, None)
+        };
         let of_motion = found.map(|found| Fit {
             parameters: found.parameters,
             covariance: found.covariance + fit.gain_covariance(),
@@ -67,7 +63,7 @@ impl BatchIdentifier {
             ..fit.clone()
         });
         Fits {
-            of_windows,
+            of_windows: [fit, with_known_mass.unwrap_or(fit)],
             of_motion,
             motion,
         }
@@ -83,7 +79,7 @@ impl BatchIdentifier {
     ) -> Vec<HistoryPoint> {
         let bounding_box = self.settings.bounding_box.as_ref();
         let with_motion = fits.of_motion.is_some();
-        // What widens the result of windows is not what widens that of a motion.
+        // The factors that widen a result are those of its own fit.
         let of_result = (!with_motion).then_some(&result.std_devs);
         let mut points = history(
             equations,

@@ -68,6 +68,10 @@ def _store(path: Path) -> None:
         os.fsync(file.fileno())
 
 
+SCHEMES = ("s3", "gs", "az", "https", "http")
+"""Beginnings of addresses in stores."""
+
+
 def check_no_address(path: str | os.PathLike[str]) -> None:
     """Checks that a path is no address in a store, also where its slashes have become one.
 
@@ -75,7 +79,7 @@ def check_no_address(path: str | os.PathLike[str]) -> None:
         ArgumentError: It is one.
     """
     scheme, colon, rest = os.fspath(path).partition(":/")
-    if colon and scheme in ("s3", "gs", "az", "http", "https"):
+    if colon and scheme in SCHEMES:
         raise ArgumentError(
             f"{scheme}://{rest.lstrip('/')} is an address in a store, where a path is expected:"
             " addresses are those of the recordings of `tactid fleet`"

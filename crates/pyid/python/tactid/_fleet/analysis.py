@@ -302,13 +302,9 @@ def _within(cluster: Cluster) -> float:
 
 
 def _largest(known: int) -> float:
-    return _quantile(known, CHANCE_Z)
-
-
-def _quantile(degrees: int, z: float) -> float:
-    """Returns a quantile of chi-square by that of the normal distribution (Wilson, Hilferty)."""
-    part = 2.0 / (9.0 * degrees)
-    return float(degrees * (1.0 - part + z * math.sqrt(part)) ** 3)
+    """Returns the quantile of chi-square, by that of the normal distribution (Wilson, Hilferty)."""
+    part = 2.0 / (9.0 * known)
+    return float(known * (1.0 - part + CHANCE_Z * math.sqrt(part)) ** 3)
 
 
 def severity(row: Row) -> tuple[int, int, int, int, float]:

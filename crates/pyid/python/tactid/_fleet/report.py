@@ -110,7 +110,9 @@ def _outcomes(rows: Sequence[Row]) -> list[tuple[str, int]]:
     return Counter(row["outcome"] for row in rows).most_common()
 
 
-def _table(heads: Sequence[str], lines: Iterable[Sequence[Any]], note: str = "") -> str:
+def _table(
+    heads: Sequence[str], lines: Iterable[Sequence[Any]], note: str = "", style: str = "wide"
+) -> str:
     """Returns a table of the first lines; it is a sentence where there is none."""
     listed = list(lines)
     if not listed:
@@ -123,7 +125,7 @@ def _table(heads: Sequence[str], lines: Iterable[Sequence[Any]], note: str = "")
     caption = f"<caption>{html.escape(more + note)}</caption>" if more + note else ""
     titles = "".join(f"<th>{html.escape(head)}</th>" for head in heads)
     return (
-        f'<div class="wide"><table>{caption}<thead><tr>{titles}</tr></thead>'
+        f'<div class="{style}"><table>{caption}<thead><tr>{titles}</tr></thead>'
         f"<tbody>{''.join(cells)}</tbody></table></div>"
     )
 
@@ -221,8 +223,8 @@ def _worst(rows: Sequence[Row]) -> str:
         if any(severity(row)[:-1])
     ]
     note = "The commands write the report of one recording, with the options of the fleet besides."
-    text = _table(("robot", "recording", "episode", "outcome", "why", "report"), lines, note)
-    return text.replace('<div class="wide">', '<div class="wide worst">')
+    heads = ("robot", "recording", "episode", "outcome", "why", "report")
+    return _table(heads, lines, note, "wide worst")
 
 
 def _command(row: Row) -> str:

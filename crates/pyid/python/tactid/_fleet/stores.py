@@ -16,10 +16,8 @@ from typing import Any, NamedTuple
 from urllib.parse import quote
 
 from tactid._base.errors import ArgumentError
+from tactid._base.files import SCHEMES
 from tactid._read.packages import package
-
-SCHEMES = ("s3", "gs", "az", "https", "http")
-"""Beginnings of addresses in stores."""
 
 ATTEMPTS = 8
 """How often a range is asked for, from a store that is throttled or fails: for half a minute."""

@@ -14,7 +14,7 @@ from typing import IO, Any, Protocol
 from tactid._base.errors import ArgumentError
 from tactid._base.files import atomic_path, check_no_address, write_atomically
 from tactid._base.output_files import check_outputs, replaced_outputs
-from tactid._fleet.recordings import Key, Recording
+from tactid._fleet.recordings import LOGS, Key, Recording
 from tactid._fleet.rows import (
     COLUMNS,
     HEAD,
@@ -33,23 +33,10 @@ FLUSH_ROWS = 500
 FLUSH_S = 10.0
 """Time after which the next row is written with those before it, s, however few they are."""
 
+DATA = (".json", ".jsonl", ".xlsx", ".xls", ".ods", ".tsv", ".feather", ".arrow", ".sqlite", ".db")
+"""Ends of the names of other tables."""
 
-OTHER_TABLES = (
-    *(
-        ".json",
-        ".jsonl",
-        ".xlsx",
-        ".xls",
-        ".ods",
-        ".tsv",
-        ".txt",
-        ".html",
-        ".htm",
-        ".pdf",
-        ".feather",
-    ),
-    *(".arrow", ".sqlite", ".db", ".mcap", ".db3", ".bag", ".npz", ".gz", ".zip"),
-)
+NOT_WRITTEN = (*DATA, *LOGS, ".npz", ".txt", ".html", ".htm", ".pdf", ".gz", ".zip")
 """Ends of names that promise what is not written, and of recordings."""
 
 LOCK = ".tactid-lock"
@@ -81,7 +68,7 @@ def rows_at(out: Path | None, recordings: Iterable[Recording] = ()) -> "Rows":
     if out is None:
         return MemoryRows()
     check_no_address(out)
-    if out.suffix.lower() in OTHER_TABLES:
+    if out.suffix.lower() in NOT_WRITTEN:
         raise ArgumentError(
             f"the table {out}: expected a name that ends in .csv, or that of a folder of Parquet"
             " files, such as payloads.parquet"
