@@ -13,6 +13,9 @@ from tactid._results.records import SCHEMAS, array_of, in_order, is_nullable, of
 PATH = Path(records.__file__).with_suffix(".pyi")
 """The file of the stub."""
 
+LONGEST_LINE = 100
+"""Columns of a line, beyond which the formatter breaks it."""
+
 PLAIN = {"number": "float", "integer": "int", "boolean": "bool", "string": "str"}
 """Types of plain values by their names in a schema."""
 
@@ -56,7 +59,10 @@ def _aliases() -> Iterator[str]:
     for name, schema in SCHEMAS.items():
         names = [part.get("const") for part in schema.get("oneOf", ())] or schema.get("enum")
         if names:
-            yield f"{name}: TypeAlias = Literal[{', '.join(map(_quoted, names))}]"
+            listed = ", ".join(map(_quoted, names))
+            alias = f"{name}: TypeAlias = Literal[{listed}]"
+            is_long = len(alias) > LONGEST_LINE
+            yield alias.replace(listed, f"\n    {listed}\n") if is_long else alias
 
 
 def _classes() -> Iterator[str]:
