@@ -23,6 +23,8 @@ from typing import Any
 
 import distributed
 import obstore
+from mcap.reader import make_reader
+from mcap.writer import Writer
 from obstore.store import S3Store
 
 import tactid
@@ -36,6 +38,19 @@ SECONDS = 10.0
 DAMAGED = 3
 KILLS = 5
 PORT = 5555
+ARM = """
+[robot]
+base = "{base}"
+[payload]
+mass_kg = {mass}
+center_of_mass_m = [0.25, 0.01, 0.08]
+inertia_kg_m2 = [0.02, 0.0, 0.0, 0.03, 0.0, 0.02]
+[excitation]
+mode = "together"
+[noise]
+finger_force_n = 0.1
+finger_moment_nm = 0.01
+"""
 
 
 def main() -> None:
@@ -62,12 +77,14 @@ def main() -> None:
 
 
 def recordings(folder: Path) -> list[Path]:
-    """Simulates recordings of different payloads, of which the last ones are damaged."""
+    """Simulates recordings of two robots with different payloads, of which the last are damaged."""
     logs = []
     for seed in range(DISTINCT):
         log = folder / f"distinct{seed:02}.mcap"
-        experiment = tactid.Experiment.paper().replace(duration=SECONDS, seed=seed, frequency=0.5)
-        tactid.simulate(experiment, log)
+        base = "floating" if seed % 5 == 0 else "fixed"
+        experiment = tactid.Experiment.from_toml(ARM.format(base=base, mass=1.0 + 0.2 * seed))
+        tactid.simulate(experiment.replace(duration=SECONDS, seed=seed), folder / "all.mcap")
+        thin_out(folder / "all.mcap", log)
         if seed >= DISTINCT - DAMAGED:
             content = log.read_bytes()
             log.write_bytes(content[: len(content) * (seed - DISTINCT + DAMAGED) // DAMAGED])
@@ -77,6 +94,33 @@ def recordings(folder: Path) -> list[Path]:
         flush=True,
     )
     return logs
+
+
+def thin_out(log: Path, out: Path) -> None:
+    """Writes every fourth message of each topic: the simulator's 1 kHz become 250 Hz."""
+    with log.open("rb") as source, out.open("wb") as target:
+        reader, writer = make_reader(source), Writer(target)
+        writer.start("ros2")
+        schemas: dict[int, int] = {}
+        channels: dict[int, int] = {}
+        seen = Counter[int]()
+        for schema, channel, message in reader.iter_messages():
+            assert schema is not None
+            if channel.id not in channels:
+                if schema.id not in schemas:
+                    schemas[schema.id] = writer.register_schema(
+                        schema.name, schema.encoding, schema.data
+                    )
+                channels[channel.id] = writer.register_channel(
+                    channel.topic, channel.message_encoding, schemas[schema.id]
+                )
+            seen[channel.id] += 1
+            if seen[channel.id] % 4 == 1:
+                writer.add_message(
+                    channels[channel.id], message.log_time, message.data, message.publish_time
+                )
+        writer.finish()
+    log.unlink()
 
 
 def size(paths: Sequence[Path]) -> float:
@@ -110,8 +154,8 @@ def of_a_folder(folder: Path, logs: Sequence[Path], count: int) -> None:
 
 
 @contextmanager
-def bucket(logs: Sequence[Path], count: int) -> Iterator[None]:
-    """Serves a bucket with many names of the recordings."""
+def bucket(logs: Sequence[Path], count: int) -> Iterator[int]:
+    """Serves a bucket with many names of the recordings; its value is the server's process."""
     server = subprocess.Popen(
         [sys.executable, "-m", "moto.server", "-p", str(PORT)],
         stdout=subprocess.DEVNULL,
@@ -139,7 +183,7 @@ def bucket(logs: Sequence[Path], count: int) -> Iterator[None]:
         contents = [log.read_bytes() for log in logs]
         for k in range(count):
             obstore.put(store, f"day{k % 7}/{k:05}.mcap", contents[k % DISTINCT])
-        yield
+        yield server.pid
     finally:
         server.terminate()
         server.wait()
@@ -147,16 +191,18 @@ def bucket(logs: Sequence[Path], count: int) -> Iterator[None]:
 
 def of_a_bucket(folder: Path, logs: Sequence[Path], count: int, numbers: Sequence[int]) -> None:
     """Prints what has become of recordings in a bucket: some workers, and kills."""
-    with bucket(logs, count):
+    with bucket(logs, count) as server:
         times, tables = {}, {}
         for workers in numbers:
             out = folder / f"workers{workers}.parquet"
-            begun = time.monotonic()
+            begun, served = time.monotonic(), processor_seconds(server)
             memory = computed(out, workers)
             times[workers] = time.monotonic() - begun
+            served = processor_seconds(server) - served
             tables[workers] = payloads_of(out)
             print(
-                f"{workers} workers: {describe(out, count)}, {times[workers]:.1f} s, {memory}",
+                f"{workers} workers: {describe(out, count)}, {times[workers]:.1f} s, of which the"
+                f" server took {served:.1f} s of a core, {memory}",
                 flush=True,
             )
         if {1, 2} <= times.keys():
@@ -164,7 +210,11 @@ def of_a_bucket(folder: Path, logs: Sequence[Path], count: int, numbers: Sequenc
         out = folder / "killed.parquet"
         kills = computed_with_kills(out)
         same = payloads_of(out) == tables[numbers[-1]]
-        print(f"{kills} kills, one stop: {describe(out, count)}, same table: {same}", flush=True)
+        print(
+            f"{kills} kills, one connection cut, one stop: {describe(out, count)},"
+            f" same table: {same}",
+            flush=True,
+        )
 
 
 def computed(out: Path, workers: int, kill: Any = None) -> str:
@@ -191,8 +241,20 @@ def computed(out: Path, workers: int, kill: Any = None) -> str:
 
         run.run(tasks, ParquetRows(out), client, note)
         seen = client.run(peak)
-    half = f"{max(halves)} at half" if halves else ""
-    return f"memory of a worker {max(seen.values())} MB at the end, {half}"
+    half = f", {max(halves)} MB at half" if halves else ""
+    return f"memory of a worker {max(seen.values())} MB at the end{half}"
+
+
+def processor_seconds(process: int) -> float:
+    """Returns the processor time of a process, s."""
+    fields = Path(f"/proc/{process}/stat").read_text().rpartition(")")[2].split()
+    return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
+
+
+def cut_connections(scheduler: Any) -> None:
+    """Closes the connections of a scheduler to its workers."""
+    for connection in scheduler.stream_comms.values():
+        connection.abort()
 
 
 def peak() -> int:
@@ -201,7 +263,7 @@ def peak() -> int:
 
 
 def computed_with_kills(out: Path) -> int:
-    """Computes the rows, kills workers on the way and stops once, then goes on."""
+    """Computes the rows, kills workers, cuts connections and stops once, then goes on."""
     chosen, killed = random.Random(1), []
 
     def kill(cluster: Any, done: int, total: int) -> None:
@@ -210,6 +272,9 @@ def computed_with_kills(out: Path) -> int:
             nanny = chosen.choice(list(cluster.workers.values()))
             os.kill(nanny.pid, signal.SIGKILL)
             killed.append(done)
+        if done == 3 * total // 4 and not cut:
+            cut.append(done)
+            cluster.loop.add_callback(cut_connections, cluster.scheduler)
         if (
             done == total // 2
             and threading.current_thread() is threading.main_thread()
@@ -219,6 +284,7 @@ def computed_with_kills(out: Path) -> int:
             raise KeyboardInterrupt
 
     stopped: list[int] = []
+    cut: list[int] = []
     try:
         computed(out, 2, kill)
     except KeyboardInterrupt:
@@ -239,7 +305,11 @@ def describe(out: Path, count: int) -> str:
     outcomes = ", ".join(
         f"{n} {name}" for name, n in Counter(r["outcome"] for r in found).most_common()
     )
-    return f"{len(found)} rows, {count - len(found)} lost, {stored - len(found)} twice ({outcomes})"
+    bytes_read, requests = (sum(r[name] or 0 for r in found) for name in ("bytes_read", "requests"))
+    return (
+        f"{len(found)} rows, {count - len(found)} lost, {stored - len(found)} twice ({outcomes}),"
+        f" {bytes_read / count / 1e6:.2f} MB and {requests / count:.1f} requests a recording"
+    )
 
 
 def table_rows(path: Path) -> int:

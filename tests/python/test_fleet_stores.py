@@ -27,6 +27,11 @@ from test_fleet import write_data_set
 PASSING = ("503", "reset", "truncated")
 
 
+@pytest.fixture(autouse=True)
+def _small_recordings_stand_for_large_ones(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(ranges, "WHOLE", 0)
+
+
 @pytest.fixture
 def store(monkeypatch: pytest.MonkeyPatch) -> Iterator[Store]:
     monkeypatch.setattr(stores, "FIRST_WAIT_S", 0.001)
@@ -275,4 +280,14 @@ def test_what_is_kept_on_the_disk_is_bounded(monkeypatch: pytest.MonkeyPatch) ->
         assert given.read(at_byte, 100) == content[at_byte : at_byte + 100]
         assert sum(end - start for start, end in given._kept) <= 3 * ranges.BLOCK
     assert given.requests == 6
+    given.close()
+
+
+def test_a_small_recording_is_read_by_one_request(monkeypatch: pytest.MonkeyPatch) -> None:
+    content = bytes(range(256)) * 16
+    monkeypatch.setattr(ranges, "WHOLE", len(content))
+    given = ranges.Ranges("x.mcap", len(content), lambda start, end: content[start:end])
+    assert given.read(len(content) - 40, 40) == content[-40:]
+    assert given.read(8, 9) == content[8:17]
+    assert (given.requests, given.bytes_read) == (1, len(content))
     given.close()

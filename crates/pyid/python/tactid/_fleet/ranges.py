@@ -18,6 +18,9 @@ MOST_TAIL = 1 << 18
 TAIL = 256
 """Bytes of a recording for each byte of its end that is read at once."""
 
+WHOLE = 1 << 21
+"""Bytes of a recording that is read by one request: a further one takes as long."""
+
 MOST_BLOCK = 1 << 23
 """Bytes that are read at once where reads follow each other, as in a file without index."""
 
@@ -59,7 +62,8 @@ class Ranges:
         self._kept: list[Range] = []
         self._announced: list[Range] = []
         self._block = BLOCK
-        self._tail = max(size - min(max(size // TAIL, BLOCK), MOST_TAIL), 0)
+        tail = size if size <= WHOLE else min(max(size // TAIL, BLOCK), MOST_TAIL)
+        self._tail = size - tail
         self._file = tempfile.TemporaryFile(prefix="tactid-")  # noqa: SIM115 - until `close`
 
     def close(self) -> None:
