@@ -1,5 +1,7 @@
 """Mass properties, the wrench regressor and the estimators against NumPy."""
 
+import pickle
+
 import numpy as np
 import pytest
 
@@ -22,6 +24,10 @@ def test_parameters_there_and_back(body: tactid.MassProperties) -> None:
     back = tactid.MassProperties.from_parameters(body.parameters)
     np.testing.assert_allclose(back.parameters, expected, rtol=1e-14)
     assert body.is_physical
+
+
+def test_a_body_is_sent_to_another_process(body: tactid.MassProperties) -> None:
+    assert pickle.loads(pickle.dumps(body)) == body
 
 
 def test_change_of_frame_moves_the_centre_and_turns_the_inertia(

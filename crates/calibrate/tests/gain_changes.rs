@@ -68,25 +68,29 @@ fn calibrated_without_payload(world: &mut World<6>) -> Calibration {
 #[test]
 fn efforts_that_have_changed() {
     let of_joint = [1.0, 1.0, 1.1, 1.0, 1.0, 1.0];
+    let arms = [(100, false), (101, true)].map(|(seed, are_exact)| {
+        let mut world = World::six_axes(seed);
+        let calibration = if are_exact {
+            calibrated_without_payload(&mut world)
+        } else {
+            calibrated(&mut world, 30.0).calibration
+        };
+        (world, calibration)
+    });
     for (about, factors) in [
         ("unchanged", [1.0; 6]),
         ("7 %", [1.07; 6]),
         ("one joint", of_joint),
     ] {
         let [mut with_recording, mut alone] = [Errors::default(), Errors::default()];
-        for (seed, are_exact) in [(100, false), (101, true)] {
-            let mut world = World::six_axes(seed);
-            let calibration = if are_exact {
-                calibrated_without_payload(&mut world)
-            } else {
-                calibrated(&mut world, 30.0).calibration
-            };
+        for (world, calibration) in &arms {
+            let mut world = world.clone();
             for (gain, factor) in world.gains.iter_mut().zip(factors) {
                 *gain /= factor;
             }
             let of_day = [record(&mut world, None, 30.0)];
-            with_recording.add(&calibration, &mut world, &of_day);
-            alone.add(&calibration, &mut world, &[]);
+            with_recording.add(calibration, &mut world, &of_day);
+            alone.add(calibration, &mut world, &[]);
         }
         with_recording.assert_held(0.01, about);
         alone.assert_held(0.03, about);

@@ -1,7 +1,7 @@
 //! Payloads on six-axis arms with a joint's zero moved since their calibration.
 
 use crate::effort_arm::{World, calibrated, payload, record, recorded};
-use tactid_calibrate::{Assumption, CalibrationSettings, EffortRecording};
+use tactid_calibrate::{Assumption, Calibration, CalibrationSettings, EffortRecording};
 use tactid_identify::{BatchSettings, KnownMass};
 
 /// Measures an arm with positions of one joint that are too large by an angle, rad.
@@ -14,13 +14,12 @@ fn moved(world: &mut World<6>, mass_kg: f64, joint: usize, angle: f64) -> Effort
     recorded(&world.described, &measured, &CalibrationSettings::default())
 }
 
-/// Identifies a payload of 0.5 and one of 2.5 kg on each of six arms, and counts the results that
-/// name the right zero with its size, and those that name another.
-fn found(joint: usize, angle: f64) -> (usize, usize) {
+/// Identifies a payload of 0.5 and one of 2.5 kg on each of some calibrated arms, and counts the
+/// results that name the right zero with its size, and those that name another.
+fn found(arms: &[(World<6>, Calibration)], joint: usize, angle: f64) -> (usize, usize) {
     let (mut named, mut misnamed) = (0, 0);
-    for seed in 300..306 {
-        let mut world = World::six_axes(seed);
-        let calibration = calibrated(&mut world, 30.0).calibration;
+    for (world, calibration) in arms {
+        let mut world = world.clone();
         for mass_kg in [0.5, 2.5] {
             let loaded = moved(&mut world, mass_kg, joint, angle);
             let identified = calibration.identify(&[loaded], &[], &BatchSettings::default());
@@ -39,8 +38,15 @@ fn found(joint: usize, angle: f64) -> (usize, usize) {
 /// A zero that has moved by 0.6 degrees or more is found and named: 12 of 12 at the shoulder.
 #[test]
 fn zeros_that_have_moved() {
+    let arms: Vec<_> = (300..306)
+        .map(|seed| {
+            let mut world = World::six_axes(seed);
+            let calibration = calibrated(&mut world, 30.0).calibration;
+            (world, calibration)
+        })
+        .collect();
     for (joint, angle) in [(1, 0.01), (1, -0.02), (1, 0.05), (2, 0.02)] {
-        let (named, misnamed) = found(joint, angle);
+        let (named, misnamed) = found(&arms, joint, angle);
         let about = format!("joint {joint}, {angle} rad: {named} named, {misnamed} misnamed");
         assert!(named >= 11, "{about}");
         assert_eq!(misnamed, 0, "{about}");

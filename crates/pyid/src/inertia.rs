@@ -161,6 +161,14 @@ impl MassProperties {
         self.0 == other.0
     }
 
+    /// The arguments that make the same body: it is copied, and sent to other processes.
+    fn __getnewargs__<'py>(
+        this: &Bound<'py, Self>,
+    ) -> PyResult<(Bound<'py, PyAny>, Bound<'py, PyAny>, Bound<'py, PyAny>)> {
+        let argument = |name| this.getattr(name);
+        Ok((argument("mass")?, argument("com")?, argument("inertia")?))
+    }
+
     fn __repr__(&self) -> String {
         let tactid_dynamics::MassProperties {
             mass_kg,

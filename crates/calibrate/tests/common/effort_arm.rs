@@ -99,6 +99,7 @@ pub(crate) fn described() -> Manipulator {
 }
 
 /// The true arm.
+#[derive(Clone)]
 pub(crate) struct World<const N: usize = JOINTS> {
     pub(crate) random: SmallRng,
     robot: Manipulator,
