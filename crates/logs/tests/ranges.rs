@@ -6,7 +6,7 @@ use std::sync::{Arc, Mutex};
 
 use mcap::{WriteOptions, records::MessageHeader};
 use tactid_logs::{
-    LogError, LogReader, Message, Ranges, cdr,
+    LogError, LogReader, Message, Messages, Ranges, cdr,
     messages::{JointState, WrenchStamped},
 };
 
@@ -128,6 +128,31 @@ fn only_the_chunks_that_are_asked_for_are_read() {
         "{needed} of {}",
         bytes.len()
     );
+}
+
+/// Messages since a time are the later ones of the whole log, and chunks with earlier ones alone are
+/// not read.
+#[test]
+fn chunks_before_the_time_are_not_read() {
+    let object = Object {
+        bytes: log_with_images(100).into(),
+        ..Object::default()
+    };
+    let log = open(&object).unwrap();
+    let topics = ["/joint_states", "/wrench"];
+    let all = log.messages_on(topics).unwrap();
+    let times = |messages: Messages| -> Vec<u64> {
+        messages
+            .map(|message| message.unwrap().log_time_ns)
+            .collect()
+    };
+    let mut expected = times(all);
+    expected.retain(|time_ns| *time_ns >= 75 * STEP_NS);
+    object.announced.lock().unwrap().clear();
+    let later = log.messages_on(topics).unwrap().since(75 * STEP_NS);
+    assert_eq!(times(later), expected);
+    // Ten pairs are in a chunk.
+    assert_eq!(object.announced.lock().unwrap().len(), 3);
 }
 
 /// Topics that are decoded have the times of their messages, and images those of their chunks.

@@ -331,3 +331,35 @@ fn messages_outlive_the_reader() {
         );
     }
 }
+
+/// Messages since a time are the later ones of the whole log, in any storage and any order.
+#[test]
+fn messages_since_a_time_are_the_later_ones() {
+    let folder = tempfile::tempdir().unwrap();
+    let shuffled: Vec<u64> = (0..100).map(|k| (k * 37) % 100).collect();
+    let mut logs = Vec::new();
+    for (name, chunks) in [("chunks.mcap", true), ("plain.mcap", false)] {
+        let path = folder.path().join(name);
+        fs::write(&path, foreign_log(None, chunks, &shuffled)).unwrap();
+        logs.push(LogReader::open(&path).unwrap());
+    }
+    let path = folder.path().join("bag.db3");
+    bag(&path, 100);
+    logs.push(LogReader::open(&path).unwrap());
+    let in_memory: Vec<_> = logs[0].messages().map(Result::unwrap).collect();
+    logs.push(LogReader::of_messages("memory", &in_memory));
+    for log in logs {
+        let times = |begin_ns: u64| -> Vec<u64> {
+            let messages = log.messages_on(["/joint_states"]).unwrap().since(begin_ns);
+            messages
+                .map(|message| message.unwrap().log_time_ns)
+                .collect()
+        };
+        for begin in [0, 1, 40, 99, 100] {
+            let mut expected = times(0);
+            assert_eq!(expected.len(), 100);
+            expected.retain(|time_ns| *time_ns >= begin * STEP_NS);
+            assert_eq!(times(begin * STEP_NS), expected, "{}", log.path().display());
+        }
+    }
+}

@@ -73,8 +73,9 @@ pub(super) struct FileIndex {
 /// A part of a file that is read at once.
 #[derive(Debug)]
 pub(super) struct Segment {
-    /// Earliest log time of its messages, ns.
+    /// Earliest and latest log time of its messages, ns.
     pub(super) first_ns: u64,
+    pub(super) last_ns: u64,
     pub(super) channels: BTreeSet<ChannelId>,
 }
 
@@ -217,6 +218,7 @@ impl Default for Segment {
     fn default() -> Self {
         Self {
             first_ns: u64::MAX,
+            last_ns: 0,
             channels: BTreeSet::new(),
         }
     }
@@ -225,6 +227,7 @@ impl Default for Segment {
 impl Segment {
     pub(super) fn add(&mut self, channel: ChannelId, log_time_ns: u64) {
         self.first_ns = self.first_ns.min(log_time_ns);
+        self.last_ns = self.last_ns.max(log_time_ns);
         self.channels.insert(channel);
     }
 }

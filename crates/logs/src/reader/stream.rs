@@ -146,6 +146,8 @@ pub struct Messages {
     /// The file that was read last.
     file: Option<(usize, Box<dyn SegmentReader>)>,
     zstd: ZstdContext,
+    /// Earlier messages are left out, ns.
+    begin_ns: u64,
     /// Memory of the open segments, bytes, and the most that it may be.
     open_bytes: u64,
     budget: u64,
@@ -182,11 +184,22 @@ impl Messages {
             open: BinaryHeap::new(),
             file: None,
             zstd: ZstdContext::default(),
+            begin_ns: 0,
             open_bytes: 0,
             budget,
             damage,
             failed: false,
         }
+    }
+
+    /// Leaves out the messages before a log time, ns. Parts of the log that have no later ones are
+    /// not read.
+    #[must_use]
+    pub fn since(mut self, log_time_ns: u64) -> Self {
+        let last_ns = |&(f, s): &(usize, usize)| self.files[f].segments[s].last_ns;
+        self.due.retain(|place| last_ns(place) >= log_time_ns);
+        self.begin_ns = log_time_ns;
+        self
     }
 
     /// Returns the damage found so far. It is complete when the iteration has ended.
@@ -241,6 +254,8 @@ impl Messages {
         {
             return Err(budget.exceeded_error(&self.files[f].path));
         }
+        let begin_ns = self.begin_ns;
+        block.entries.retain(|entry| entry.log_time_ns >= begin_ns);
         // The sort is stable, and costs almost nothing if the log is already in order.
         block.entries.sort_by_key(|entry| entry.log_time_ns);
         if let Some(damage) = block.damage.take() {

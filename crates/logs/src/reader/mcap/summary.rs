@@ -229,6 +229,7 @@ fn segment(chunk: &ChunkIndex) -> (Place, Segment) {
     let channels = chunk.message_index_offsets.keys();
     let segment = Segment {
         first_ns: chunk.message_start_time,
+        last_ns: chunk.message_end_time,
         channels: channels.map(|&channel| channel.into()).collect(),
     };
     (place, segment)
