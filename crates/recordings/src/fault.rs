@@ -6,6 +6,8 @@ use std::fmt;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+use crate::cut::Cut;
+
 /// Largest value of a quantity in SI units. No quantity of a robot comes near it: a larger value is
 /// a fault of a driver or of a file.
 const LARGEST: f64 = 1e9;
@@ -147,37 +149,51 @@ impl fmt::Display for DataFault {
     }
 }
 
-/// Counts of faults by topic and kind.
+/// Counts of faults by topic and kind, in a part of a recording.
 #[derive(Clone, Debug, Default)]
-pub(crate) struct FaultCounts(BTreeMap<(String, FaultKind), (u64, f64)>);
+pub(crate) struct FaultCounts {
+    counts: BTreeMap<(String, FaultKind), (u64, f64)>,
+    cut: Cut,
+}
 
 impl FaultCounts {
+    /// Counts the faults whose times lie in a part of a recording, or are not known.
+    pub(crate) fn within(cut: Cut) -> Self {
+        Self {
+            counts: BTreeMap::new(),
+            cut,
+        }
+    }
+
     pub(crate) fn add(&mut self, topic: &str, kind: FaultKind, time_s: f64) {
         self.add_many(topic, kind, 1, time_s);
     }
 
     pub(crate) fn add_many(&mut self, topic: &str, kind: FaultKind, count: u64, first_s: f64) {
-        let entry = self.0.entry((topic.to_owned(), kind));
+        if self.cut.leaves_out(first_s) {
+            return;
+        }
+        let entry = self.counts.entry((topic.to_owned(), kind));
         entry.or_insert((0, first_s)).0 += count;
     }
 
     /// Adds the counts of others.
     pub(crate) fn add_all(&mut self, others: &Self) {
-        for ((topic, kind), &(count, first_s)) in &others.0 {
+        for ((topic, kind), &(count, first_s)) in &others.counts {
             self.add_many(topic, kind.clone(), count, first_s);
         }
     }
 
     /// Returns the counts without the times of first occurrences, for samples that have none.
     pub(crate) fn without_times(mut self) -> Self {
-        for (_, first_s) in self.0.values_mut() {
+        for (_, first_s) in self.counts.values_mut() {
             *first_s = f64::NAN;
         }
         self
     }
 
     pub(crate) fn to_vec(&self) -> Vec<DataFault> {
-        let entries = self.0.iter();
+        let entries = self.counts.iter();
         entries
             .map(|((topic, kind), &(count, first_s))| DataFault {
                 topic: topic.clone(),

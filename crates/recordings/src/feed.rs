@@ -11,8 +11,9 @@ use tactid_logs::{LogReader, Messages, RawMessage};
 use crate::RecordingError;
 use crate::alignment::{Event, Measured};
 use crate::clock::LONGEST_STAMP_DELAY_S;
+use crate::cut::Cut;
 use crate::decode::{Decoder, Decoding};
-use crate::recording::{Cut, Reading};
+use crate::recording::Reading;
 use crate::sources::times_ns;
 
 /// Number of events that go from the reading to the aligning thread at a time.
@@ -26,9 +27,9 @@ pub(crate) struct Feed {
     messages: Messages,
     decoder: Decoder,
     unloaded: Option<UnloadedFeed>,
-    /// The events that are used.
-    cut: Cut,
-    /// First and last time of logging, s.
+    /// Time of the last event that is used, s.
+    last_s: f64,
+    /// First and last time of logging of what is read, s.
     begin_s: f64,
     end_s: f64,
 }
@@ -61,28 +62,35 @@ impl Feed {
         unloaded: Option<&Unloaded>,
         cut: Cut,
     ) -> Result<Self, RecordingError> {
-        let (begin_ns, end_ns) = times_ns(log, topics);
+        let (first_ns, last_ns) = times_ns(log, topics);
+        let logged_ns = |time_s| decoding.clock().logged_ns(time_s);
+        let begin_ns = logged_ns(cut.begin_s - LONGEST_STAMP_DELAY_S).unwrap_or(0);
+        let end_ns = logged_ns(cut.end_s + LONGEST_STAMP_DELAY_S).unwrap_or(u64::MAX);
+        let (begin_ns, end_ns) = (begin_ns.max(first_ns), end_ns.min(last_ns));
+        let unloaded = unloaded.map(|unloaded| UnloadedFeed::new(unloaded, cut.begin_s));
         Ok(Self {
-            messages: log.messages_on(topics)?,
-            decoder: Decoder::new(decoding.clone(), max_gap_s),
-            unloaded: unloaded.map(UnloadedFeed::new).transpose()?,
-            cut,
+            messages: log.messages_on(topics)?.since(begin_ns),
+            decoder: Decoder::new(decoding.clone(), max_gap_s, cut),
+            unloaded: unloaded.transpose()?,
+            last_s: cut.end_s,
             begin_s: begin_ns as f64 * 1e-9,
             end_s: end_ns as f64 * 1e-9,
         })
     }
 
-    /// Adds the events of the next messages. Returns the fraction of the log that has been read, or
-    /// `None` at its end.
+    /// Adds the events of the next messages. Returns the fraction that has been read, or `None` at
+    /// the end.
     pub(crate) fn read(&mut self, events: &mut Vec<Event>) -> Result<Option<f64>, RecordingError> {
         let before = events.len();
         let enough = before + BATCH;
-        let mut read_s = None;
-        while events.len() < enough {
+        let (mut read_s, mut messages) = (None, 0);
+        // Messages before the part have no events, but the work can be interrupted there, too.
+        while events.len() < enough && (messages < BATCH || events.len() > before) {
+            messages += 1;
             let message = self.messages.next().transpose()?;
             let is_used = |message: &RawMessage| {
                 let logged_s = self.decoder.log_time_s(message);
-                !self.cut.ends_before(logged_s - LONGEST_STAMP_DELAY_S)
+                logged_s - LONGEST_STAMP_DELAY_S <= self.last_s
             };
             let Some(message) = message.filter(is_used) else {
                 return Ok(self.read_end(before, enough, events).then_some(1.0));
@@ -90,9 +98,7 @@ impl Feed {
             if let Some(unloaded) = &mut self.unloaded {
                 unloaded.read_until(self.decoder.log_time_s(&message), events)?;
             }
-            let decoded = events.len();
             self.decoder.decode(&message, events);
-            self.cut.keep(events, decoded);
             read_s = Some(message.log_time_ns as f64 * 1e-9);
         }
         let length_s = (self.end_s - self.begin_s).max(1e-9);
@@ -106,9 +112,7 @@ impl Feed {
             unloaded.finish(events);
         }
         self.decoder.finish(enough, events);
-        let is_more = events.len() > before;
-        self.cut.keep(events, before);
-        is_more
+        events.len() > before
     }
 
     /// Reads to the end on a thread of its own, while `take` is called on this one with each event,
@@ -161,11 +165,14 @@ impl Feed {
 }
 
 impl UnloadedFeed {
-    fn new(unloaded: &Unloaded) -> Result<Self, RecordingError> {
+    /// Begins to read before a time of the loaded recording, s.
+    fn new(unloaded: &Unloaded, begin_s: f64) -> Result<Self, RecordingError> {
         let messages = unloaded.log.messages_on(&unloaded.topics)?;
+        let begin_s = begin_s - unloaded.shift_s - LONGEST_STAMP_DELAY_S;
+        let begin_ns = unloaded.decoding.clock().logged_ns(begin_s).unwrap_or(0);
         Ok(Self {
-            messages: messages.peekable(),
-            decoder: Decoder::new(unloaded.decoding.clone(), f64::INFINITY),
+            messages: messages.since(begin_ns).peekable(),
+            decoder: Decoder::new(unloaded.decoding.clone(), f64::INFINITY, Cut::WHOLE),
             shift_s: unloaded.shift_s,
             events: Vec::new(),
         })

@@ -68,6 +68,7 @@ mod combine;
 mod compensated_log;
 mod compensation;
 mod contacts;
+mod cut;
 mod decode;
 mod defaults;
 mod error;

@@ -8,11 +8,12 @@ use tactid_identify::checks::TwistAxes;
 use tactid_logs::LogReader;
 
 use crate::alignment::Event;
+use crate::cut::Cut;
 use crate::decode::{Decoder, Decoding};
 use crate::feed::{Feed, Unloaded};
 use crate::progress::{check_interruption, open_log};
-use crate::recording::{Cut, Reading, Recording, Selection, Sources};
-use crate::sources::LogSources;
+use crate::recording::{Reading, Recording, Selection, Sources};
+use crate::sources::{LogSources, times_ns};
 use crate::unloaded::find_unloaded;
 use crate::{Clock, Finding, Observer, RecordingError, Request};
 
@@ -67,7 +68,7 @@ impl LogRecording {
         let found = LogSources::find(&log, request)?;
         let decoding = Arc::new(Decoding::new(&log, &found, request)?);
         Ok(Self {
-            sources: sources(&found, &decoding, request),
+            sources: sources(&log, &found, &decoding, request),
             found,
             log,
             decoding,
@@ -101,7 +102,7 @@ impl LogRecording {
     }
 }
 
-fn sources(found: &LogSources, decoding: &Decoding, request: &Request) -> Sources {
+fn sources(log: &LogReader, found: &LogSources, decoding: &Decoding, request: &Request) -> Sources {
     let mut findings = found.findings.clone();
     findings.extend(decoding.findings());
     let clock = decoding.clock();
@@ -128,11 +129,11 @@ fn sources(found: &LogSources, decoding: &Decoding, request: &Request) -> Source
             .odometry()
             .map(|topic| (topic.clone(), TwistAxes::Body)),
         joints_name: found.topics.joints().join(" and "),
+        end_s: clock.log_time_s(times_ns(log, &names).1),
         names,
         findings,
         clock: clock.kind(),
         start_ns: clock.origin_ns(),
-        end_s: None,
     }
 }
 

@@ -61,7 +61,7 @@ pub(crate) struct PaperRun {
     known_tool: Option<MassProperties>,
     epoch: u32,
     next_point_s: f64,
-    /// Time of the last event, s; infinite while it is not known.
+    /// Time of the last event, s.
     end_s: f64,
 }
 
@@ -77,7 +77,7 @@ impl PaperRun {
             known_tool: plan.request.known_tool.as_ref().map(|tool| tool.body),
             epoch: 0,
             next_point_s: f64::NEG_INFINITY,
-            end_s: plan.sources.end_s.unwrap_or(f64::INFINITY),
+            end_s: plan.sources.end_s,
         })
     }
 

@@ -47,6 +47,7 @@ impl<'a> Plan<'a> {
     ) -> Result<Self, RecordingError> {
         let sources = recording.sources();
         let events = recording.beginning(observer)?;
+        check_part(request, &events, sources)?;
         let (streams, mut options, mut findings) = choose_streams(sources, &events, request)?;
         findings.extend(checked(request, &options, sources)?);
         let is_mixed = are_mixed(&Steps::findings_of(sources, &events));
@@ -149,6 +150,31 @@ impl<'a> Plan<'a> {
             acceleration: self.streams.acceleration,
         }
     }
+}
+
+/// Checks that the part of a recording that is asked for, whose beginning has these events, is not
+/// outside of it.
+fn check_part(
+    request: &Request,
+    events: &[Event],
+    sources: &Sources,
+) -> Result<(), RecordingError> {
+    let is_late = |begin_s: &f64| *begin_s > sources.end_s;
+    let begin_s = request.begin_s.filter(is_late);
+    let end_s = request.end_s.filter(|end_s| *end_s < 0.0);
+    let (option, time_s) = match (begin_s, end_s) {
+        (Some(begin_s), _) if events.is_empty() => ("begin_s", begin_s),
+        (_, Some(end_s)) if events.is_empty() => ("end_s", end_s),
+        _ => return Ok(()),
+    };
+    Err(RecordingError::Option {
+        option,
+        what: format!(
+            "`{option}` is {time_s} s, but the recording is {:.1} s long: times count from the first message or sample \
+             that is used",
+            sources.end_s
+        ),
+    })
 }
 
 /// Checks that gravity is known where the wrenches lack a weight: it is not where it is zero, or

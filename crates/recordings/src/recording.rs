@@ -6,6 +6,7 @@ use tactid_dynamics::Manipulator;
 use tactid_identify::checks::TwistAxes;
 
 use crate::alignment::{Event, Streams};
+use crate::cut::Cut;
 use crate::defaults::{Contents, Options};
 use crate::fault::FaultCounts;
 use crate::{Clock, Finding, Observer, RecordingError, Request};
@@ -13,41 +14,13 @@ use crate::{Clock, Finding, Observer, RecordingError, Request};
 /// Length of the beginning of a recording from which its filter and its delay are chosen, s.
 const BEGINNING_S: f64 = 30.0;
 
-/// The part of a recording that is used.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Cut {
-    /// Times since that of the first message or sample, s.
-    begin_s: f64,
-    end_s: f64,
-}
-
 impl Cut {
-    /// The whole of a recording.
-    pub(crate) const WHOLE: Self = Self {
-        begin_s: f64::NEG_INFINITY,
-        end_s: f64::INFINITY,
-    };
-
     /// Returns the part that a request asks for.
     pub(crate) fn of(request: &Request) -> Self {
         Self {
             begin_s: request.begin_s.unwrap_or(Self::WHOLE.begin_s),
             end_s: request.end_s.unwrap_or(Self::WHOLE.end_s),
         }
-    }
-
-    /// Leaves out the events outside of it, from a place on.
-    pub(crate) fn keep(&self, events: &mut Vec<Event>, from: usize) {
-        let mut place = 0;
-        events.retain(|event| {
-            place += 1;
-            place <= from || (self.begin_s..=self.end_s).contains(&event.time_s)
-        });
-    }
-
-    /// Returns whether a time is so late that no event after it is used.
-    pub(crate) fn ends_before(&self, time_s: f64) -> bool {
-        time_s > self.end_s
     }
 
     /// Returns whether events in the order of time reach the end of the beginning of the part.
@@ -85,8 +58,8 @@ pub(crate) struct Sources {
     pub(crate) clock: Clock,
     /// Time zero, ns since the epoch.
     pub(crate) start_ns: i64,
-    /// Time of the last event, s, where it is known before reading.
-    pub(crate) end_s: Option<f64>,
+    /// Time of the last event, s; of a log that of its logging.
+    pub(crate) end_s: f64,
 }
 
 /// Which events of a recording are read.

@@ -10,10 +10,10 @@ use tactid_logs::LogReader;
 
 use crate::alignment::{Aligned, Event, Measured};
 use crate::angles::Angles;
+use crate::cut::Cut;
 use crate::decode::Decoding;
 use crate::feed::{Feed, Unloaded};
 use crate::progress::{check_interruption, open_log};
-use crate::recording::Cut;
 use crate::same_log::same_log;
 use crate::sources::{LogSources, MeasuredTopics, MotionTopics, joint_topics};
 use crate::{Method, Observer, RecordingError, Request};

@@ -26,6 +26,7 @@ mod measured_arms;
 mod options;
 mod orientations;
 mod paper;
+mod parts;
 mod poses_of_joints;
 mod rates;
 mod readings;

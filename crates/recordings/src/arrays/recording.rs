@@ -10,9 +10,10 @@ use super::fields::Arrays;
 use super::samples::{SampleReader, Samples};
 use super::unloaded::UnloadedSamples;
 use crate::alignment::{Event, Streams};
+use crate::cut::Cut;
 use crate::defaults::{Contents, Motion, Options, check_tip, effort_gains};
 use crate::fault::FaultCounts;
-use crate::recording::{Cut, Reading, Recording, Selection, Sources};
+use crate::recording::{Reading, Recording, Selection, Sources};
 use crate::sources::{SENSOR_FRAME, place_sensor};
 use crate::wrench_channels::ChannelAxes;
 use crate::{Clock, Observer, RecordingError, Request};
@@ -78,7 +79,7 @@ impl<'a> ArrayRecording<'a> {
                 findings: Vec::new(),
                 clock: Clock::Given,
                 start_ns: 0,
-                end_s: Some(timeline.length_s),
+                end_s: timeline.length_s,
             },
             unloaded,
             cut: Cut::of(request),
@@ -95,7 +96,7 @@ impl ArrayRecording<'_> {
         &self,
         mut take: impl FnMut(&[Event]) -> Result<(), RecordingError>,
     ) -> Result<FaultCounts, RecordingError> {
-        let mut reader = SampleReader::new(&self.samples, f64::INFINITY);
+        let mut reader = SampleReader::new(&self.samples, f64::INFINITY, self.cut);
         let mut events = Vec::new();
         for k in 0..self.samples.count() {
             events.clear();
@@ -124,12 +125,10 @@ impl Recording for ArrayRecording<'_> {
     }
 
     fn beginning(&self, _: &mut Observer<'_>) -> Result<Vec<Event>, RecordingError> {
-        let mut reader = SampleReader::new(&self.samples, f64::INFINITY);
+        let mut reader = SampleReader::new(&self.samples, f64::INFINITY, self.cut);
         let mut events = Vec::new();
         for k in 0..self.samples.count() {
-            let before = events.len();
             reader.read(k, &mut events);
-            self.cut.keep(&mut events, before);
             if self.cut.has_beginning(&events) {
                 break;
             }
@@ -144,7 +143,7 @@ impl Recording for ArrayRecording<'_> {
         progress: &mut dyn FnMut(f64) -> ControlFlow<()>,
     ) -> Result<Reading, RecordingError> {
         let count = self.samples.count();
-        let mut reader = SampleReader::new(&self.samples, selection.max_gap_s);
+        let mut reader = SampleReader::new(&self.samples, selection.max_gap_s, self.cut);
         let mut events = Vec::new();
         let mut interrupted = false;
         let mut unloaded = 0;
@@ -157,14 +156,12 @@ impl Recording for ArrayRecording<'_> {
             if let (Some(reference), Some(time_s)) = (&self.unloaded, reader.time_s()) {
                 unloaded = reference.read_until(time_s, unloaded, &mut events);
             }
-            self.cut.keep(&mut events, 0);
             events.drain(..).try_for_each(&mut *take)?;
         }
         let mut faults = reader.into_faults();
         if let Some(reference) = &self.unloaded {
             // The last samples wait for what follows them.
             reference.read_until(f64::INFINITY, unloaded, &mut events);
-            self.cut.keep(&mut events, 0);
             events.drain(..).try_for_each(&mut *take)?;
             faults.add_all(&reference.faults);
         }

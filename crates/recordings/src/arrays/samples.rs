@@ -7,6 +7,7 @@ use tactid_identify::BaseState;
 use super::base::check_base;
 use super::fields::Arrays;
 use crate::alignment::{Event, JOINT_VELOCITY, JointValues, Measured};
+use crate::cut::Cut;
 use crate::fault::{FaultCounts, FaultKind, check};
 
 /// Arrays whose lengths fit, with what it takes to make events of them.
@@ -84,19 +85,22 @@ pub(super) struct SampleReader<'a> {
     joints: Vec<usize>,
     /// Longer times between two samples are gaps, s.
     max_gap_s: f64,
+    /// The samples that are used.
+    cut: Cut,
     /// Times of the first and the last usable sample, s.
     times_s: Option<(f64, f64)>,
     faults: FaultCounts,
 }
 
 impl<'a> SampleReader<'a> {
-    pub(super) fn new(samples: &'a Samples<'a>, max_gap_s: f64) -> Self {
+    pub(super) fn new(samples: &'a Samples<'a>, max_gap_s: f64, cut: Cut) -> Self {
         Self {
             joints: (0..samples.joint_names.len()).collect(),
             samples,
             max_gap_s,
+            cut,
             times_s: None,
-            faults: FaultCounts::default(),
+            faults: FaultCounts::within(cut),
         }
     }
 
@@ -114,6 +118,7 @@ impl<'a> SampleReader<'a> {
     pub(super) fn read(&mut self, place: usize, events: &mut Vec<Event>) {
         let k = self.samples.order[place];
         let time_s = match self.check_time(self.samples.arrays.time[k]) {
+            Ok(time_s) if self.cut.leaves_out(time_s) => return,
             Ok(time_s) => time_s,
             Err(kind) => {
                 let time_s = self.time_s().unwrap_or(f64::NAN);
@@ -157,7 +162,7 @@ impl<'a> SampleReader<'a> {
         if time_s <= last_s {
             return Err(FaultKind::OutOfOrder);
         }
-        if time_s - last_s > self.max_gap_s {
+        if time_s - last_s > self.max_gap_s && !self.cut.leaves_out(time_s - first_s) {
             self.faults.add("time", FaultKind::Gap, last_s - first_s);
         }
         self.times_s = Some((first_s, time_s));

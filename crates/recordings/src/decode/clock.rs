@@ -47,7 +47,7 @@ impl FirstStamps {
         let mut found = Self::default();
         for message in log.messages_on([topic])?.take(MOST_COMPARED) {
             let message = message?;
-            let log_ns = log_time_ns(&message);
+            let log_ns = signed_ns(message.log_time_ns);
             let first_ns = *found.first_ns.get_or_insert(log_ns);
             if found.messages >= COMPARED && log_ns.saturating_sub(first_ns) > 2 * SHORTEST_NS {
                 break;
@@ -136,9 +136,9 @@ impl LogClock {
         }
     }
 
-    /// Returns the time of logging of a message on the stamps' clock, s.
-    pub(crate) fn log_time_s(&self, message: &RawMessage) -> f64 {
-        let log_ns = log_time_ns(message);
+    /// Returns a time of logging, ns, on the stamps' clock, s.
+    pub(crate) fn log_time_s(&self, log_time_ns: u64) -> f64 {
+        let log_ns = signed_ns(log_time_ns);
         let on_clock = log_ns.saturating_add(self.offset_ns.unwrap_or(0));
         let time_s = on_clock.saturating_sub(self.origin_ns) as f64 * 1e-9;
         match self.simulated {
@@ -147,6 +147,16 @@ impl LogClock {
             }
             None => time_s,
         }
+    }
+
+    /// Returns the time of logging, ns, of a time on the stamps' clock, s. Where that clock runs at
+    /// another rate, which may change, it is not known: `None`.
+    pub(crate) fn logged_ns(&self, time_s: f64) -> Option<u64> {
+        let on_clock = self.origin_ns.saturating_add((time_s * 1e9) as i64);
+        let log_ns = on_clock.saturating_sub(self.offset_ns.unwrap_or(0));
+        self.simulated
+            .is_none()
+            .then(|| u64::try_from(log_ns).unwrap_or(0))
     }
 
     /// Returns the time of a message with a stamp, s. A stamp of zero is none: the time of logging
@@ -159,7 +169,7 @@ impl LogClock {
         message: &RawMessage,
         stamp: Time,
     ) -> Result<(f64, Option<FaultKind>), FaultKind> {
-        let log_s = self.log_time_s(message);
+        let log_s = self.log_time_s(message.log_time_ns);
         if stamp == Time::default() {
             return Ok((log_s, self.offset_ns.map(|_| FaultKind::NoStamp)));
         }
@@ -168,15 +178,15 @@ impl LogClock {
             return Err(FaultKind::FarStamp);
         }
         if let Some((_, last_ns)) = &mut self.simulated {
-            *last_ns = log_time_ns(message);
+            *last_ns = signed_ns(message.log_time_ns);
             self.offset_ns = Some(stamp.as_ns().saturating_sub(*last_ns));
         }
         Ok((time_s, None))
     }
 }
 
-fn log_time_ns(message: &RawMessage) -> i64 {
-    i64::try_from(message.log_time_ns).unwrap_or(i64::MAX)
+fn signed_ns(log_time_ns: u64) -> i64 {
+    i64::try_from(log_time_ns).unwrap_or(i64::MAX)
 }
 
 /// Reads the stamp with which every message with a header begins, without decoding the rest.

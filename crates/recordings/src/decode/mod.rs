@@ -16,6 +16,7 @@ use tactid_logs::{LogReader, RawMessage, Topic};
 use crate::alignment::{Averaging, Event, JointValues, Measured, Streams};
 use crate::clock::LONGEST_LATENESS_S;
 use crate::contacts::WrenchMessages;
+use crate::cut::Cut;
 use crate::defaults::{Motion, effort_gains};
 use crate::fault::{FaultCounts, FaultKind};
 use crate::sources::{LogSources, MotionTopics};
@@ -193,6 +194,8 @@ fn routes(sources: &LogSources) -> Vec<(String, Route)> {
 pub(crate) struct Decoder {
     decoding: Arc<Decoding>,
     clock: LogClock,
+    /// The part of the log that is used.
+    cut: Cut,
     publishers: Publishers,
     held: HeldMessages,
     /// Publisher, by its place, and time, s, of the message that is decoded; `None` where they are
@@ -211,20 +214,20 @@ pub(crate) struct Decoder {
 }
 
 impl Decoder {
-    /// Creates a decoder that counts longer times than `max_gap_s` between two messages of a
-    /// publisher as gaps. Messages that come within [`LONGEST_LATENESS_S`] after later ones are put
-    /// in order.
-    pub(crate) fn new(decoding: Arc<Decoding>, max_gap_s: f64) -> Self {
-        Self::holding(LONGEST_LATENESS_S, decoding, max_gap_s)
+    /// Creates a decoder of a part of a log that counts longer times than `max_gap_s` between two
+    /// messages of a publisher as gaps. Messages that come within [`LONGEST_LATENESS_S`] after later
+    /// ones are put in order.
+    pub(crate) fn new(decoding: Arc<Decoding>, max_gap_s: f64, cut: Cut) -> Self {
+        Self::holding(LONGEST_LATENESS_S, decoding, max_gap_s, cut)
     }
 
     /// Creates a decoder that holds no message back, and leaves out those that are not later than
     /// the one before of their publisher. Longer times than `max_gap_s` are gaps.
     pub(crate) fn in_order(decoding: Arc<Decoding>, max_gap_s: f64) -> Self {
-        Self::holding(0.0, decoding, max_gap_s)
+        Self::holding(0.0, decoding, max_gap_s, Cut::WHOLE)
     }
 
-    fn holding(held_s: f64, decoding: Arc<Decoding>, max_gap_s: f64) -> Self {
+    fn holding(held_s: f64, decoding: Arc<Decoding>, max_gap_s: f64, cut: Cut) -> Self {
         Self {
             clock: decoding.clock,
             decoding,
@@ -236,7 +239,8 @@ impl Decoder {
             joint_state: JointState::default(),
             odometry: Odometry::default(),
             wrenches: WrenchMessages::default(),
-            faults: FaultCounts::default(),
+            faults: FaultCounts::within(cut),
+            cut,
         }
     }
 
@@ -281,6 +285,9 @@ impl Decoder {
         while events.len() < enough
             && let Some((publisher, message)) = self.held.pop(is_at_end)
         {
+            if self.cut.leaves_out(message.time_s) {
+                continue;
+            }
             let is_in_order = self.publishers.push(publisher, &message, &mut self.faults);
             let Some(event) = message.event.filter(|_| is_in_order) else {
                 continue;
@@ -312,7 +319,7 @@ impl Decoder {
 
     /// Returns the time of logging of a message on the stamps' clock, s.
     pub(crate) fn log_time_s(&self, message: &RawMessage) -> f64 {
-        self.clock.log_time_s(message)
+        self.clock.log_time_s(message.log_time_ns)
     }
 
     /// Faults of the messages so far.

@@ -19,6 +19,8 @@ pub(crate) struct Recording<'a> {
     pub(crate) sensors: &'a [&'a str],
     pub(crate) velocities: bool,
     pub(crate) stamps: bool,
+    /// Time that passes on the clock of logging in a second of the stamps, s.
+    pub(crate) logged_rate: f64,
     /// Whether the recorder logs messages in pairs, 50 µs apart.
     pub(crate) in_pairs: bool,
     /// Time of logging of one more joint state at the end, ns.
@@ -46,6 +48,7 @@ impl<'a> Recording<'a> {
             sensors: &SENSORS,
             velocities: true,
             stamps: true,
+            logged_rate: 1.0,
             in_pairs: false,
             logged_late_ns: None,
         }
@@ -72,14 +75,12 @@ impl<'a> Recording<'a> {
             .map(|topic| log.channel(&topic, volatile).unwrap())
             .collect();
         for (k, instant) in self.instants.iter().enumerate() {
-            let at = |instant: &Instant| {
-                1_800_000_000_000_000_000 + (instant.time_s * 1e9).round() as u64
-            };
+            let at = |instant: &Instant| time_at(instant.time_s);
             let time_ns = at(instant);
             let logged_ns = if self.in_pairs && k % 2 == 0 {
                 self.instants.get(k + 1).map_or(time_ns, at) - 50_000
             } else {
-                time_ns
+                time_at(self.logged_rate * instant.time_s)
             };
             let header = |frame_id: &str| Header {
                 stamp: if self.stamps {
@@ -130,6 +131,11 @@ impl<'a> Recording<'a> {
             effort: vec![],
         }
     }
+}
+
+/// Returns the time, ns, of a time since the beginning of the log, s.
+fn time_at(time_s: f64) -> u64 {
+    1_800_000_000_000_000_000 + (time_s * 1e9).round() as u64
 }
 
 fn wrench_message(wrench: &tactid_dynamics::Wrench, header: Header) -> WrenchStamped {
