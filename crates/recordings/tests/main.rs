@@ -36,4 +36,5 @@ mod runs;
 mod sensor_frame;
 mod shape;
 mod shape_errors;
+mod split;
 mod times;

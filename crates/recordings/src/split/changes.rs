@@ -7,8 +7,10 @@
 
 use nalgebra::SVector;
 use tactid_identify::equations::Equation;
+use tactid_identify::three_digits;
 
 use super::sums::{CHANNELS, Line, Lines, Sums, UNKNOWNS, Variances, residuals};
+use crate::RecordingError;
 
 /// Cost of a body: a difference between two bodies is found where it explains more. Noise alone
 /// explains this much with 16 unknowns by a chance of less than 1e-50; the rest is for what no model
@@ -66,7 +68,8 @@ impl Windows {
         self.lines.push(std::array::from_fn(line));
     }
 
-    /// Returns the time from the beginning of a window to the end of another one, s.
+    /// Returns the time from one window to another one, s, of which each stands for the stride in its
+    /// middle.
     fn time_between(&self, first: usize, last: usize, stride_s: f64) -> f64 {
         self.times_s[last] - self.times_s[first] + stride_s
     }
@@ -85,29 +88,53 @@ impl Windows {
     }
 }
 
-/// Returns the segments of a recording as their first and last windows, which follow each other by
-/// a stride.
-pub(super) fn segments(windows: &Windows, stride_s: f64) -> Vec<(usize, usize)> {
-    let Some(floor) = unmodelled(windows) else {
-        return Vec::new();
-    };
+/// Returns the segments of a recording, of which there are windows, as their first and last
+/// windows, which follow each other by a stride.
+///
+/// # Errors
+/// Returns [`RecordingError::Data`] if there is no segment.
+pub(super) fn segments(
+    windows: &Windows,
+    stride_s: f64,
+) -> Result<Vec<(usize, usize)>, RecordingError> {
+    let floor = unmodelled(windows);
     let mut variances = noise_of_blocks(windows, stride_s).zip_map(&floor, f64::max);
     let mut found = Vec::new();
     for _ in 0..PASSES {
         found = joined(windows, cheapest(windows, &variances, stride_s), &variances);
-        let larger = noise_of(windows, &found, 1).zip_map(&variances, f64::max);
+        let larger = noise_of(windows, &found).zip_map(&variances, f64::max);
         if larger.component_div(&variances).max() < 1.5 {
             break;
         }
         variances = larger;
     }
-    let is_alone = found.len() == 1;
-    found.retain(|segment| is_alone || !windows.is_rest(*segment));
-    joined(windows, found, &variances)
+    let count = found.len();
+    found.retain(|segment| count == 1 || !windows.is_rest(*segment));
+    if found.is_empty() {
+        let length_s = windows.time_between(0, windows.times_s.len() - 1, stride_s);
+        return Err(RecordingError::data(why_none(count, length_s)));
+    }
+    Ok(joined(windows, found, &variances))
 }
 
-/// Returns the variance of what no model explains of each channel; `None` without windows.
-fn unmodelled(windows: &Windows) -> Option<Variances> {
+/// Says why a recording of a length, s, in which so many bodies are held at rest, has no segment.
+fn why_none(at_rest: usize, length_s: f64) -> String {
+    if at_rest > 0 {
+        return "no segment: the wrenches change while the arm rests, as they do by contacts; a payload makes a segment \
+                where the arm moves with it"
+            .to_owned();
+    }
+    if length_s < SHORTEST_S {
+        return format!(
+            "no segment: the recording has {} s, but a payload has to be held for {SHORTEST_S} s at least",
+            three_digits(length_s)
+        );
+    }
+    format!("no segment: no body explains the wrenches for {SHORTEST_S} s")
+}
+
+/// Returns the variance of what no model explains of each channel.
+fn unmodelled(windows: &Windows) -> Variances {
     let count = windows.lines.len() as f64;
     let targets = windows
         .lines
@@ -115,8 +142,7 @@ fn unmodelled(windows: &Windows) -> Option<Variances> {
         .map(|lines| SVector::from_fn(|c, _| lines[c].target));
     let mean: Variances = targets.clone().sum::<Variances>() / count;
     let square: Variances = targets.map(|each| (each - mean).map(|e| e * e)).sum();
-    (count > 0.0)
-        .then(|| (square / count).map(|each| (UNMODELLED * UNMODELLED * each).max(LEAST_VARIANCE)))
+    (square / count).map(|each| (UNMODELLED * UNMODELLED * each).max(LEAST_VARIANCE))
 }
 
 /// Returns the median of the noise of blocks, of which most have one body.
@@ -130,7 +156,7 @@ fn noise_of_blocks(windows: &Windows, stride_s: f64) -> Variances {
         .collect();
     let each: Vec<Variances> = blocks
         .iter()
-        .map(|block| noise_of(windows, &[*block], UNKNOWNS / CHANNELS + 1))
+        .map(|block| noise_of(windows, &[*block]))
         .collect();
     SVector::from_fn(|channel, _| {
         let mut sorted: Vec<f64> = each.iter().map(|noise| noise[channel]).collect();
@@ -139,9 +165,9 @@ fn noise_of_blocks(windows: &Windows, stride_s: f64) -> Variances {
     })
 }
 
-/// Returns the mean squares of the residuals of each channel within segments, of which each channel
-/// loses so many windows to the unknowns.
-fn noise_of(windows: &Windows, segments: &[(usize, usize)], lost: usize) -> Variances {
+/// Returns the mean squares of the residuals of each channel within segments. The unknowns of each
+/// segment take as many rows, which the channels share.
+fn noise_of(windows: &Windows, segments: &[(usize, usize)]) -> Variances {
     let mut variances = Variances::repeat(1.0);
     // The first time for weights, the second time with them.
     for _ in 0..2 {
@@ -154,7 +180,7 @@ fn noise_of(windows: &Windows, segments: &[(usize, usize)], lost: usize) -> Vari
             for each in lines {
                 squares += residuals(each, &solution).map(|residual| residual * residual);
             }
-            count += lines.len().saturating_sub(lost);
+            count += lines.len().saturating_sub(UNKNOWNS.div_ceil(CHANNELS));
         }
         variances = (squares / count.max(1) as f64).map(|each| each.max(LEAST_VARIANCE));
     }

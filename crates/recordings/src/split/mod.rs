@@ -9,7 +9,7 @@ mod sums;
 
 use std::path::Path;
 
-use tactid_identify::equations::window::{length_s, stride_s};
+use tactid_identify::equations::window::{self, length_s, stride_s};
 use tactid_identify::{EquationStream, Method, Sample};
 use tactid_logs::{LogReader, Ranges};
 
@@ -17,6 +17,7 @@ use crate::log::LogRecording;
 use crate::plan::Plan;
 use crate::progress::{open_log, open_ranges};
 use crate::run::{Receiver, Run};
+use crate::shortage::check_windows;
 use crate::{Observer, RecordingError, Request};
 use changes::{Windows, segments};
 
@@ -29,9 +30,9 @@ const LEAST_SAMPLES: f64 = 12.0;
 /// A part of a recording in which one body is held.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Segment {
-    /// Time since the first message from which on the body is held, s.
+    /// Time from which on the body is held, a [`Request::begin_s`], s.
     pub begin_s: f64,
-    /// Time since the first message until which it is held, s.
+    /// Time until which it is held, a [`Request::end_s`], s.
     pub end_s: f64,
 }
 
@@ -43,7 +44,9 @@ pub struct Segment {
 /// rests, and is not that of the body before or after, may be a contact and makes no segment.
 ///
 /// # Errors
-/// Returns the errors of [`identify_log`](crate::identify_log).
+/// Returns [`RecordingError::Data`] if there is no such part, [`RecordingError::Identify`] for
+/// unknowns that need a whole recording (a direction of gravity, or a weight that was subtracted),
+/// and the errors of [`identify_log`](crate::identify_log).
 pub fn split_log(
     path: &Path,
     request: &Request,
@@ -55,7 +58,7 @@ pub fn split_log(
 /// Returns the parts of a log that is read by ranges, as [`split_log`] does.
 ///
 /// # Errors
-/// Returns the errors of [`identify_log`](crate::identify_log).
+/// Returns the errors of [`split_log`].
 pub fn split_ranges(
     path: &Path,
     ranges: &(impl Ranges + Clone + Sync + 'static),
@@ -71,6 +74,7 @@ fn split_opened(
     observer: &mut Observer<'_>,
 ) -> Result<Vec<Segment>, RecordingError> {
     request.check()?;
+    request.equation_settings(Method::Tactile).check_known()?;
     let request = Request {
         method: Some(Method::Tactile),
         unloaded: None,
@@ -79,7 +83,7 @@ fn split_opened(
     };
     let recording = LogRecording::opened(log, &request, observer)?;
     let mut plan = Plan::new(&recording, &request, observer)?;
-    let highest_hz = length_s(LEAST_SAMPLES * plan.period_s);
+    let highest_hz = window::cutoff_hz(LEAST_SAMPLES * plan.period_s);
     let equations = &mut plan.equations;
     equations.cutoff_hz = request.cutoff_hz.unwrap_or(CUTOFF_HZ.min(highest_hz));
     let cutoff_hz = equations.cutoff_hz;
@@ -94,7 +98,8 @@ fn split_opened(
         return Err(RecordingError::Interrupted);
     }
     let windows = splitter.windows;
-    let found = segments(&windows, stride_s(cutoff_hz));
+    check_windows(windows.times_s.len() as u64, &splitter.stream, &plan, &run)?;
+    let found = segments(&windows, stride_s(cutoff_hz))?;
     let of_windows = |(first, last): (usize, usize)| {
         // The first and the last window of a recording are used whole; others, but for their
         // tails, lie in the segment.

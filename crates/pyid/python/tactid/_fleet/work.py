@@ -66,8 +66,6 @@ def _identified(source: Any, task: Task) -> list[Row]:
         if task.split:
             segments = _native.split_log(log, run.options.plain())
             parts = [{"begin_s": begin_s, "end_s": end_s} for begin_s, end_s in segments]
-            if not parts:
-                raise IdentificationError("no body explains its wrenches for 1.5 s: no segment")
         elif task.methods:
             parts = [{"method": method} for method in task.methods]
         else:
