@@ -158,7 +158,8 @@ options! {
             about = About::Wrenches
         )]
         pub delay_s: Option<f64>,
-        /// Time since the first message or sample from which on the recording is used.
+        /// Time from which on the recording is used. It counts from the first sample, or from the
+        /// first message on a topic that is used, on the clock of the stamps.
         #[option(
             MEASUREMENTS, RECORDING,
             unit = "s",
@@ -166,7 +167,7 @@ options! {
             range = Range::FINITE
         )]
         pub begin_s: Option<f64>,
-        /// Time since the first message or sample up to which the recording is used.
+        /// Time up to which the recording is used, since the same first sample or message.
         #[option(
             MEASUREMENTS, RECORDING,
             unit = "s",
