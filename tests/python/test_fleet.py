@@ -201,7 +201,7 @@ def test_a_path_is_absolute_however_it_is_typed(
     names = {Path(task.head()["address"]).name: task.robot for task in tasks_of(found, robots)}
     assert names == {"a.mcap": "left", "b.mcap": "", "broken.mcap": ""}
     renamed = [{"pattern": "*/arm1/*", "robot": "right"}]
-    stored = {task.recording.key: task.state for task in tasks_of(found, robots)}
+    stored = {task.key: task.state for task in tasks_of(found, robots)}
     (changed,) = new_or_changed(tasks_of(found, renamed), stored)
     assert changed.robot == "right"
 

@@ -73,7 +73,7 @@ from tactid._documents.schemas import (
     result_schema,
 )
 from tactid._fleet.run import fleet
-from tactid._fleet.study import study
+from tactid._fleet.study import StudyErrors, study, study_errors
 from tactid._native import (
     VALUE_NAMES,
     VERSION,
@@ -199,6 +199,7 @@ __all__ = [
     "SharedErrors",
     "SimulationError",
     "SingularValues",
+    "StudyErrors",
     "SummedForces",
     "TactidError",
     "Topic",
@@ -225,6 +226,7 @@ __all__ = [
     "set_log_memory",
     "simulate",
     "study",
+    "study_errors",
     "sum_forces",
     "wrench_regressor",
 ]

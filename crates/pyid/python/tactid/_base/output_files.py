@@ -97,7 +97,7 @@ OWN_MARKS = tuple(
         # The name of the application of a Rerun recording, after its length.
         rb"RRF.*\x06tactid",
         rb"# Calibrated joint efforts of a robot arm\. `tactid calibrate` wrote this file",
-        rb"address,episode,robot,size,tag,options_sha256,version,",
+        rb"address,episode,seed,robot,size,tag,options_sha256,version,",
         rb"# Motion for the payload at .*written[\s#]+by[\s#]+tactid\b",
     )
 )

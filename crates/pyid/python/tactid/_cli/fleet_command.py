@@ -16,8 +16,8 @@ from tactid._cli.console import check_files, interruptible, notes, print_written
 from tactid._fleet import run as fleet
 from tactid._fleet.analysis import READ
 from tactid._fleet.recordings import Recording, find
-from tactid._fleet.rows import WITH_RESULT, Row
-from tactid._fleet.table import read_rows, rows_at
+from tactid._fleet.rows import WITH_RESULT, Row, Task
+from tactid._fleet.table import Rows, read_rows, rows_at
 from tactid._options.options import OPTIONS, options_for
 
 MOST_ERRORS = 3
@@ -78,27 +78,33 @@ def identify_fleet(
         recordings = find(urls, left_out=left_out)
         given = option_flags.read(options, "log")
         tasks = fleet.tasks_of(recordings, given, robots, split=split)
-        rows = Counted(rows_at(out, recordings))
+        rows = rows_at(out, recordings)
     _print_unused(left_out, recordings, robots)
+    raise typer.Exit(run_tasks(tasks, rows, out, scheduler))
+
+
+def run_tasks(
+    tasks: Sequence[Task], table: Rows, out: Path, scheduler: str | None, noun: str = "recording"
+) -> int:
+    """Runs tasks into the table at a path, and prints what has become of them.
+
+    Returns:
+        The exit code: 1 where none of this run has a result.
+    """
+    rows = Counted(table)
     with (
         interruptible(lambda: f"{out} has {counted(rows.outcomes.total(), 'row')} of this run"),
         progress("identifying", len(tasks)) as done,
     ):
         before = fleet.run(tasks, rows, scheduler, lambda count, _: done(count), _print)
-    rows.print_end(_summary(len(tasks), rows.outcomes, before, split=split))
-    _print(f"Wrote {out}{f': tactid fleet-report {out} shows more' * bool(rows.errors)}.")
-    if rows.outcomes and rows.outcomes.keys().isdisjoint(WITH_RESULT):
-        raise typer.Exit(1)
-
-
-def _summary(count: int, outcomes: Counter[str], before: int, *, split: bool) -> str:
-    """Says what has become of recordings, of which some had their rows before."""
-    parts = [f"{number} {outcome}" for outcome, number in outcomes.most_common()]
-    if split and parts:
-        parts[0] = f"{counted(outcomes.total(), 'segment')}, {parts[0]}"
+    parts = [f"{number} {outcome}" for outcome, number in rows.outcomes.most_common()]
+    if any(task.split for task in tasks) and parts:
+        parts[0] = f"{counted(rows.outcomes.total(), 'segment')}, {parts[0]}"
     if before:
         parts.append(f"{before} with a row of an earlier run")
-    return f"{counted(count, 'recording')}: {', '.join(parts)}."
+    rows.print_end(f"{counted(len(tasks), noun)}: {', '.join(parts)}.")
+    _print(f"Wrote {out}{f': tactid fleet-report {out} shows more' * bool(rows.errors)}.")
+    return int(bool(rows.outcomes) and rows.outcomes.keys().isdisjoint(WITH_RESULT))
 
 
 def _print(text: str) -> None:
@@ -123,7 +129,7 @@ def _print_unused(
 class Counted:
     """A table that counts the outcomes and the errors of the rows that are added to it."""
 
-    def __init__(self, table: Any) -> None:
+    def __init__(self, table: Rows) -> None:
         self._table = table
         self.outcomes: Counter[str] = Counter()
         self.errors: Counter[str] = Counter()
@@ -135,9 +141,12 @@ class Counted:
         self.outcomes.update(row["outcome"] for row in rows)
         for row in rows:
             if row.get("error"):
-                reason = row["error"].replace(row["address"], "")
+                error = row["error"]
+                if row.get("seed") is not None:
+                    error = f"{row['method']}: {error}"
+                reason = error.replace(row["address"], "")
                 self.errors[reason] += 1
-                self._examples.setdefault(reason, row["error"])
+                self._examples.setdefault(reason, error)
         self._table.add(rows)
 
     def print_end(self, summary: str) -> None:

@@ -12,6 +12,7 @@ from pathlib import Path
 from urllib.parse import unquote
 
 from tactid._base.errors import ArgumentError
+from tactid._base.files import sha256
 from tactid._fleet import stores
 from tactid._fleet.stores import Object, is_address
 from tactid._read import lerobot
@@ -24,15 +25,6 @@ TABLES = (".csv", ".npz", ".parquet")
 
 MOST_EPISODES = 1 << 20
 """Episodes of a data set: the largest public ones have some hundred thousand."""
-
-
-Key = tuple[str, int]
-"""What makes two rows those of one recording: address, and episode or -1."""
-
-
-def recording_key(address: str, episode: int | None) -> Key:
-    """Returns the key of a recording by its address and its episode."""
-    return address, -1 if episode is None else episode
 
 
 @dataclass(frozen=True)
@@ -52,12 +44,9 @@ class Recording:
     objects: Sequence[Object] = field(default=(), compare=False)
     """Objects in a store that it consists of."""
     experiment: str | None = None
-    """The experiment, TOML, of a recording that is simulated; its seed is the episode."""
-
-    @property
-    def key(self) -> Key:
-        """See :data:`Key`."""
-        return recording_key(self.address, self.episode)
+    """The experiment, TOML, of a recording that is simulated."""
+    seed: int | None = None
+    """The seed of the simulation."""
 
 
 def find(
@@ -74,7 +63,7 @@ def find(
         ArgumentError: There is nothing at an address, or it is of an unknown kind.
         StoreError: A store cannot be reached.
     """
-    found: dict[Key, Recording] = {}
+    found: dict[tuple[str, int | None], Recording] = {}
     for url in urls:
         text = os.fspath(url)
         if within and text.endswith(".txt"):
@@ -83,7 +72,7 @@ def find(
         each = list(_in_store(text) if is_address(text) else _at_path(text, others))
         if left_out is not None:
             left_out += others
-        found |= {recording.key: recording for recording in each}
+        found |= {(one.address, one.episode): one for one in each}
         if not each:
             tables = [other for other in others if other.lower().endswith(TABLES)]
             if tables:
@@ -183,6 +172,13 @@ def state_of_folder(folder: Path) -> str:
     """Returns what changes where a file of a folder changes: a hash of names, sizes and times."""
     files = sorted(path for path in folder.rglob("*") if path.is_file())
     return _whole(_statuses(files))[1] if files else ""
+
+
+def content_of(path: Path) -> str:
+    """Returns what changes with the content of a file or a folder; its name where there is none."""
+    if path.is_file():
+        return sha256(path)
+    return state_of_folder(path) if path.is_dir() else str(path)
 
 
 def _whole(objects: Sequence[Object]) -> tuple[int, str]:

@@ -6,7 +6,7 @@ nested keys, such as ``estimate.values.com.x``, and the type of its schema.
 
 import json
 import re
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from datetime import datetime, timezone
 from typing import Any, Literal
@@ -15,9 +15,9 @@ from tactid._api.result import Identification
 from tactid._base.errors import InternalError, TactidError
 from tactid._base.values import PATHS
 from tactid._documents import findings_json, result_json
-from tactid._fleet.recordings import Key, Recording, recording_key
+from tactid._fleet.recordings import Recording
 from tactid._native import VERSION
-from tactid._options.options import Method, Options
+from tactid._options.options import Options
 from tactid._results.records import SCHEMAS, of_ten, without_null
 
 Outcome = Literal[
@@ -34,9 +34,17 @@ Row = dict[str, Any]
 """The values of a row by the names of their columns; those that are missing are null."""
 
 
+Key = tuple[str | int, ...]
+"""What makes two rows those of one recording, or of one simulation by one method."""
+
+KEY = ("address", "episode", "seed", "method")
+"""Columns of a key; the method is part of that of a simulation alone."""
+
+
 def key_of(row: Mapping[str, Any]) -> Key:
-    """Returns the key of a row: that of its recording."""
-    return recording_key(row["address"], row["episode"])
+    """Returns the key of a row."""
+    of_simulation = () if row.get("seed") is None else (row["seed"], row["method"])
+    return row["address"], -1 if row["episode"] is None else row["episode"], *of_simulation
 
 
 def place_of(row: Mapping[str, Any]) -> tuple[Key, float]:
@@ -44,9 +52,9 @@ def place_of(row: Mapping[str, Any]) -> tuple[Key, float]:
     return key_of(row), row.get("begin_s") or 0.0
 
 
-def rows_of(rows: Iterable[Row], recordings: Iterable[Recording]) -> list[Row]:
-    """Returns the rows of some recordings in order, with all columns."""
-    keys = {recording.key for recording in recordings}
+def rows_of(rows: Iterable[Row], tasks: Iterable["Task"]) -> list[Row]:
+    """Returns the rows of some tasks in order, with all columns."""
+    keys = {task.key for task in tasks}
     missing = dict.fromkeys((*HEAD, *COLUMNS))
     return sorted((missing | row for row in rows if key_of(row) in keys), key=place_of)
 
@@ -64,8 +72,11 @@ class Task:
     """Name of the robot."""
     split: bool = False
     """Whether the recording is cut where the payload changes."""
-    methods: Sequence[Method] = ()
-    """Methods by which it is identified, a row each; none for that of the options."""
+
+    @property
+    def key(self) -> Key:
+        """The key of its rows."""
+        return key_of(self.head())
 
     @property
     def state(self) -> tuple[Any, ...]:
@@ -77,6 +88,8 @@ class Task:
         return {
             "address": self.recording.address,
             "episode": self.recording.episode,
+            "seed": self.recording.seed,
+            "method": self.options.method,
             "robot": self.robot,
             "size": self.recording.size,
             "tag": self.recording.tag,
@@ -100,6 +113,7 @@ STATE = ("robot", "size", "tag", "options_sha256", "version")
 HEAD = {
     "address": "string",
     "episode": "integer",
+    "seed": "integer",
     "robot": "string",
     "size": "integer",
     "tag": "string",

@@ -7,25 +7,27 @@ import os
 import signal
 import socket
 import time
+from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import ExitStack, contextmanager, suppress
 from fnmatch import fnmatch
 from importlib import import_module
-from itertools import islice
+from itertools import groupby, islice
 from multiprocessing import resource_tracker
+from operator import attrgetter
 from pathlib import Path
 from typing import Any
 
 from tactid import _native
 from tactid._base.errors import ArgumentError, LogError, TactidError
-from tactid._base.files import is_urdf_text, sha256
+from tactid._base.files import is_urdf_text
 from tactid._fleet import rows
-from tactid._fleet.recordings import Recording, find, state_of_folder
+from tactid._fleet.recordings import Recording, content_of, find
 from tactid._fleet.rows import Row, Task
 from tactid._fleet.table import new_or_changed, rows_at
 from tactid._fleet.work import identify_recording
 from tactid._options.declaration import with_options
-from tactid._options.options import OPTIONS, Method, Options, collect
+from tactid._options.options import OPTIONS, Options, collect
 from tactid._read.descriptions import with_urdf
 from tactid._read.packages import package
 from tactid._read.recordings import file_options
@@ -92,9 +94,9 @@ def fleet(
             <options>
 
     Returns:
-        A dictionary for each recording, in the order of their addresses. Its keys are those of the
-        JSON document of a result, joined by dots, and those of the recording, such as ``address``,
-        ``outcome`` and ``error``.
+        A dictionary for each recording, or with ``split`` for each of its segments, in the order of
+        addresses and times. Its keys are those of the JSON document of a result, joined by dots,
+        and those of the recording, such as ``address``, ``outcome`` and ``error``.
 
     Raises:
         ArgumentError: There is no recording at an address, an option does not apply, or a package
@@ -106,9 +108,19 @@ def fleet(
     given = [urls] if isinstance(urls, str | os.PathLike) else urls
     recordings = find(given)
     tasks = tasks_of(recordings, collected, robots, split=split)
-    table = rows_at(None if out is None else Path(out), recordings)
+    return completed(tasks, out, client, progress)
+
+
+def completed(
+    tasks: Sequence[Task],
+    out: str | os.PathLike[str] | None,
+    client: Any,
+    progress: Callable[[int, int], object] | None,
+) -> list[Row]:
+    """Runs tasks into a table, and returns their rows: what :func:`fleet` and a study share."""
+    table = rows_at(None if out is None else Path(out), (task.recording for task in tasks))
     run(tasks, table, client, progress)
-    return rows.rows_of(table.all(), (task.recording for task in tasks))
+    return rows.rows_of(table.all(), tasks)
 
 
 def tasks_of(
@@ -117,7 +129,6 @@ def tasks_of(
     robots: Sequence[Mapping[str, Any]] = (),
     *,
     split: bool = False,
-    methods: Sequence[Method] = (),
 ) -> list[Task]:
     """Returns what to do for recordings: the options of each, with their hash.
 
@@ -129,8 +140,7 @@ def tasks_of(
             "`estimator` is the paper's filter, which has no intervals: the rows of a fleet do",
             option="estimator",
         )
-    said = {"split": split, "methods": methods}
-    besides = {name: value for name, value in said.items() if value}
+    besides = {"split": True} if split else {}
     prepared = [
         (entry, _of_entry(number, entry, options, besides))
         for number, entry in enumerate(robots, start=1)
@@ -144,7 +154,7 @@ def tasks_of(
         chosen, digest = of_robot
         if chosen.episode is None or recording.episode in (None, chosen.episode):
             robot = str(entry.get("robot") or "")
-            tasks.append(Task(recording, chosen, digest, robot, split, methods))
+            tasks.append(Task(recording, chosen, digest, robot, split))
     if not tasks:
         raise ArgumentError(
             f"`episode` is {options.episode}, which no data set has", option="episode"
@@ -212,12 +222,8 @@ def _prepared(options: Options, besides: dict[str, Any]) -> tuple[Options, str]:
     _check(options)
     said: dict[str, Any] = options.plain() | besides
     for name, value in said.items():
-        if not isinstance(value, str | os.PathLike) or name == "urdf":
-            continue
-        if Path(value).is_file():
-            said[name] = sha256(Path(value))
-        elif Path(value).is_dir():
-            said[name] = state_of_folder(Path(value))
+        if isinstance(value, str | os.PathLike) and name != "urdf":
+            said[name] = content_of(Path(value))
     text = json.dumps(said, sort_keys=True, default=str)
     return options, hashlib.sha256(text.encode()).hexdigest()
 
@@ -251,17 +257,20 @@ def run(
         OSError: The scheduler cannot be reached any more.
     """
     pending = new_or_changed(tasks, table.stored())
+    groups = [list(each) for _, each in groupby(pending, attrgetter("recording"))]
     before, total = len(tasks) - len(pending), len(tasks)
     if progress is not None:
         progress(before, total)
     is_whole = False
     try:
         if pending:
-            with _connected(client, len(pending)) as connection:
+            done = before
+            with _connected(client, len(groups)) as connection:
                 if not connection.nthreads():
                     notice("The scheduler has no workers yet.")
-                for done, found in enumerate(_computed(connection, pending), start=before + 1):
+                for count, found in _computed(connection, groups):
                     table.add(found)
+                    done += count
                     if progress is not None:
                         progress(done, total)
         is_whole = True
@@ -344,39 +353,41 @@ def check_scheduler(address: str | None, name: str) -> None:
         raise OSError(f"{name} is {address}, which cannot be reached: {reason}") from None
 
 
-def _computed(client: Any, tasks: Sequence[Task]) -> Iterator[list[Row]]:
-    """Yields the rows of each task as it is done.
+def _computed(client: Any, groups: Sequence[list[Task]]) -> Iterator[tuple[int, list[Row]]]:
+    """Yields the number of tasks of each recording, and their rows, as it is done.
 
     A worker that is killed loses what it has begun, which the scheduler gives to another one; a
     connection that is lost loses what the scheduler knows, which is submitted again.
     """
     distributed = _distributed()
-    waiting, running, attempts = iter(tasks), {}, dict.fromkeys((t.recording.key for t in tasks), 0)
+    waiting, running, attempts = iter(groups), {}, Counter[Recording]()
     completed = distributed.as_completed(loop=client.loop)
 
-    def submit(task: Task) -> None:
-        attempts[task.recording.key] += 1
-        future = client.submit(identify_recording, task, pure=False)
-        running[future] = task
+    def submit(tasks: list[Task]) -> None:
+        attempts[tasks[0].recording] += 1
+        future = client.submit(identify_recording, *tasks, pure=False)
+        running[future] = tasks
         completed.add(future)
 
-    for task in islice(waiting, max(WINDOW, 4 * sum(client.nthreads().values()))):
-        submit(task)
+    for tasks in islice(waiting, max(WINDOW, 4 * sum(client.nthreads().values()))):
+        submit(tasks)
     while running:
         future = next(completed)
-        task = running.pop(future)
+        tasks = running.pop(future)
         if future.status == "finished":
-            yield future.result()
+            yield len(tasks), future.result()
         elif future.status == "error":
-            yield [rows.failed(task, _failure(future.exception()))]
-        elif attempts[task.recording.key] < ATTEMPTS:
+            error = _failure(future.exception())
+            yield len(tasks), [rows.failed(task, error) for task in tasks]
+        elif attempts[tasks[0].recording] < ATTEMPTS:
             _wait_for_scheduler(client)
-            submit(task)
+            submit(tasks)
             continue
         else:
-            yield [rows.failed(task, OSError("the scheduler lost it again and again"))]
-        for task in islice(waiting, 1):
-            submit(task)
+            lost = OSError("the scheduler lost it again and again")
+            yield len(tasks), [rows.failed(task, lost) for task in tasks]
+        for tasks in islice(waiting, 1):
+            submit(tasks)
 
 
 def _distributed() -> Any:

@@ -14,11 +14,13 @@ from typing import IO, Any, Protocol
 from tactid._base.errors import ArgumentError
 from tactid._base.files import atomic_path, check_no_address, write_atomically
 from tactid._base.output_files import check_outputs, replaced_outputs
-from tactid._fleet.recordings import LOGS, Key, Recording
+from tactid._fleet.recordings import LOGS, Recording
 from tactid._fleet.rows import (
     COLUMNS,
     HEAD,
+    KEY,
     STATE,
+    Key,
     Row,
     Task,
     arrow_schema,
@@ -185,10 +187,7 @@ class ParquetRows:
         found: dict[Key, tuple[Any, ...]] = {}
         latest: dict[Key, Any] = {}
         for path in self._paths():
-            table = self._parquet.read_table(
-                path, columns=["address", "episode", "finished", "outcome", *STATE]
-            )
-            for row in table.to_pylist():
+            for row in _read(self._parquet, path, [*KEY, "finished", "outcome", *STATE]):
                 key, finished = key_of(row), row["finished"]
                 if key in latest and (latest[key], self._places[key]) != (finished, path):
                     older = path if latest[key] >= finished else self._places[key]
@@ -236,7 +235,7 @@ class ParquetRows:
         self._flush()
         for path, keys in self._outdated.items():
             table = self._parquet.read_table(path)
-            heads = table.select(["address", "episode"]).to_pylist()
+            heads = _read(self._parquet, path, KEY)
             kept = table.filter(self._arrow.array([key_of(head) not in keys for head in heads]))
             if kept.num_rows:
                 self._write(path, kept)
@@ -350,4 +349,4 @@ def _typed(text: str, kind: Any) -> Any:
 
 def new_or_changed(tasks: Iterable[Task], stored: Mapping[Key, tuple[Any, ...]]) -> list[Task]:
     """Returns the tasks that have no row, or that of another state."""
-    return [task for task in tasks if stored.get(task.recording.key) != task.state]
+    return [task for task in tasks if stored.get(task.key) != task.state]

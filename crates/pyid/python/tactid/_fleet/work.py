@@ -17,7 +17,7 @@ from typing import Any
 from tactid import _native
 from tactid._api.offline import identification, provenance
 from tactid._api.result import Identification
-from tactid._base.errors import IdentificationError, TactidError
+from tactid._base.errors import IdentificationError, SimulationError, TactidError
 from tactid._fleet import rows, stores
 from tactid._fleet.ranges import Ranges
 from tactid._fleet.recordings import Recording
@@ -37,44 +37,53 @@ NOT_CDR = 'only "cdr" can be decoded'
 """What an error says of messages in JSON or of ROS 1, which are converted from a file alone."""
 
 
-def identify_recording(task: Task) -> list[Row]:
-    """Returns the row of a recording, or of each of its segments, whatever happens to it."""
+def identify_recording(*tasks: Task) -> list[Row]:
+    """Returns the row of a recording, or of each of its segments, whatever happens to it.
+
+    A recording that is simulated is identified by several tasks, which differ in their methods.
+    """
     begun = time.monotonic()
-    read = {"requests": 0, "bytes_read": 0}
+    recording, read = tasks[0].recording, {"requests": 0, "bytes_read": 0}
     try:
         try:
-            with _available(task.recording, read) as source:
-                found = _identified(source, task)
+            with _available(recording, read) as source:
+                found = [row for task in tasks for row in _rows_of(source, task)]
         except TactidError as error:
-            if not task.recording.base or NOT_CDR not in error.message:
+            if not recording.base or NOT_CDR not in error.message:
                 raise
-            with _available(task.recording, read, is_whole=True) as source:
-                found = _identified(source, task)
+            with _available(recording, read, is_whole=True) as source:
+                found = [row for task in tasks for row in _rows_of(source, task)]
     except Exception as error:
-        found = [task.head() | rows.of_error(error)]
+        found = [task.head() | rows.of_error(error) for task in tasks]
     end = {"finished": datetime.now(timezone.utc), "seconds": time.monotonic() - begun}
     return [row | read | end for row in found]
+
+
+def _rows_of(source: Any, task: Task) -> list[Row]:
+    """Returns the rows of a task; the error of a method leaves the others of a simulation."""
+    try:
+        return _identified(source, task)
+    except Exception as error:
+        if task.recording.experiment is None:
+            raise
+        return [task.head() | rows.of_error(error)]
 
 
 def _identified(source: Any, task: Task) -> list[Row]:
     """Identifies the payload, or that of each segment, from a path, or from ranges."""
     options = task.options
-    if task.recording.episode is not None and task.recording.experiment is None:
+    if task.recording.episode is not None:
         options = options.replace(episode=task.recording.episode)
-    parts: list[dict[str, Any]]
     with _worded(source, task), opened([source], options) as ([log], run):
-        if task.split:
-            segments = _native.split_log(log, run.options.plain())
-            parts = [{"begin_s": begin_s, "end_s": end_s} for begin_s, end_s in segments]
-        elif task.methods:
-            parts = [{"method": method} for method in task.methods]
-        else:
+        if not task.split:
             return [task.head() | rows.of_result(_of_part(log, run.options))]
+        segments = _native.split_log(log, run.options.plain())
+        parts = [{"begin_s": begin_s, "end_s": end_s} for begin_s, end_s in segments]
         return [task.head() | _row_of_part(log, run.options, part) | part for part in parts]
 
 
 def _row_of_part(log: Any, options: Options, part: dict[str, Any]) -> Row:
-    """Returns the columns of a segment, or of a method; an error is that of this part alone."""
+    """Returns the columns of a segment; an error is that of this segment alone."""
     try:
         return rows.of_result(_of_part(log, options.replace(**part)))
     except IdentificationError as error:
@@ -118,7 +127,12 @@ def _available(
         with tempfile.TemporaryDirectory(prefix="tactid-") as folder:
             log = Path(folder) / "run.mcap"
             experiment = Experiment.from_toml(recording.experiment)
-            _native.simulate(experiment.replace(seed=recording.episode), log)
+            try:
+                _native.simulate(experiment.replace(seed=recording.seed), log)
+            except SimulationError as error:
+                # The log of the run up to there goes with the folder.
+                error.message = error.message.partition("\nThe log up to there")[0]
+                raise
             yield log
     elif not recording.base:
         yield Path(recording.address)
