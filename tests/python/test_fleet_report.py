@@ -157,18 +157,38 @@ def test_the_page_shows_what_is_wrong_first() -> None:
 def test_a_recording_to_look_at_has_its_command_or_its_link() -> None:
     rows = shift("arm")[:4]
     refused = {"outcome": "refused", "error": "no"}
-    rows[0] |= refused | {"address": "my logs/a.mcap", "begin_s": 3.25, "end_s": 8.0}
+    rows[0] |= refused | {"address": "my logs/a.mcap", "begin_s": 4321.987, "end_s": 8000.0}
     rows[1] |= refused | {"address": "set", "episode": 7}
     rows[2] |= refused | {"address": "https://host/c.mcap"}
     rows[3] |= refused | {"address": "s3://bucket/d.mcap"}
+    rows += [rows[3] | {"address": "e.toml", "seed": 3, "method": "effort"}]
     page = report.render(rows, Figures())
     for command in (
-        "&#x27;my logs/a.mcap&#x27; --begin-s 3.25 --end-s 8",
+        "&#x27;my logs/a.mcap&#x27; --begin-s 4321.987 --end-s 8000.0",
         "set --episode 7",
     ):
         assert f"tactid identify {command} --report report.html" in page
     assert '<a href="https://host/c.mcap">https://host/c.mcap</a>' in page
     assert page.count("--report report.html") == 2
+
+
+def test_segments_are_no_recordings_and_have_their_places() -> None:
+    rows = [each | {"begin_s": 0.0, "end_s": 4.0} for each in shift("arm")]
+    rows += [each | {"begin_s": 4.125, "end_s": 9.0} for each in rows]
+    rows[-1]["configured"] = [1.9, 0.102, 0.0, 0.11]
+    sign = {"kind": "wrench_sign", "severity": "contradicts", "text": "The sign is opposite."}
+    rows[-1] |= {"outcome": "contradicted", "findings": [sign]}
+    rows[0]["configured"] = [1.9, 0.102, 0.0, 0.11]
+    page = report.render(rows, Figures())
+    assert "<h1>60 segments of 30 recordings of 1 robot</h1>" in page
+    assert "a fleet of 30 recordings" in page
+    assert page.count("<th>segments</th>") == 3  # outcomes, clusters, findings
+    assert "<th>recording</th><th>from / s</th>" in page  # there is no episode
+    for place in ("<td>arm/000.mcap</td><td>0</td>", "<td>arm/029.mcap</td><td>4.125</td>"):
+        assert place in page
+    (alone,) = [report.render([each | {"episode": 7}], Figures()) for each in rows[-1:]]
+    assert "<td>arm/029.mcap</td><td>7</td><td>4.125</td>" in alone
+    assert "<h1>1 recording of 1 robot</h1>" in alone
 
 
 def test_the_page_counts_robots_without_a_payload_and_shows_damage() -> None:

@@ -6,13 +6,16 @@ from typing import Any
 import numpy as np
 import pytest
 from pyarrow import parquet
+from typer.testing import CliRunner
 
 import tactid
+from tactid._cli import cli
 from tactid._fleet import run, work
 from tactid._fleet.recordings import find
 from tactid._fleet.table import ParquetRows, new_or_changed
 from tactid._live import simulated_arm
 from tactid._live.simulated_arm import TIP, SimulatedArm
+from test_study import run_here
 
 ARM = SimulatedArm()
 CHANGE_S = 8.0
@@ -65,6 +68,18 @@ def test_a_contact_is_no_payload(tmp_path: Path) -> None:
     (row,) = rows_of(path)
     assert (row["begin_s"], row["end_s"]) == pytest.approx((0.0, 8.0), abs=0.1)
     assert row["estimate.values.mass"] == pytest.approx(2.5, abs=0.05)
+
+
+def test_the_command_counts_segments(
+    recording: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(run, "run", run_here)
+    monkeypatch.chdir(tmp_path)
+    arguments = ["--split", "--tip", TIP, "--urdf", "arm.urdf", "--out", "payloads.csv"]
+    (tmp_path / "arm.urdf").write_text(ARM.urdf)
+    done = CliRunner().invoke(cli.app, ["fleet", str(recording), *arguments])
+    assert done.exit_code == 0, done.output
+    assert done.stderr.startswith("1 recording: 2 segments, 2 identified.")
 
 
 def test_a_part_is_what_its_samples_alone_are(arrays: dict[str, Any]) -> None:

@@ -42,9 +42,9 @@ def store(monkeypatch: pytest.MonkeyPatch) -> Iterator[Store]:
         yield served
 
 
-def rows_of(*urls: str, **options: Any) -> list[dict[str, Any]]:
+def rows_of(*urls: str, split: bool = False, **options: Any) -> list[dict[str, Any]]:
     """Rows as a worker computes them."""
-    tasks = run.tasks_of(find(urls), tactid.Options(**options))
+    tasks = run.tasks_of(find(urls), tactid.Options(**options), split=split)
     return [row for task in tasks for row in work.identify_recording(task)]
 
 
@@ -102,6 +102,11 @@ def test_an_object_has_the_row_of_its_file(store: Store, log: Path) -> None:
     assert row["address"] == "s3://fleet/runs?/a#1 ü%20.mcap"
     assert row["outcome"] == "identified"
     assert of_the_payload(row) == of_the_payload(local)
+    (segment,), (local_segment,) = (
+        rows_of(each, split=True) for each in (row["address"], str(log))
+    )
+    assert segment["end_s"] > segment["begin_s"] + 2.0
+    assert of_the_payload(segment) == of_the_payload(local_segment)
     store.is_azure = True
     (one,) = rows_of("s3://fleet/runs?/a#1 ü%20.mcap")
     (matching,) = rows_of("s3://fleet/ru*/*.mcap")

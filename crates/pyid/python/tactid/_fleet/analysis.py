@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from tactid._base.values import PATHS, Array
-from tactid._fleet.rows import Row
+from tactid._fleet.rows import KEY, Row
 
 COMPARED = ("mass", "com.x", "com.y", "com.z")
 """Values by which payloads are distinguished, and the mass alone where another is not known."""
@@ -36,7 +36,7 @@ OFFSETS = "fit.wrench_offset.values"
 """Column with the offset of the wrench sensors."""
 
 READ = (
-    *("address", "episode", "robot", "configured", "finished", "outcome", "error"),
+    *(*KEY, "robot", "configured", "finished", "outcome", "error"),
     *("start_ns", "begin_s", "end_s", "estimate.covariance", "findings"),
     *("damage", "faults", OFFSETS),
     *(f"estimate.{kind}.{name}" for kind in ("values", "std_devs") for name in COMPARED),

@@ -5,6 +5,7 @@ import shlex
 from collections import Counter
 from collections.abc import Iterable, Sequence
 from datetime import datetime, timezone
+from itertools import compress
 from pathlib import Path
 from typing import Any
 
@@ -13,14 +14,13 @@ from tactid._base.values import Z95, Interval
 from tactid._fleet import plots
 from tactid._fleet.analysis import (
     CLOCKLESS_S,
-    Payload,
     Robot,
     disagreements,
     kinds_of,
     robots_of,
     severity,
 )
-from tactid._fleet.rows import Row
+from tactid._fleet.rows import Row, key_of
 from tactid._fleet.stores import is_address
 from tactid._options.options import OPTIONS
 from tactid._results.table import number
@@ -63,26 +63,31 @@ def render(rows: Sequence[Row], figures: Figures) -> str:
     shown = sorted(robots[:MOST_ROBOTS], key=lambda robot: robot.name)
     robots = sorted(robots, key=lambda robot: robot.name)
     names = len({row["robot"] for row in rows})
+    count = len({key_of(row) for row in rows})
+    recordings = counted(count, "recording")
+    title, many = f"{recordings} of {counted(names, 'robot')}", "recordings"
+    if len(rows) > count:
+        title, many = f"{len(rows)} segments of {title}", "segments"
     body = [
-        f"<h1>{counted(len(rows), 'recording')} of {counted(names, 'robot')}</h1>",
+        f"<h1>{title}</h1>",
         f'<p class="lead">{html.escape(_period(robots))}</p>',
         "<h2>Outcomes</h2>",
-        _table(("outcome", "recordings"), _outcomes(rows)),
+        _table(("outcome", many), _outcomes(rows)),
     ]
     if shown:
         body += [
             "<h2>Payloads</h2>",
             figures.html("payloads", plots.payloads(shown), _caption(shown)),
         ]
-        body += [_clusters(robots), "<h2>Changes</h2>", _changes(robots)]
+        body += [_clusters(robots, many), "<h2>Changes</h2>", _changes(robots)]
     with_offsets = [robot for robot in shown if len(robot.offsets()[0])]
     if with_offsets:
         drawn = figures.html("offsets", plots.offsets(with_offsets), OFFSETS)
         body += ["<h2>Drift of offsets</h2>", drawn, _drifts(robots) or NO_DRIFT]
     body += ["<h2>Configured payloads</h2>", _disagreements(rows, robots)]
-    body += ["<h2>Findings</h2>", _table(("finding", "severity", "recordings"), kinds_of(rows))]
+    body += ["<h2>Findings</h2>", _table(("finding", "severity", many), kinds_of(rows))]
     body += ["<h2>Recordings to look at</h2>", _worst(rows)]
-    return page.document(f"tactid: a fleet of {len(rows)} recordings", "\n".join(body))
+    return page.document(f"tactid: a fleet of {recordings}", "\n".join(body))
 
 
 def _caption(robots: Sequence[Robot]) -> str:
@@ -113,17 +118,21 @@ def _outcomes(rows: Sequence[Row]) -> list[tuple[str, int]]:
 def _table(
     heads: Sequence[str], lines: Iterable[Sequence[Any]], note: str = "", style: str = "wide"
 ) -> str:
-    """Returns a table of the first lines; it is a sentence where there is none."""
+    """Returns a table of the first lines, without columns in which all of them have nothing.
+
+    It is a sentence where there is no line.
+    """
     listed = list(lines)
     if not listed:
         return "<p>There are none.</p>"
+    filled = [any(cell is not None for cell in column) for column in zip(*listed, strict=True)]
     cells = (
-        "<tr>" + "".join(f"<td>{_cell(cell)}</td>" for cell in line) + "</tr>\n"
+        "<tr>" + "".join(f"<td>{_cell(cell)}</td>" for cell in compress(line, filled)) + "</tr>\n"
         for line in listed[:MOST_LINES]
     )
     more = f"The first {MOST_LINES} of {len(listed)} lines. " if len(listed) > MOST_LINES else ""
     caption = f"<caption>{html.escape(more + note)}</caption>" if more + note else ""
-    titles = "".join(f"<th>{html.escape(head)}</th>" for head in heads)
+    titles = "".join(f"<th>{html.escape(head)}</th>" for head in compress(heads, filled))
     return (
         f'<div class="{style}"><table>{caption}<thead><tr>{titles}</tr></thead>'
         f"<tbody>{''.join(cells)}</tbody></table></div>"
@@ -143,7 +152,18 @@ def _text(cell: Any) -> str:
     return "" if cell is None else str(cell)
 
 
-def _clusters(robots: Sequence[Robot]) -> str:
+PLACE = ("recording", "episode", "seed", "from / s")
+"""Heads of the columns that name a recording, or a part of it."""
+
+
+def _place(row: Row) -> tuple[Any, ...]:
+    """Returns the cells that name the recording of a row; one that does not apply is None."""
+    begin_s = row.get("begin_s")
+    begin = None if begin_s is None else f"{begin_s:.10g}"
+    return row["address"], row["episode"], row.get("seed"), begin
+
+
+def _clusters(robots: Sequence[Robot], many: str) -> str:
     lines = []
     for robot in robots:
         for place, cluster in enumerate(robot.clusters, start=1):
@@ -155,25 +175,18 @@ def _clusters(robots: Sequence[Robot]) -> str:
             values += [""] * (5 - len(values))
             ends = (_date(min(times)), _date(max(times)))
             lines.append((robot.name, place, len(cluster.members), *values, *ends))
-    heads = ["robot", "payload", "recordings", "mass / kg", "± 95 %"]
+    heads = ["robot", "payload", many, "mass / kg", "± 95 %"]
     heads += ["com x / mm", "com y / mm", "com z / mm", "first", "last"]
     return _table(heads, lines)
 
 
 def _changes(robots: Sequence[Robot]) -> str:
     lines = [
-        (robot.name, _date(payload.time_s), a + 1, b + 1, payload.row["address"], _begin(payload))
+        (robot.name, _date(payload.time_s), a + 1, b + 1, *_place(payload.row))
         for robot in robots
         for payload, a, b in robot.changes
     ]
-    heads = ("robot", "time", "payload before", "payload after", "recording", "from / s")
-    return _table(heads, lines)
-
-
-def _begin(payload: Payload) -> float | None:
-    """Returns where a segment begins in its recording, s; None for a whole recording."""
-    begin_s: float | None = payload.row.get("begin_s")
-    return begin_s
+    return _table(("robot", "time", "payload before", "payload after", *PLACE), lines)
 
 
 def _drifts(robots: Sequence[Robot]) -> str:
@@ -199,42 +212,37 @@ def _disagreements(rows: Sequence[Row], robots: Sequence[Robot]) -> str:
             row["estimate.values.mass"],
             float(difference[0]),
             " ".join(f"{1e3 * each:.1f}" for each in difference[1:]),
-            row["address"],
+            *_place(row),
         )
         for robot, row, difference in disagreements(robots)
     ]
     heads = ["robot", "configured / kg", "identified / kg", "difference / kg"]
-    heads += ["of the centre of mass / mm", "recording"]
+    heads += ["of the centre of mass / mm", *PLACE]
     return _table(heads, lines)
 
 
 def _worst(rows: Sequence[Row]) -> str:
     ranked = sorted(rows, key=severity, reverse=True)
     lines = [
-        (
-            row["robot"],
-            row["address"],
-            row["episode"],
-            row["outcome"],
-            _reason(row),
-            _command(row),
-        )
+        (row["robot"], *_place(row), row["outcome"], _reason(row), _command(row))
         for row in ranked
         if any(severity(row)[:-1])
     ]
     note = "The commands write the report of one recording, with the options of the fleet besides."
-    heads = ("robot", "recording", "episode", "outcome", "why", "report")
-    return _table(heads, lines, note, "wide worst")
+    return _table(("robot", *PLACE, "outcome", "why", "report"), lines, note, "wide worst")
 
 
 def _command(row: Row) -> str:
-    """Returns the command that reports on a recording on this computer; none for another one."""
-    if is_address(row["address"]):
+    """Returns the command that reports on a recording on this computer; none for another one.
+
+    There is none for a simulation, whose log is not kept.
+    """
+    if is_address(row["address"]) or row.get("seed") is not None:
         return ""
     words = ["tactid", "identify", row["address"]]
     for name in ("episode", "begin_s", "end_s"):
         if row.get(name) is not None:
-            words += [OPTIONS[name].flag, f"{row[name]:g}"]
+            words += [OPTIONS[name].flag, repr(row[name])]
     return shlex.join([*words, command_line_flag("report"), "report.html"])
 
 

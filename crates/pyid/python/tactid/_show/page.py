@@ -23,7 +23,7 @@ p.warn { border-left: 4px solid var(--warn); padding-left: .8rem; font-weight: 6
 div.wide { overflow-x: auto; }
 div.worst th, div.worst td { text-align: left; vertical-align: top; white-space: normal;
   overflow-wrap: anywhere; min-width: 5.5rem; }
-div.worst td:nth-child(2) { min-width: 12rem; } div.worst td:nth-child(5) { min-width: 24rem; }
+div.worst td:nth-child(2) { min-width: 12rem; } div.worst td:nth-last-child(2) { min-width: 24rem; }
 figure { margin: 1.5rem 0; } figure img { max-width: 100%; }
 dl { display: grid; grid-template-columns: max-content 1fr; gap: .15rem 1.5rem; }
 dt { color: var(--dim); } dd { margin: 0; font-variant-numeric: tabular-nums; }
