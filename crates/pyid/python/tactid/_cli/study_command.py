@@ -63,7 +63,8 @@ def _print_errors(errors: Sequence[study.StudyErrors]) -> None:
         table.add_column(heading, justify="left" if heading in ("method", "value") else "right")
     units = dict(zip(VALUE_NAMES, UNITS, strict=True))
     for each in errors:
-        numbers = (f"{each.runs}", f"{each.rms:.3g}", f"{each.bias:.2g}", f"{each.coverage:.1%}")
+        rms, bias = f"{each.rms:#.3g}".rstrip("."), f"{each.bias:#.2g}".rstrip(".")
+        numbers = (f"{each.runs}", rms, bias, f"{each.coverage:.1%}")
         table.add_row(each.method, each.value, units[each.value], *numbers)
     print_whole(table)
 
