@@ -41,4 +41,5 @@ mod recorded_contact;
 mod scales;
 mod still_arms;
 mod trajectory;
+mod trajectory_limits;
 mod wrong_assumptions;

@@ -1,7 +1,9 @@
 //! The plan of an identification: all options, chosen from the request and the beginning of the
 //! recording.
 
-use tactid_identify::{BatchIdentifier, BatchSettings, Delay, EquationSettings, IdentifyError};
+use tactid_identify::{
+    BatchIdentifier, BatchSettings, Delay, EquationSettings, IdentifyError, MotionEstimate,
+};
 
 use crate::alignment::{Averaging, Event, Streams};
 use crate::beginning::identifying;
@@ -111,6 +113,18 @@ impl<'a> Plan<'a> {
             delay: self.estimated_delay.is_some(),
             shown_offset: !self.is_mixed
                 && self.request.wrench_offset.unwrap_or_default() == OffsetChoice::Auto,
+            smoothed: self.smoothed(),
+        }
+    }
+
+    /// Returns why motion and payload are not estimated at once, as far as the samples do not show
+    /// it.
+    fn smoothed(&self) -> Option<MotionEstimate> {
+        if self.streams.base && self.sources.measured_twist.is_none() {
+            Some(MotionEstimate::NoVelocities)
+        } else {
+            let cutoff_hz = self.request.cutoff_hz;
+            cutoff_hz.map(|_| MotionEstimate::GivenCutoff)
         }
     }
 

@@ -7,6 +7,7 @@ use std::sync::Arc;
 use nalgebra::SVector;
 use tactid_dynamics::{InertialParameters, Manipulator};
 
+use self::fits::Fits;
 use super::equation_batch::EquationBatch;
 use super::forecast::Forecast;
 use super::other_load::{Parts, leave_out};
@@ -33,7 +34,7 @@ use crate::solve::PrincipalMoments;
 use crate::solve::report::{Posterior, Report, body_of, estimate};
 use crate::solve::uncertainty::{ValueStdDevs, is_mass_known};
 use crate::solve::widening::widened;
-use crate::trajectory::SampleBins;
+use crate::trajectory::{MotionEstimate, SampleBins};
 use crate::{IdentifyError, Method};
 
 /// Prior knowledge and options of the batch identifier. By default nothing is known.
@@ -53,6 +54,11 @@ pub struct BatchSettings {
     /// Whether a constant offset of the wrenches is identified where the data show one, as
     /// [`EquationSettings::wrench_offset`] does for every recording.
     pub shown_offset: bool,
+    /// Why the motion is smoothed before, where settings and samples do not show it:
+    /// [`MotionEstimate::GivenCutoff`] where the cutoff was chosen for this motion, and
+    /// [`MotionEstimate::NoVelocities`] where velocities of the base follow from its poses. By
+    /// default (`None`) motion and payload are estimated at once where that is more precise.
+    pub smoothed: Option<MotionEstimate>,
 }
 
 /// What the equations say without a known mass, and with which unknowns.
@@ -81,6 +87,12 @@ impl BatchSettings {
         self.prior().check()
     }
 
+    /// Returns why motion and payload cannot be estimated at once, as far as these settings say.
+    fn unsuited(&self) -> Option<MotionEstimate> {
+        let of_mass = self.known_mass.map(|_| MotionEstimate::Smoothed);
+        of_mass.or(self.smoothed)
+    }
+
     /// Returns what is known of the payload.
     #[must_use]
     pub fn prior(&self) -> PriorKnowledge {
@@ -94,6 +106,7 @@ impl BatchSettings {
 /// Identifies the payload by robust weighted least squares over all samples at once.
 ///
 /// Memory is bounded: at most 30 000 equations are stored, and neighbours are merged beyond that.
+/// Motion and payload are estimated at once only from the first 6000 bins.
 #[derive(Clone, Debug)]
 pub struct BatchIdentifier {
     frame: Arc<str>,
@@ -148,7 +161,7 @@ impl BatchIdentifier {
         Ok(Self {
             frame: tool.into(),
             stream: EquationStream::with_geometry(robot, tool, sensors, &equations)?,
-            bins: SampleBins::new(robot, sensors.len(), &equations),
+            bins: SampleBins::new(robot, sensors.len(), &equations, settings.unsuited()),
             equations,
             settings,
             batch: EquationBatch::default(),
@@ -249,7 +262,7 @@ impl BatchIdentifier {
             forecast: Forecast::new(equations, fit, &parameters, &of_fit),
             fit: of_fit,
             delay: self.remaining_delay(&solution),
-            findings: self.findings(&solution, fit, consistent, known.mass_kg()),
+            findings: self.findings(&solution, &fits, consistent, known.mass_kg()),
         })
     }
 
@@ -305,16 +318,16 @@ impl BatchIdentifier {
         Ok(Some(fit))
     }
 
-    /// Returns what was noticed, given the fit that is reported, the payload that is consistent
-    /// with it, and the mass of the known bodies with its standard deviation, kg.
+    /// Returns what was noticed, given the fits, the payload that is consistent with the one that is
+    /// reported, and the mass of the known bodies with its standard deviation, kg.
     fn findings(
         &self,
         solution: &Solution<'_>,
-        fit: &Fit,
+        fits: &Fits<'_>,
         consistent: ConsistentPayload,
         known_bodies_kg: (f64, f64),
     ) -> Vec<Finding> {
-        let without_mass = &solution.found.fit;
+        let (fit, without_mass) = (fits.of_all(), fits.without_mass());
         let of_data = data_findings(
             [self.batch.equations(), &solution.found.equations],
             without_mass,

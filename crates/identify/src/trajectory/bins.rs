@@ -2,7 +2,7 @@
 
 use tactid_dynamics::{BaseKind, Manipulator};
 
-use super::SETTINGS;
+use super::{MotionEstimate, SETTINGS};
 use crate::equations::{Continuation, EquationSettings, Sample};
 
 /// Where the channels of a bin are: positions and velocities of the joints, pose and velocities of
@@ -91,19 +91,30 @@ pub(crate) struct SampleBins {
     /// Channels of the last sample.
     last: Vec<f64>,
     count: usize,
-    /// Whether a trajectory can be estimated: all samples have velocities.
-    is_usable: bool,
+    /// Why a trajectory cannot be estimated together with the payload.
+    unsuited: Option<MotionEstimate>,
 }
 
 impl SampleBins {
-    /// Creates the bins of a robot with so many wrench sensors. They stay empty where the base is
-    /// fixed or has no joints, where wrenches are interpolated between those of a slower sensor, and
-    /// where something else than the payload is unknown.
-    pub(crate) fn new(robot: &Manipulator, sensors: usize, settings: &EquationSettings) -> Self {
+    /// Creates the bins of a robot with so many wrench sensors. They stay empty where they have no
+    /// use, `given` as the reason or among those of the settings.
+    pub(crate) fn new(
+        robot: &Manipulator,
+        sensors: usize,
+        settings: &EquationSettings,
+        given: Option<MotionEstimate>,
+    ) -> Self {
         let joints = robot.dof();
         let layout = Layout { joints, sensors };
         let length_s = 1.0 / (SETTINGS.bins_of_interval * SETTINGS.knots_hz);
-        let is_known = !settings.wrench_offset && !settings.unknowns.any();
+        let gains = &settings.effort_gain_std_dev;
+        let has_others = settings.wrench_offset
+            || settings.unknowns.any()
+            || settings.unmeasured != [false; 6]
+            || settings.shared_noise_s >= length_s
+            || settings.method.uses_effort() && gains.iter().any(|std_dev| *std_dev > 0.0);
+        let is_for_others = robot.base_kind() != BaseKind::Floating || joints == 0 || has_others;
+        let unsuited = is_for_others.then_some(MotionEstimate::Smoothed);
         Self {
             layout,
             continuation: Continuation::new(robot),
@@ -118,11 +129,7 @@ impl SampleBins {
             },
             last: vec![0.0; layout.count()],
             count: 0,
-            is_usable: robot.base_kind() == BaseKind::Floating
-                && joints > 0
-                && settings.unmeasured == [false; 6]
-                && settings.shared_noise_s < length_s
-                && is_known,
+            unsuited: unsuited.or(given),
         }
     }
 
@@ -133,18 +140,21 @@ impl SampleBins {
 
     /// The bins of each stretch without gaps; none where a trajectory cannot be estimated.
     pub(super) fn stretches(&self) -> &[Vec<Bin>] {
-        if self.is_usable { &self.stretches } else { &[] }
+        &self.stretches
     }
 
-    /// Whether the recording is too long for the estimate of a trajectory.
-    pub(super) fn are_too_many(&self) -> bool {
-        self.is_usable && self.count >= SETTINGS.most_bins
+    /// Why a trajectory cannot be estimated together with the payload, as far as settings and
+    /// samples show it at once.
+    pub(super) fn unsuited(&self) -> Option<MotionEstimate> {
+        self.unsuited
     }
 
     /// Adds a sample whose slices fit the robot; `starts` where it follows a gap.
     pub(crate) fn push(&mut self, sample: &Sample<'_>, starts: bool) {
-        self.is_usable &= sample.joint_velocity.len() == self.layout.joints;
-        if !self.is_usable || self.are_too_many() {
+        if self.unsuited.is_none() {
+            self.unsuited = self.unsuited_by(sample);
+        }
+        if self.unsuited.is_some() {
             self.stretches.clear();
             return;
         }
@@ -165,6 +175,18 @@ impl SampleBins {
         sums.squares_s2 += since_s * since_s;
         for (sum, value) in sums.values.iter_mut().zip(&self.last) {
             *sum += value;
+        }
+    }
+
+    /// Returns what a sample lacks, or that there are too many already.
+    fn unsuited_by(&self, sample: &Sample<'_>) -> Option<MotionEstimate> {
+        let base = &sample.base;
+        if sample.joint_velocity.len() != self.layout.joints {
+            Some(MotionEstimate::NoVelocities)
+        } else if base.acceleration.is_some() || base.angular_acceleration.is_some() {
+            Some(MotionEstimate::Smoothed)
+        } else {
+            (self.count >= SETTINGS.most_bins).then_some(MotionEstimate::TooLong)
         }
     }
 

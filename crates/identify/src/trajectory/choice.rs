@@ -1,39 +1,11 @@
 //! Whether the motion is estimated together with the payload.
 
-use nalgebra::{SMatrix, SVector};
-use schemars::JsonSchema;
-use serde::Serialize;
+use nalgebra::{Cholesky, SMatrix, SVector, SymmetricEigen};
 
-use super::SETTINGS;
 use super::bins::SampleBins;
 use super::estimate::Problem;
-use crate::diagnosis::FAR_BETTER;
+use super::{MotionEstimate, SETTINGS};
 use crate::equations::Model;
-
-/// How the motion that is measured entered an estimate.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, JsonSchema)]
-#[serde(rename_all = "kebab-case")]
-pub enum MotionEstimate {
-    /// Motion and payload were estimated at once, from all measurements: splines of degree five for
-    /// the joints and the base.
-    WithPayload,
-    /// The motion was smoothed before, sample by sample: the base is fixed or has no joints, the
-    /// velocities of the joints are not measured, the mass is known, there are more unknowns than
-    /// the payload, or a part of the recording is unlike the rest.
-    #[default]
-    Smoothed,
-    /// The motion was smoothed before, because the recording is longer than 100 s: both take time in
-    /// proportion to its length, and windows take far less.
-    TooLong,
-    /// The motion was smoothed before, because it has frequencies that splines do not follow.
-    TooFast,
-    /// The motion was smoothed before, because splines and payload leave more of the measurements
-    /// than their noise: the model has errors.
-    Unexplained,
-    /// The motion was smoothed before, because its noise is so small that the result is at least as
-    /// precise.
-    Exact,
-}
 
 /// Parameters that were estimated together with the motion.
 #[derive(Clone, Debug)]
@@ -56,15 +28,13 @@ pub(crate) fn choose(
     smoothed: (&SVector<f64, 10>, &SMatrix<f64, 10, 10>),
 ) -> (MotionEstimate, Option<TrajectoryFit>) {
     let (start, covariance) = smoothed;
-    if bins.are_too_many() {
-        return (MotionEstimate::TooLong, None);
+    if let Some(reason) = bins.unsuited() {
+        return (reason, None);
     }
-    let Some(mut problem) = Problem::new(bins, model, start) else {
-        return (MotionEstimate::Smoothed, None);
+    let mut problem = match Problem::new(bins, model, start) {
+        Ok(problem) => problem,
+        Err(reason) => return (reason, None),
     };
-    if problem.unfollowed * FAR_BETTER > 1.0 {
-        return (MotionEstimate::TooFast, None);
-    }
     let first = problem.pass();
     let Some(first) = first.filter(|pass| is_smaller(&pass.inverse, covariance)) else {
         return (MotionEstimate::Exact, None);
@@ -72,17 +42,11 @@ pub(crate) fn choose(
     let Some(found) = problem.solve(first) else {
         return (MotionEstimate::Unexplained, None);
     };
-    if found
-        .residual_ratios
-        .iter()
-        .any(|ratio| *ratio > SETTINGS.explained)
-    {
+    if found.residual_ratio > SETTINGS.explained {
         return (MotionEstimate::Unexplained, None);
     }
-    let larger = if found.scatter > 1.0 {
-        found.sandwich
-    } else {
-        found.of_white_noise
+    let Some(larger) = larger(&found.of_white_noise, &found.sandwich) else {
+        return (MotionEstimate::Unexplained, None);
     };
     if !is_smaller(&larger, covariance) {
         return (MotionEstimate::Exact, None);
@@ -96,6 +60,26 @@ pub(crate) fn choose(
     (MotionEstimate::WithPayload, Some(fit))
 }
 
+/// Returns the covariance that is at least as large as both of two in every direction: in the
+/// directions in which both are diagonal, the larger variance. `None` where the first is not
+/// positive definite.
+fn larger(
+    this: &SMatrix<f64, 10, 10>,
+    other: &SMatrix<f64, 10, 10>,
+) -> Option<SMatrix<f64, 10, 10>> {
+    let units = this.diagonal().map(f64::sqrt);
+    let in_units = |matrix: &SMatrix<f64, 10, 10>| {
+        let scaled = SMatrix::<f64, 10, 10>::from_fn(|i, j| matrix[(i, j)] / (units[i] * units[j]));
+        (scaled + scaled.transpose()) * 0.5
+    };
+    let root = Cholesky::new(in_units(this))?.unpack();
+    let half = root.solve_lower_triangular(&in_units(other))?;
+    let ratios = SymmetricEigen::new(root.solve_lower_triangular(&half.transpose())?);
+    let axes = SMatrix::from_diagonal(&units) * root * ratios.eigenvectors;
+    let variances = SMatrix::from_diagonal(&ratios.eigenvalues.map(|ratio| ratio.max(1.0)));
+    Some(axes * variances * axes.transpose())
+}
+
 /// Returns whether the variances of the parameters in one covariance are smaller than in another,
 /// in the geometric mean over the ten.
 fn is_smaller(this: &SMatrix<f64, 10, 10>, other: &SMatrix<f64, 10, 10>) -> bool {
@@ -103,4 +87,29 @@ fn is_smaller(this: &SMatrix<f64, 10, 10>, other: &SMatrix<f64, 10, 10>) -> bool
         .diagonal()
         .zip_map(&other.diagonal(), |this, other| (this / other).ln());
     ratios.sum() < 0.0
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The larger of two covariances is the sum of both less what is the same, direction by
+    /// direction, also where the directions are not those of the parameters.
+    #[test]
+    fn the_larger_covariance_is_that_of_each_direction() {
+        let turn = SMatrix::<f64, 10, 10>::from_fn(|i, j| {
+            f64::from(u8::from(i == j)) + 0.3 * ((3 * i + 7 * j) as f64).sin()
+        });
+        let of = |variances: fn(usize) -> f64| {
+            let diagonal = SVector::<f64, 10>::from_fn(|k, _| variances(k));
+            turn * SMatrix::from_diagonal(&diagonal) * turn.transpose()
+        };
+        let this = of(|k| 1e-3 * (k + 1) as f64);
+        let other = of(|k| 1e-3 * (10 - k) as f64);
+        let expected = of(|k| 1e-3 * f64::max((k + 1) as f64, (10 - k) as f64));
+        for (this, other) in [(&this, &other), (&other, &this)] {
+            let found = larger(this, other).unwrap();
+            assert!((found - expected).amax() < 1e-12 * expected.amax());
+        }
+    }
 }

@@ -5,7 +5,7 @@ use tactid_dynamics::{StateError, Wrench};
 
 use super::bins::{Bin, Layout};
 use super::segment::{Derivatives, base_motion};
-use crate::equations::{Instant, Model, Row};
+use crate::equations::{Instant, KnownNoise, Model, Row};
 
 /// Steps of the differences by which values, first and second derivatives of a coordinate are
 /// varied, in the coordinate's unit, by s and by s². The rows are smooth far beyond them.
@@ -50,6 +50,11 @@ impl Dynamics {
     /// Index of the source of each channel.
     pub(super) fn source_of(&self) -> Vec<usize> {
         self.model.channels().source_of()
+    }
+
+    /// Known noise of the sensors of some sources, at the posture of the last rows.
+    pub(super) fn known_noise(&self) -> Vec<KnownNoise> {
+        self.model.channels().known_noise
     }
 
     /// Returns the rows at a motion with the efforts and wrenches of a bin.

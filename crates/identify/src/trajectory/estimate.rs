@@ -1,15 +1,18 @@
 //! Gauss-Newton for the motion and the parameters at once.
 
+use std::ops::Range;
+
 use nalgebra::{Cholesky, DMatrix, SMatrix, SVector};
 
-use super::SETTINGS;
-use super::bins::SampleBins;
+use super::bins::{Layout, SampleBins};
 use super::bordered::Bordered;
 use super::dynamics::Dynamics;
 use super::rows::{BinRows, Weights};
 use super::segment::Segment;
 use super::smoothing::{residuals, smooth, unfollowed};
-use crate::equations::Model;
+use super::{MotionEstimate, SETTINGS};
+use crate::diagnosis::SIGNIFICANT;
+use crate::equations::{KnownNoise, Model};
 use crate::fit::CONVERGED_ENOUGH;
 use crate::fit::least_squares::MAX_PASSES;
 
@@ -25,8 +28,9 @@ pub(super) struct Estimate {
     pub(super) sandwich: Matrix,
     /// Mean ratio of the second to the first in the directions of the first.
     pub(super) scatter: f64,
-    /// Mean square of the residuals of motion and load, relative to the variance of their noise.
-    pub(super) residual_ratios: [f64; 2],
+    /// Largest mean square of the residuals of a quantity of the motion or of a channel of the load,
+    /// relative to the variance of its noise, less what is chance.
+    pub(super) residual_ratio: f64,
 }
 
 /// The problem of one recording.
@@ -42,8 +46,6 @@ pub(super) struct Problem<'a> {
     /// Factors of the normal equations of the coefficients of each segment, once there was a pass:
     /// the motion that was smoothed alone is near enough for all passes.
     factors: Vec<Bordered>,
-    /// Largest ratio of what the splines leave of a channel to its noise.
-    pub(super) unfollowed: f64,
 }
 
 /// What one pass knows of the parameters.
@@ -58,24 +60,31 @@ pub(super) struct Pass {
 }
 
 impl<'a> Problem<'a> {
-    /// Smooths the motion of a recording alone, and finds the noise of all channels. `None` where
-    /// the bins do not determine the motion.
-    pub(super) fn new(bins: &'a SampleBins, model: &Model, start: &Parameters) -> Option<Self> {
+    /// Smooths the motion of a recording alone, and finds the noise of all channels.
+    ///
+    /// # Errors
+    /// Returns why the motion cannot be estimated with splines.
+    pub(super) fn new(
+        bins: &'a SampleBins,
+        model: &Model,
+        start: &Parameters,
+    ) -> Result<Self, MotionEstimate> {
         let layout = bins.layout();
         let mut dynamics = Dynamics::new(model.clone(), layout);
         let coordinates = layout.coordinates();
         let new = |stretch: &Vec<_>| Segment::new(stretch, coordinates, SETTINGS.knots_hz);
-        let long = bins
-            .stretches()
-            .iter()
-            .filter(|stretch| is_long(stretch.len()));
+        let long = bins.stretches().iter().filter(|bins| is_long(bins.len()));
         let mut segments: Vec<Segment> = long.map(new).collect();
+        segments.retain(|segment| segment.freedom() >= SETTINGS.least_freedom);
         if segments.is_empty() {
-            return None;
+            return Err(MotionEstimate::TooFew);
         }
-        let of_motion = smooth(&mut segments, layout)?;
-        let unfollowed = unfollowed(&segments, layout, &of_motion);
-        let of_dynamics = whitening(&segments, &mut dynamics, start)?;
+        let of_motion = smooth(&mut segments, layout).ok_or(MotionEstimate::TooFew)?;
+        if let Some(reason) = unfollowed(&segments, layout, &of_motion) {
+            return Err(reason);
+        }
+        let of_dynamics = whitening(&segments, &mut dynamics, start);
+        let of_dynamics = of_dynamics.ok_or(MotionEstimate::TooFew)?;
         let mut by_motion = Vec::new();
         for segment in &segments {
             let bins = segment.bins.iter().enumerate();
@@ -83,9 +92,10 @@ impl<'a> Problem<'a> {
                 let slopes = dynamics.by_motion(&segment.at(k), bin, start);
                 slopes.map(|slopes| -(&of_dynamics * slopes))
             });
-            by_motion.push(slopes.collect::<Result<_, _>>().ok()?);
+            let slopes = slopes.collect::<Result<_, _>>();
+            by_motion.push(slopes.map_err(|_| MotionEstimate::Unexplained)?);
         }
-        Some(Self {
+        Ok(Self {
             bins,
             dynamics,
             segments,
@@ -96,12 +106,11 @@ impl<'a> Problem<'a> {
             parameters: *start,
             by_motion,
             factors: Vec::new(),
-            unfollowed,
         })
     }
 
     /// Returns motion and parameters from a first pass; `None` where the measurements do not
-    /// determine them.
+    /// determine them, or the passes do not converge.
     pub(super) fn solve(mut self, mut pass: Pass) -> Option<Estimate> {
         for _ in 0..MAX_PASSES {
             self.parameters += pass.step;
@@ -116,10 +125,10 @@ impl<'a> Problem<'a> {
             pass = self.pass()?;
             // The next step is smaller by more than this factor.
             if moved < CONVERGED_ENOUGH.sqrt() {
-                break;
+                return self.finish(&pass);
             }
         }
-        self.finish(&pass)
+        None
     }
 
     /// Returns the rows of a bin at the present motion and parameters.
@@ -179,35 +188,60 @@ impl<'a> Problem<'a> {
 
     /// Returns the estimate with what a pass leaves of the rows.
     fn finish(&mut self, pass: &Pass) -> Option<Estimate> {
-        let are_measured = self.dynamics.are_measured();
-        let (mut squares, mut counts) = ([0.0; 2], [0.0; 2]);
-        let mut meat = Matrix::zeros();
+        let of_dynamics = self.dynamics.are_measured();
+        let of_motion = quantities(self.bins.layout());
+        let mut squares = vec![0.0; of_motion.len() + of_dynamics.len()];
+        let (mut meat, mut bins) = (Matrix::zeros(), 0.0);
         for (index, changes) in pass.changes.iter().enumerate() {
             let mut scores = Vec::new();
             for bin in 0..self.segments[index].bins.len() {
                 let rows = self.rows(index, bin)?;
                 let rest = rows.rest(changes, &self.segments[index], bin);
                 scores.push(Parameters::from_column_slice(rest.score.as_slice()));
-                squares[0] += rest.of_motion.iter().map(|rest| rest * rest).sum::<f64>();
-                counts[0] += rest.of_motion.len() as f64;
-                for (residual, is_measured) in rest.of_dynamics.iter().zip(&are_measured) {
-                    if *is_measured {
-                        squares[1] += residual * residual;
-                        counts[1] += 1.0;
-                    }
-                }
+                let mean = |channels: &Range<usize>| {
+                    let rest = &rest.of_motion[channels.clone()];
+                    rest.iter().map(|rest| rest * rest).sum::<f64>() / rest.len() as f64
+                };
+                let loads = rest.of_dynamics.iter().zip(&of_dynamics);
+                let loads = loads.map(|(rest, is_measured)| match is_measured {
+                    true => rest * rest,
+                    false => 0.0,
+                });
+                let of_bin = of_motion.iter().map(mean).chain(loads);
+                squares
+                    .iter_mut()
+                    .zip(of_bin)
+                    .for_each(|(sum, of_bin)| *sum += of_bin);
+                bins += 1.0;
             }
             let spanned = self.segments[index].order() * SETTINGS.bins_of_interval as usize;
             meat += newey_west(&scores, spanned);
         }
+        // By so much the mean square of so many normal variables is larger by chance.
+        let chance = 1.0 + SIGNIFICANT * (2.0 / f64::max(bins, 1.0)).sqrt();
         Some(Estimate {
             parameters: self.parameters,
             of_white_noise: pass.inverse,
             sandwich: pass.inverse * meat * pass.inverse,
             scatter: (meat * pass.inverse).trace() / 10.0,
-            residual_ratios: std::array::from_fn(|k| squares[k] / f64::max(counts[k], 1.0)),
+            residual_ratio: squares.into_iter().fold(0.0, f64::max) / (bins * chance),
         })
     }
+}
+
+/// Channels of the motion by quantity: positions and velocities of the joints, and position,
+/// velocity, rotation and angular velocity of the base.
+fn quantities(layout: Layout) -> [Range<usize>; 6] {
+    let (joints, position) = (layout.joints, layout.position());
+    let (quaternion, angular_velocity) = (layout.quaternion(), layout.angular_velocity());
+    [
+        0..joints,
+        joints..position,
+        position..position + 3,
+        position + 3..quaternion,
+        quaternion..angular_velocity,
+        angular_velocity..layout.effort(),
+    ]
 }
 
 /// Returns whether so many bins determine splines: one interval has six of them.
@@ -216,8 +250,9 @@ fn is_long(bins: usize) -> bool {
 }
 
 /// Returns the inverse of a root of the covariance of the rows of the dynamics. The noise of a
-/// measured load is what splines through its own values leave: it depends on no model. What no
-/// sensor measures is next to exact, in proportion to what the noise of the motion leaves of it.
+/// measured load is what splines through its own values leave: it depends on no model. Known noise
+/// keeps its proportions. What no sensor measures is next to exact, in proportion to what the noise
+/// of the motion leaves of it.
 fn whitening(
     segments: &[Segment],
     dynamics: &mut Dynamics,
@@ -240,9 +275,9 @@ fn whitening(
             }
         }
         unexplained += left.tr_mul(&left);
-        let (rest, fraction) = residuals(segment, targets)?;
+        let rest = residuals(segment, targets)?;
         noise += rest.tr_mul(&rest);
-        freedom += fraction * count as f64;
+        freedom += segment.freedom() * count as f64;
         bins += count as f64;
     }
     let sources = dynamics.source_of();
@@ -265,10 +300,31 @@ fn whitening(
         let least = SETTINGS.accuracy.powi(2) * sizes[i] / bins;
         of_pair + if are_measured[i] { least } else { 0.0 } + f64::MIN_POSITIVE.sqrt()
     });
+    let mut covariance = covariance;
+    for known in dynamics.known_noise() {
+        keep_proportions(&mut covariance, &(&noise / freedom), &known);
+    }
     let root = Cholesky::new(covariance)?.unpack();
     let mut inverse = DMatrix::identity(channels, channels);
     root.solve_lower_triangular_mut(&mut inverse)
         .then_some(inverse)
+}
+
+/// Replaces the block of a source by its known noise, whose size follows the covariance that the
+/// residuals `show`. It stays where known noise is singular to rounding.
+fn keep_proportions(covariance: &mut DMatrix<f64>, shown: &DMatrix<f64>, known: &KnownNoise) {
+    let (corner, shape) = ([known.first_channel; 2], known.covariance.shape());
+    let Some(factor) = Cholesky::new(known.covariance.clone()) else {
+        return;
+    };
+    let shown = shown.view(corner.into(), shape).into_owned();
+    let size = factor.solve(&shown).trace() / shape.0 as f64;
+    let mut block = covariance.view_mut(corner.into(), shape);
+    let least = block.diagonal() * f64::EPSILON;
+    block.copy_from(&(&known.covariance * size));
+    for (k, least) in least.iter().enumerate() {
+        block[(k, k)] += least;
+    }
 }
 
 /// Returns the covariance of the sum of scores that are correlated over so many bins (Newey and

@@ -16,8 +16,47 @@ mod smoothing;
 mod spline;
 
 pub(crate) use self::bins::SampleBins;
-pub use self::choice::MotionEstimate;
 pub(crate) use self::choice::choose;
+
+use schemars::JsonSchema;
+use serde::Serialize;
+
+/// How the motion that is measured entered an estimate.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum MotionEstimate {
+    /// Motion and payload were estimated at once, from all measurements: splines of degree five for
+    /// the joints and the base.
+    WithPayload,
+    /// The motion was smoothed before, sample by sample, because one estimate of both is not for
+    /// this problem: the base is fixed or has no joints, its accelerations are measured, channels
+    /// of the wrenches are not measured or interpolated, the mass is known, an offset, a subtracted
+    /// weight or the direction of gravity is unknown, gains of efforts are uncertain, a direction
+    /// of the parameters is not excited, an assumption is wrong, or a part of the recording has
+    /// another load or outliers.
+    #[default]
+    Smoothed,
+    /// The motion was smoothed before, because velocities of the joints or of the base are not
+    /// measured.
+    NoVelocities,
+    /// The motion was smoothed before, because the cutoff was chosen for it: splines follow 10 Hz
+    /// whatever the cutoff is.
+    GivenCutoff,
+    /// The motion was smoothed before, because no stretch without gaps is long enough (0.35 s), or
+    /// samples are so rare (below 30 Hz) that splines go through all of them.
+    TooFew,
+    /// The motion was smoothed before, because the recording is longer than 100 s, which would take
+    /// more time and memory than windows.
+    TooLong,
+    /// The motion was smoothed before, because it has frequencies that splines do not follow.
+    TooFast,
+    /// The motion was smoothed before, because splines and payload leave more of the measurements
+    /// than their noise: the model has errors.
+    Unexplained,
+    /// The motion was smoothed before, because its noise is so small that the result is at least as
+    /// precise.
+    Exact,
+}
 
 /// What the splines resolve, and when they are used.
 struct TrajectorySettings {
@@ -27,21 +66,25 @@ struct TrajectorySettings {
     bins_of_interval: f64,
     /// Most bins of a recording.
     most_bins: usize,
+    /// Least degrees of freedom that splines leave of the values of a stretch, relative to their
+    /// number.
+    least_freedom: f64,
     /// Noise of what no sensor measures, relative to what the noise of the motion leaves of it.
     exact: f64,
     /// Part of a channel's size that splines and means over bins leave.
     accuracy: f64,
-    /// Largest ratio of the mean square of residuals to the variance of their noise.
+    /// Largest ratio of the mean square of residuals to the variance of their noise, but for chance.
     explained: f64,
 }
 
 /// Splines with 20 knots in a second follow frequencies up to 10 Hz, which is enough for an arm, and
-/// three means between two knots lose nothing of it. Beyond 6000 bins, 100 s, windows determine a
-/// payload as well.
+/// three means between two knots lose nothing of it. 6000 bins, 100 s or up to 120 s where samples
+/// are rare, bound the memory, some 40 MB for six joints, and the time.
 const SETTINGS: TrajectorySettings = TrajectorySettings {
     knots_hz: 20.0,
     bins_of_interval: 3.0,
     most_bins: 6000,
+    least_freedom: 0.25,
     exact: 0.01,
     accuracy: 3e-4,
     explained: 2.0,

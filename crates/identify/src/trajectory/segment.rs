@@ -59,6 +59,12 @@ impl Segment {
         }
     }
 
+    /// Fraction of the degrees of freedom of values at the bins that splines leave.
+    pub(super) fn freedom(&self) -> f64 {
+        let bins = self.bins.len() as f64;
+        (bins - self.splines as f64) / bins
+    }
+
     /// Number of splines that are not zero at a time.
     pub(super) fn order(&self) -> usize {
         self.bases[0][0].len()

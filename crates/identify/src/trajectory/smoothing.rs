@@ -1,29 +1,21 @@
 //! Splines through the measured motion alone, and the noise that they leave.
 
+use std::ops::Range;
+
 use nalgebra::{DMatrix, Vector3};
 
-use super::SETTINGS;
 use super::bins::Layout;
 use super::bordered::Bordered;
 use super::segment::{Derivatives, Segment, base_motion, imaginary, quaternions};
+use super::{MotionEstimate, SETTINGS};
+use crate::diagnosis::FAR_BETTER;
 
 /// Factors of the sixth difference of neighbouring values.
 const SIXTH: [f64; 7] = [1.0, -6.0, 15.0, -20.0, 15.0, -6.0, 1.0];
 
-/// Measurements of some columns at the bins of a segment: values, and rates of the same coordinates
-/// where these are measured.
-pub(super) struct Measured {
-    pub(super) values: DMatrix<f64>,
-    pub(super) rates: Option<DMatrix<f64>>,
-}
-
-/// What splines leave of the measurements: sums of squares of values and of rates, and degrees of
-/// freedom of each.
-#[derive(Clone, Copy, Debug, Default)]
-struct Rest {
-    squares: [f64; 2],
-    freedom: f64,
-}
+/// Measurements of some columns at the bins of a segment: values, then rates of the same
+/// coordinates, or values alone.
+type Measured = Vec<DMatrix<f64>>;
 
 /// Fits splines to measured columns with these variances of values and rates. Returns the
 /// coefficients, row by row, and the residuals; `None` where the bins do not determine the splines.
@@ -32,17 +24,15 @@ fn fit(
     measured: &Measured,
     variances: [f64; 2],
 ) -> Option<(Vec<f64>, Measured)> {
-    let columns = measured.values.ncols();
-    let mut system = Bordered::zeros(segment.splines, segment.order(), columns);
+    let columns = measured[0].ncols();
     let order = segment.order();
-    let kinds = [Some(&measured.values), measured.rates.as_ref()];
+    let mut system = Bordered::zeros(segment.splines, order, columns);
     for (bin, (&span, basis)) in segment.spans.iter().zip(&segment.bases).enumerate() {
         let mut block = DMatrix::zeros(order, order);
         let mut border = DMatrix::zeros(order, columns);
-        for (kind, given) in kinds.iter().enumerate() {
-            let Some(given) = given else { continue };
-            let weight = variances[kind].recip();
-            let splines = DMatrix::from_column_slice(order, 1, &basis[kind]);
+        for ((given, variance), splines) in measured.iter().zip(variances).zip(basis) {
+            let weight = variance.recip();
+            let splines = DMatrix::from_column_slice(order, 1, splines);
             block.gemm(weight, &splines, &splines.transpose(), 1.0);
             border.gemm(weight, &splines, &given.rows(bin, 1), 1.0);
         }
@@ -51,7 +41,7 @@ fn fit(
     }
     system.factor()?;
     let (_, coefficients) = system.solve();
-    let rest = |kind: usize, given: &DMatrix<f64>| {
+    let rest = |(kind, given): (usize, &DMatrix<f64>)| {
         DMatrix::from_fn(given.nrows(), columns, |bin, column| {
             let weights = segment.bases[bin][kind].iter().enumerate();
             let terms = weights.map(|(spline, weight)| {
@@ -60,20 +50,13 @@ fn fit(
             given[(bin, column)] - terms.sum::<f64>()
         })
     };
-    let residuals = Measured {
-        values: rest(0, &measured.values),
-        rates: measured.rates.as_ref().map(|rates| rest(1, rates)),
-    };
+    let residuals = measured.iter().enumerate().map(rest).collect();
     Some((coefficients, residuals))
 }
 
-/// Returns the residuals of splines through values alone, and the fraction of degrees of freedom
-/// that the splines leave.
-pub(super) fn residuals(segment: &Segment, values: DMatrix<f64>) -> Option<(DMatrix<f64>, f64)> {
-    let rates = None;
-    let (_, rest) = fit(segment, &Measured { values, rates }, [1.0; 2])?;
-    let bins = segment.bins.len() as f64;
-    Some((rest.values, (bins - segment.splines as f64) / bins))
+/// Returns the residuals of splines through values alone.
+pub(super) fn residuals(segment: &Segment, values: DMatrix<f64>) -> Option<DMatrix<f64>> {
+    Some(fit(segment, &vec![values], [1.0; 2])?.1.remove(0))
 }
 
 /// The coordinates that some channels measure, and how.
@@ -95,10 +78,9 @@ pub(super) fn smooth(segments: &mut [Segment], layout: Layout) -> Option<Vec<f64
                 segment.bins[bin].values[channel]
             })
         };
-        let measured = segments.iter().map(|segment| Measured {
-            values: column(segment, channel),
-            rates: Some(column(segment, rate)),
-        });
+        let measured = segments
+            .iter()
+            .map(|segment| [channel, rate].map(|of| column(segment, of)).to_vec());
         let group = Group {
             coordinates: (coordinate, 1),
             measured: measured.collect(),
@@ -128,10 +110,7 @@ fn smooth_rotation(segments: &mut [Segment], layout: Layout, std_devs: &mut [f64
             };
             let rates: Vec<_> = (0..bins).map(rate).collect();
             let rates = DMatrix::from_fn(bins, 4, |bin, k| rates[bin][k]);
-            Measured {
-                values,
-                rates: Some(rates),
-            }
+            vec![values, rates]
         });
         let group = Group {
             coordinates: (first, 4),
@@ -182,9 +161,9 @@ pub(super) fn rotation_residuals(
 /// and rates, which are the same for all of them.
 fn smooth_group(segments: &mut [Segment], group: &Group) -> Option<[f64; 2]> {
     let (first, columns) = group.coordinates;
-    let sizes = group.measured.iter().fold([0.0f64; 2], |sizes, measured| {
-        let rates = measured.rates.as_ref().map_or(0.0, DMatrix::amax);
-        [sizes[0].max(measured.values.amax()), sizes[1].max(rates)]
+    let sizes = [0, 1].map(|kind| {
+        let largest = group.measured.iter().map(|measured| measured[kind].amax());
+        largest.fold(0.0, f64::max)
     });
     // Smaller noise is rounding. A locked joint reports velocities of exactly zero.
     let least = [sizes[0], sizes[1].max(SETTINGS.knots_hz * sizes[0])];
@@ -197,29 +176,34 @@ fn smooth_group(segments: &mut [Segment], group: &Group) -> Option<[f64; 2]> {
     }
     // The ratio of the two variances converges at once: values and rates differ in frequency.
     for _ in 0..3 {
-        let mut rest = Rest::default();
+        let (mut squares, mut freedom) = ([0.0; 2], 0.0);
         for (segment, measured) in segments.iter_mut().zip(&group.measured) {
             let (coefficients, residuals) = fit(segment, measured, variances)?;
             for (spline, row) in coefficients.chunks_exact(columns).enumerate() {
                 let begin = spline * segment.coordinates + first;
                 segment.coefficients[begin..begin + columns].copy_from_slice(row);
             }
-            rest.squares[0] += residuals.values.norm_squared();
-            rest.squares[1] += residuals.rates.map_or(0.0, |rates| rates.norm_squared());
+            for (square, rest) in squares.iter_mut().zip(&residuals) {
+                *square += rest.norm_squared();
+            }
             let count = (columns * segment.bins.len()) as f64;
-            rest.freedom += (count - 0.5 * (columns * segment.splines) as f64).max(1.0);
+            freedom += (count - 0.5 * (columns * segment.splines) as f64).max(1.0);
         }
-        for ((variance, square), floor) in variances.iter_mut().zip(rest.squares).zip(floors) {
-            *variance = (square / rest.freedom).max(floor);
+        for ((variance, square), floor) in variances.iter_mut().zip(squares).zip(floors) {
+            *variance = (square / freedom).max(floor);
         }
     }
     Some(variances.map(f64::sqrt))
 }
 
-/// Returns the largest ratio, over the channels of the motion, of the variance that splines leave to
-/// that of white noise with the same sixth differences. Splines leave more where the motion has
-/// frequencies that they cannot follow.
-pub(super) fn unfollowed(segments: &[Segment], layout: Layout, std_devs: &[f64]) -> f64 {
+/// Returns why splines do not follow the motion, if they do not: they leave of a channel far more
+/// than the variance of white noise with the same sixth differences, because the motion has
+/// frequencies that are too high, or because velocities that nobody measured are zero.
+pub(super) fn unfollowed(
+    segments: &[Segment],
+    layout: Layout,
+    std_devs: &[f64],
+) -> Option<MotionEstimate> {
     let power: f64 = SIXTH.iter().map(|factor| factor * factor).sum();
     let variance = |channel: usize| {
         let (mut squares, mut count, mut size) = (0.0, 0.0, 0.0f64);
@@ -235,18 +219,33 @@ pub(super) fn unfollowed(segments: &[Segment], layout: Layout, std_devs: &[f64])
         }
         squares / (power * f64::max(count, 1.0)) + (SETTINGS.accuracy * size).powi(2)
     };
-    let rotation = layout.quaternion()..layout.angular_velocity();
-    let others = (0..layout.effort()).filter(|channel| !rotation.contains(channel));
-    let pairs = others.map(|channel| (std_devs[channel].powi(2), variance(channel)));
+    let of_coordinate = |coordinate: usize| {
+        layout
+            .channels_of(coordinate)
+            .map(|channel| (std_devs[channel].powi(2), variance(channel)))
+    };
+    let sum = |channels: Range<usize>| {
+        let left = std_devs[channels.start..channels.start + 3].iter();
+        let left = left.map(|std_dev| std_dev.powi(2)).sum::<f64>();
+        (left, channels.map(&variance).sum::<f64>())
+    };
+    let (of_turns, of_rates) = (layout.quaternion(), layout.angular_velocity());
+    let (left, noise) = sum(of_turns..of_rates);
     // A small turn changes a quaternion by half of it.
-    let turns = std_devs[rotation.start..rotation.start + 3].iter();
-    let of_turns = turns.map(|std_dev| std_dev.powi(2)).sum::<f64>();
-    let of_rotation = 4.0 * rotation.clone().map(&variance).sum::<f64>();
-    // A channel that is zero throughout measures nothing.
-    let ratios = pairs
-        .chain([(of_turns, of_rotation)])
-        .filter(|pair| pair.1 > 0.0);
-    ratios.fold(0.0, |largest, (left, noise)| {
-        largest.max(left / noise.max(f64::MIN_POSITIVE.sqrt()))
-    })
+    let of_rotation = [(left, 4.0 * noise), sum(of_rates..layout.effort())];
+    let pairs = (0..layout.joints + 3).map(of_coordinate);
+    let mut reason = None;
+    for pairs in pairs.chain([of_rotation]) {
+        // A channel that is zero throughout measures nothing.
+        let is_left = |(left, noise): (f64, f64)| {
+            noise > 0.0 && left * FAR_BETTER > noise.max(f64::MIN_POSITIVE.sqrt())
+        };
+        if is_left(pairs[0]) && pairs[1].1 == 0.0 {
+            return Some(MotionEstimate::NoVelocities);
+        }
+        if pairs.into_iter().any(is_left) {
+            reason = Some(MotionEstimate::TooFast);
+        }
+    }
+    reason
 }

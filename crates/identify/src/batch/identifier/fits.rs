@@ -31,7 +31,7 @@ impl Fits<'_> {
 
 impl BatchIdentifier {
     /// Estimates the motion together with the payload where that is more precise than the fits to
-    /// windows, and no mass is known.
+    /// windows, and the fit shows nothing unknown beside the payload.
     pub(super) fn fits<'a>(
         &self,
         solution: &'a Solution<'_>,
@@ -42,7 +42,6 @@ impl BatchIdentifier {
         let causes = solution.explanation.as_ref();
         let causes = causes.map_or(&[][..], |found| &found.causes);
         let is_plain = fit.null_space.directions().is_empty()
-            && with_known_mass.is_none()
             && solution.channels.offsets == 0
             && solution.other_load.is_none()
             && causes.is_empty()
@@ -57,7 +56,7 @@ impl BatchIdentifier {
         };
         let of_motion = found.map(|found| Fit {
             parameters: found.parameters,
-            covariance: found.covariance + fit.gain_covariance(),
+            covariance: found.covariance,
             metric: found.metric,
             bread: found.of_white_noise,
             ..fit.clone()
