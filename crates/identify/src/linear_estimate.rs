@@ -4,7 +4,6 @@ use nalgebra::{Dyn, OMatrix, SMatrix, SVector, U10};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use crate::equations::window::NOISE_CORRELATION;
 use crate::fit::{Fit, GainErrors};
 use crate::known_bodies::KnownBodies;
 use crate::serial;
@@ -48,7 +47,8 @@ pub struct LinearEstimate {
     pub covariance: SMatrix<f64, 10, 10>,
     /// Errors that other recordings may share.
     pub shared: SharedErrors,
-    /// Number of independent windows from which the covariance was estimated; infinite where it is
+    /// Number of independent windows, or of degrees of freedom of the noise where the motion was
+    /// estimated with the payload, from which the covariance was estimated; infinite where it is
     /// known. It is part of the test whether recordings agree.
     pub degrees_of_freedom: f64,
 }
@@ -125,7 +125,7 @@ impl LinearEstimate {
             information: information / ratio,
             covariance,
             shared: SharedErrors::new(&fit.gain_errors, known.errors()),
-            degrees_of_freedom: fit.weights.len() as f64 / NOISE_CORRELATION,
+            degrees_of_freedom: fit.independent,
         }
     }
 }

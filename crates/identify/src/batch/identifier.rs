@@ -24,7 +24,7 @@ use crate::equations::{
 };
 use crate::finding::{Finding, Hypothesis, WrongAssumption};
 use crate::fit::further::{self, FurtherFit};
-use crate::fit::{Delay, Fit, FitOptions, least_squares};
+use crate::fit::{Delay, Fit, FitOptions};
 use crate::hypotheses::Explanation;
 use crate::known_bodies::{KnownBodies, KnownTool};
 use crate::linear_estimate::LinearEstimate;
@@ -106,7 +106,8 @@ impl BatchSettings {
 /// Identifies the payload by robust weighted least squares over all samples at once.
 ///
 /// Memory is bounded: at most 30 000 equations are stored, and neighbours are merged beyond that.
-/// Motion and payload are estimated at once only from the first 6000 bins.
+/// Where motion and payload may be estimated at once, means of the samples are stored beside them,
+/// for an hour at most (90 MB for eight joints), and solved in sections of some 60 MB.
 #[derive(Clone, Debug)]
 pub struct BatchIdentifier {
     frame: Arc<str>,
@@ -295,27 +296,6 @@ impl BatchIdentifier {
         (self.stream.measures_wrench() && is_known)
             .then(|| LoadEstimate::new(fit, equations, self.batch.merged()))
             .flatten()
-    }
-
-    /// Fits the parameters with the mass of the payload, where that is known.
-    fn with_known_mass(
-        &self,
-        solution: &Solution<'_>,
-        known: &KnownBodies,
-    ) -> Result<Option<Fit>, IdentifyError> {
-        let Some(mass) = self.settings.known_mass else {
-            return Ok(None);
-        };
-        let options = FitOptions {
-            known_mass: Some(known.mass_of_load(mass)),
-            used: solution.other_load.map(Parts::is_rest),
-            ..solution.found.values.options(&solution.channels)
-        };
-        let equations = &solution.found.equations;
-        let fit = least_squares::fit(equations, options);
-        let mut fit = fit.ok_or_else(|| self.stream.too_few_windows(equations.len()))?;
-        leave_out(solution.other_load, &mut fit);
-        Ok(Some(fit))
     }
 
     /// Returns what was noticed, given the fits, the payload that is consistent with the one that is

@@ -11,6 +11,7 @@ use super::products::{Products, WIDTH, WideRow};
 use super::rows::{DELAY, FitRows, TARGET, UNKNOWNS, remainder};
 use super::vector_unit::Computation;
 use super::{Delay, Fit, FitOptions, GainErrors};
+use crate::equations::window::NOISE_CORRELATION;
 use crate::equations::{Channels, Equation};
 use crate::solve::noise::{Noise, RESIDUAL_ROUNDING, Whitening};
 use crate::solve::offsets::{MeanRow, Offsets};
@@ -314,6 +315,7 @@ impl<'a> ReweightedLeastSquares<'a> {
             reach_m,
             offsets: Offsets::new(&self.means, &self.solution, &self.noise, count),
             noise: self.noise,
+            independent: self.weights.len() as f64 / NOISE_CORRELATION,
             weights: self.weights,
             known_mass: self.options.known_mass,
             gravity_scale: self.options.gravity_scale,

@@ -112,6 +112,9 @@ pub(crate) struct Fit {
     pub(crate) delay: Option<Delay>,
     /// Noise of the channels.
     pub(crate) noise: Noise,
+    /// Number of independent windows, or of degrees of freedom, from which the covariance was
+    /// estimated.
+    pub(crate) independent: f64,
     /// Robust weight of each window: 1, or less for a rare one.
     pub(crate) weights: Vec<f64>,
     /// How strongly the rows excite each direction of the scaled parameters.

@@ -138,9 +138,26 @@ impl SampleBins {
         self.layout
     }
 
-    /// The bins of each stretch without gaps; none where a trajectory cannot be estimated.
-    pub(super) fn stretches(&self) -> &[Vec<Bin>] {
-        &self.stretches
+    /// Returns the bins in sections whose motions are estimated one after another, which bounds the
+    /// memory: stretches without gaps, and equal pieces of those that are too long.
+    pub(super) fn sections(&self) -> Vec<Vec<&[Bin]>> {
+        let most = SETTINGS.section / self.layout.coordinates().pow(2);
+        let mut room = 0;
+        let mut sections: Vec<Vec<&[Bin]>> = Vec::new();
+        for stretch in &self.stretches {
+            let pieces = stretch.len().div_ceil(most).max(1);
+            for piece in stretch.chunks(stretch.len().div_ceil(pieces).max(1)) {
+                match sections.last_mut() {
+                    Some(section) if piece.len() <= room => section.push(piece),
+                    _ => {
+                        sections.push(vec![piece]);
+                        room = most;
+                    }
+                }
+                room -= piece.len();
+            }
+        }
+        sections
     }
 
     /// Why a trajectory cannot be estimated together with the payload, as far as settings and

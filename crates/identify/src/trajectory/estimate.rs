@@ -4,12 +4,14 @@ use std::ops::Range;
 
 use nalgebra::{Cholesky, DMatrix, SMatrix, SVector};
 
-use super::bins::{Layout, SampleBins};
+use super::bins::{Bin, Layout};
 use super::bordered::Bordered;
 use super::dynamics::Dynamics;
 use super::rows::{BinRows, Weights};
+use super::scatter::Scatter;
 use super::segment::Segment;
 use super::smoothing::{residuals, smooth, unfollowed};
+use super::spline::order;
 use super::{MotionEstimate, SETTINGS};
 use crate::diagnosis::SIGNIFICANT;
 use crate::equations::{KnownNoise, Model};
@@ -19,23 +21,58 @@ use crate::fit::least_squares::MAX_PASSES;
 type Parameters = SVector<f64, 10>;
 type Matrix = SMatrix<f64, 10, 10>;
 
-/// Motion and parameters that explain the measurements of a recording best.
-pub(super) struct Estimate {
-    pub(super) parameters: Parameters,
+/// Parameters that explain the measurements of a recording best, together with its motion.
+pub(crate) struct Estimate {
+    pub(crate) parameters: Parameters,
     /// Covariance of the parameters for white noise.
-    pub(super) of_white_noise: Matrix,
-    /// Covariance of the parameters from the scatter of correlated scores.
-    pub(super) sandwich: Matrix,
-    /// Mean ratio of the second to the first in the directions of the first.
-    pub(super) scatter: f64,
+    pub(crate) of_white_noise: Matrix,
+    /// The larger of that and of the covariance from the scatter of scores, in every direction.
+    pub(crate) covariance: Matrix,
+    /// Covariance for white noise that is as large as the mean scatter of the scores.
+    pub(crate) metric: Matrix,
+    /// Degrees of freedom of the noise.
+    pub(crate) freedom: f64,
     /// Largest mean square of the residuals of a quantity of the motion or of a channel of the load,
     /// relative to the variance of its noise, less what is chance.
-    pub(super) residual_ratio: f64,
+    pub(crate) residual_ratio: f64,
 }
 
-/// The problem of one recording.
-pub(super) struct Problem<'a> {
-    bins: &'a SampleBins,
+impl Estimate {
+    /// Returns the estimate from several sections of a recording, each with the weight of its
+    /// information for white noise. `None` where there are none.
+    pub(super) fn of_all(mut sections: Vec<Self>) -> Option<Self> {
+        if sections.len() < 2 {
+            return sections.pop();
+        }
+        let informations = sections
+            .iter()
+            .map(|section| inverse(&section.of_white_noise));
+        let informations: Vec<Matrix> = informations.collect::<Option<_>>()?;
+        let of_white_noise = inverse(&informations.iter().sum())?;
+        let pairs = || sections.iter().zip(informations.iter());
+        let parameters: Parameters = pairs()
+            .map(|(section, info)| info * section.parameters)
+            .sum();
+        let mean = |of: fn(&Self) -> &Matrix| {
+            let terms = pairs().map(|(section, info)| info * of(section) * info);
+            of_white_noise * terms.sum::<Matrix>() * of_white_noise
+        };
+        Some(Self {
+            parameters: of_white_noise * parameters,
+            covariance: mean(|section| &section.covariance),
+            metric: mean(|section| &section.metric),
+            freedom: sections.iter().map(|section| section.freedom).sum(),
+            residual_ratio: sections
+                .iter()
+                .fold(0.0, |a, section| a.max(section.residual_ratio)),
+            of_white_noise,
+        })
+    }
+}
+
+/// The problem of some stretches of a recording.
+pub(super) struct Problem {
+    layout: Layout,
     dynamics: Dynamics,
     segments: Vec<Segment>,
     weights: Weights,
@@ -59,21 +96,21 @@ pub(super) struct Pass {
     changes: Vec<DMatrix<f64>>,
 }
 
-impl<'a> Problem<'a> {
-    /// Smooths the motion of a recording alone, and finds the noise of all channels.
+impl Problem {
+    /// Smooths the motion of some stretches alone, and finds the noise of all channels.
     ///
     /// # Errors
     /// Returns why the motion cannot be estimated with splines.
     pub(super) fn new(
-        bins: &'a SampleBins,
+        stretches: &[&[Bin]],
+        layout: Layout,
         model: &Model,
         start: &Parameters,
     ) -> Result<Self, MotionEstimate> {
-        let layout = bins.layout();
         let mut dynamics = Dynamics::new(model.clone(), layout);
         let coordinates = layout.coordinates();
-        let new = |stretch: &Vec<_>| Segment::new(stretch, coordinates, SETTINGS.knots_hz);
-        let long = bins.stretches().iter().filter(|bins| is_long(bins.len()));
+        let new = |stretch: &&[Bin]| Segment::new(stretch, coordinates, SETTINGS.knots_hz);
+        let long = stretches.iter().filter(|bins| is_long(bins.len()));
         let mut segments: Vec<Segment> = long.map(new).collect();
         segments.retain(|segment| segment.freedom() >= SETTINGS.least_freedom);
         if segments.is_empty() {
@@ -96,7 +133,7 @@ impl<'a> Problem<'a> {
             by_motion.push(slopes.map_err(|_| MotionEstimate::Unexplained)?);
         }
         Ok(Self {
-            bins,
+            layout,
             dynamics,
             segments,
             weights: Weights {
@@ -140,14 +177,13 @@ impl<'a> Problem<'a> {
         let linearised = self
             .dynamics
             .linearised(&at, measured, &self.parameters, by_motion);
-        let layout = self.bins.layout();
         let (values, linearised) = (&measured.values, linearised.ok()?);
         Some(BinRows::new(
             values,
             &at,
             &linearised,
             &self.weights,
-            layout,
+            self.layout,
         ))
     }
 
@@ -158,7 +194,7 @@ impl<'a> Problem<'a> {
         let mut changes = Vec::new();
         for index in 0..self.segments.len() {
             let unknowns = self.segments[index].coefficients.len();
-            let width = self.segments[index].coordinates * self.segments[index].order();
+            let width = self.segments[index].coordinates * order();
             let is_first = self.factors.len() == index;
             if is_first {
                 self.factors.push(Bordered::zeros(unknowns, width, 11));
@@ -189,9 +225,9 @@ impl<'a> Problem<'a> {
     /// Returns the estimate with what a pass leaves of the rows.
     fn finish(&mut self, pass: &Pass) -> Option<Estimate> {
         let of_dynamics = self.dynamics.are_measured();
-        let of_motion = quantities(self.bins.layout());
+        let of_motion = quantities(self.layout);
         let mut squares = vec![0.0; of_motion.len() + of_dynamics.len()];
-        let (mut meat, mut bins) = (Matrix::zeros(), 0.0);
+        let mut scatter = Scatter::default();
         for (index, changes) in pass.changes.iter().enumerate() {
             let mut scores = Vec::new();
             for bin in 0..self.segments[index].bins.len() {
@@ -212,18 +248,25 @@ impl<'a> Problem<'a> {
                     .iter_mut()
                     .zip(of_bin)
                     .for_each(|(sum, of_bin)| *sum += of_bin);
-                bins += 1.0;
             }
-            let spanned = self.segments[index].order() * SETTINGS.bins_of_interval as usize;
-            meat += newey_west(&scores, spanned);
+            let segment = &self.segments[index];
+            let rows = of_motion[5].end + of_dynamics.len();
+            scatter.add(&scores, rows, segment.coefficients.len());
         }
+        let bins = scatter.bins();
+        let freedom = self
+            .segments
+            .iter()
+            .map(|s| (s.bins.len() - s.splines) as f64);
         // By so much the mean square of so many normal variables is larger by chance.
-        let chance = 1.0 + SIGNIFICANT * (2.0 / f64::max(bins, 1.0)).sqrt();
+        let chance = 1.0 + SIGNIFICANT * (2.0 / bins).sqrt();
+        let (covariance, mean) = scatter.covariance(&pass.inverse)?;
         Some(Estimate {
             parameters: self.parameters,
             of_white_noise: pass.inverse,
-            sandwich: pass.inverse * meat * pass.inverse,
-            scatter: (meat * pass.inverse).trace() / 10.0,
+            covariance,
+            metric: pass.inverse * mean,
+            freedom: freedom.sum(),
             residual_ratio: squares.into_iter().fold(0.0, f64::max) / (bins * chance),
         })
     }
@@ -325,21 +368,6 @@ fn keep_proportions(covariance: &mut DMatrix<f64>, shown: &DMatrix<f64>, known: 
     for (k, least) in least.iter().enumerate() {
         block[(k, k)] += least;
     }
-}
-
-/// Returns the covariance of the sum of scores that are correlated over so many bins (Newey and
-/// West 1987).
-fn newey_west(scores: &[Parameters], lags: usize) -> Matrix {
-    let mut meat = Matrix::zeros();
-    for (k, score) in scores.iter().enumerate() {
-        meat += score * score.transpose();
-        for lag in 1..=lags.min(k) {
-            let weight = 1.0 - lag as f64 / (lags + 1) as f64;
-            let product = score * scores[k - lag].transpose() * weight;
-            meat += product + product.transpose();
-        }
-    }
-    meat
 }
 
 /// Returns the inverse of a matrix, in units in which its diagonal is one; `None` where it is not

@@ -11,6 +11,7 @@ mod choice;
 mod dynamics;
 mod estimate;
 mod rows;
+mod scatter;
 mod segment;
 mod smoothing;
 mod spline;
@@ -32,7 +33,7 @@ pub enum MotionEstimate {
     /// this problem: the base is fixed or has no joints, its accelerations are measured, channels
     /// of the wrenches are not measured or interpolated, the mass is known, an offset, a subtracted
     /// weight or the direction of gravity is unknown, gains of efforts are uncertain, a direction
-    /// of the parameters is not excited, an assumption is wrong, or a part of the recording has
+    /// of the parameters is not excited, an assumption is wrong, or some of the recording has
     /// another load or outliers.
     #[default]
     Smoothed,
@@ -45,8 +46,7 @@ pub enum MotionEstimate {
     /// The motion was smoothed before, because no stretch without gaps is long enough (0.35 s), or
     /// samples are so rare (below 30 Hz) that splines go through all of them.
     TooFew,
-    /// The motion was smoothed before, because the recording is longer than 100 s, which would take
-    /// more time and memory than windows.
+    /// The motion was smoothed before, because the recording is longer than an hour.
     TooLong,
     /// The motion was smoothed before, because it has frequencies that splines do not follow.
     TooFast,
@@ -66,6 +66,8 @@ struct TrajectorySettings {
     bins_of_interval: f64,
     /// Most bins of a recording.
     most_bins: usize,
+    /// Most bins of a section of a recording times the square of the number of coordinates.
+    section: usize,
     /// Least degrees of freedom that splines leave of the values of a stretch, relative to their
     /// number.
     least_freedom: f64,
@@ -78,12 +80,13 @@ struct TrajectorySettings {
 }
 
 /// Splines with 20 knots in a second follow frequencies up to 10 Hz, which is enough for an arm, and
-/// three means between two knots lose nothing of it. 6000 bins, 100 s or up to 120 s where samples
-/// are rare, bound the memory, some 40 MB for six joints, and the time.
+/// three means between two knots lose nothing of it. Sections of 100 s of a robot with eight joints
+/// bound the memory of the normal equations, some 60 MB; the bins of an hour take 90 MB.
 const SETTINGS: TrajectorySettings = TrajectorySettings {
     knots_hz: 20.0,
     bins_of_interval: 3.0,
-    most_bins: 6000,
+    most_bins: 216_000,
+    section: 1_350_000,
     least_freedom: 0.25,
     exact: 0.01,
     accuracy: 3e-4,

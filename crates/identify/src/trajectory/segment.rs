@@ -4,7 +4,7 @@ use nalgebra::{DMatrix, Isometry3, Quaternion, SMatrix, UnitQuaternion, Vector3,
 use tactid_dynamics::FrameMotion;
 
 use super::bins::{Bin, values_at_times};
-use super::spline::{Basis, basis};
+use super::spline::{Basis, basis, order};
 
 /// Values of all coordinates at one time, then their first and second derivatives.
 pub(super) type Derivatives = [Vec<f64>; 3];
@@ -48,7 +48,7 @@ impl Segment {
             ]);
         }
         // One for each interval, and those that reach into the last one.
-        let splines = intervals as usize + bases[0][0].len() - 1;
+        let splines = intervals as usize + order() - 1;
         Self {
             bins,
             spans,
@@ -63,11 +63,6 @@ impl Segment {
     pub(super) fn freedom(&self) -> f64 {
         let bins = self.bins.len() as f64;
         (bins - self.splines as f64) / bins
-    }
-
-    /// Number of splines that are not zero at a time.
-    pub(super) fn order(&self) -> usize {
-        self.bases[0][0].len()
     }
 
     /// Returns the coordinates with their derivatives at a bin.
@@ -105,7 +100,7 @@ impl Segment {
     /// the splines that are not zero at the bin.
     pub(super) fn by_coefficients(&self, bin: usize, by_state: &DMatrix<f64>) -> DMatrix<f64> {
         let size = self.coordinates;
-        let mut product = DMatrix::zeros(self.order() * size, by_state.ncols());
+        let mut product = DMatrix::zeros(order() * size, by_state.ncols());
         for (from, mut to) in by_state.column_iter().zip(product.column_iter_mut()) {
             for (derivative, weights) in self.bases[bin].iter().enumerate() {
                 let from = from.rows(derivative * size, size);

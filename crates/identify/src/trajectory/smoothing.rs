@@ -7,6 +7,7 @@ use nalgebra::{DMatrix, Vector3};
 use super::bins::Layout;
 use super::bordered::Bordered;
 use super::segment::{Derivatives, Segment, base_motion, imaginary, quaternions};
+use super::spline::order;
 use super::{MotionEstimate, SETTINGS};
 use crate::diagnosis::FAR_BETTER;
 
@@ -25,14 +26,13 @@ fn fit(
     variances: [f64; 2],
 ) -> Option<(Vec<f64>, Measured)> {
     let columns = measured[0].ncols();
-    let order = segment.order();
-    let mut system = Bordered::zeros(segment.splines, order, columns);
+    let mut system = Bordered::zeros(segment.splines, order(), columns);
     for (bin, (&span, basis)) in segment.spans.iter().zip(&segment.bases).enumerate() {
-        let mut block = DMatrix::zeros(order, order);
-        let mut border = DMatrix::zeros(order, columns);
+        let mut block = DMatrix::zeros(order(), order());
+        let mut border = DMatrix::zeros(order(), columns);
         for ((given, variance), splines) in measured.iter().zip(variances).zip(basis) {
             let weight = variance.recip();
-            let splines = DMatrix::from_column_slice(order, 1, splines);
+            let splines = DMatrix::from_column_slice(order(), 1, splines);
             block.gemm(weight, &splines, &splines.transpose(), 1.0);
             border.gemm(weight, &splines, &given.rows(bin, 1), 1.0);
         }

@@ -7,6 +7,11 @@ type OfSplines = [f64; 6];
 /// Values, first and second derivatives of the splines that are not zero at a time.
 pub(super) type Basis = [OfSplines; 3];
 
+/// Number of splines that are not zero at a time.
+pub(super) fn order() -> usize {
+    OfSplines::default().len()
+}
+
 /// Returns the splines with knots at the integers that are not zero at `x`, from 0 to 1, the
 /// earliest first.
 pub(super) fn basis(x: f64) -> Basis {

@@ -1,7 +1,9 @@
 //! The fits behind a result: to windows of the smoothed motion, and to the motion itself.
 
 use super::{BatchIdentifier, Solution};
+use crate::IdentifyError;
 use crate::batch::history::history;
+use crate::batch::other_load::{Parts, leave_out};
 use crate::equations::Equation;
 use crate::fit::{Delay, Fit, FitOptions, least_squares};
 use crate::known_bodies::KnownBodies;
@@ -59,6 +61,7 @@ impl BatchIdentifier {
             covariance: found.covariance,
             metric: found.metric,
             bread: found.of_white_noise,
+            independent: found.freedom,
             ..fit.clone()
         });
         Fits {
@@ -66,6 +69,27 @@ impl BatchIdentifier {
             of_motion,
             motion,
         }
+    }
+
+    /// Fits the parameters with the mass of the payload, where that is known.
+    pub(super) fn with_known_mass(
+        &self,
+        solution: &Solution<'_>,
+        known: &KnownBodies,
+    ) -> Result<Option<Fit>, IdentifyError> {
+        let Some(mass) = self.settings.known_mass else {
+            return Ok(None);
+        };
+        let options = FitOptions {
+            known_mass: Some(known.mass_of_load(mass)),
+            used: solution.other_load.map(Parts::is_rest),
+            ..solution.found.values.options(&solution.channels)
+        };
+        let equations = &solution.found.equations;
+        let fit = least_squares::fit(equations, options);
+        let mut fit = fit.ok_or_else(|| self.stream.too_few_windows(equations.len()))?;
+        leave_out(solution.other_load, &mut fit);
+        Ok(Some(fit))
     }
 
     /// Returns the estimate over time, whose last point is the `result`.

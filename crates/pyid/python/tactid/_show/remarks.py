@@ -23,6 +23,16 @@ TOO_LONG = 10.0
 """A motion that would have to go on for more than this many times the recording's length does not
 determine a value: what information there is comes from noise and from the filter's transients."""
 
+MOTION = {
+    "with-payload": "motion estimated with the payload",
+    "no-velocities": "motion smoothed before (velocities of the joints or the base are not measured)",
+    "too-few": "motion smoothed before (too few samples for splines)",
+    "too-long": "motion smoothed before (longer than an hour)",
+    "too-fast": "motion smoothed before (it has frequencies above 10 Hz)",
+    "unexplained": "motion smoothed before (the model leaves more than noise: compare the methods)",
+}
+"""How the motion entered the estimate, where a user may do something about it."""
+
 
 def remarks(result: Recorded, style: Style = "keyword") -> list[str]:
     """Says what a reader must know to trust a result, in sentences; there may be none.
@@ -215,7 +225,9 @@ def assumptions(result: Recorded) -> str:
     """Says what was assumed, and what was chosen from the data: a line for every result."""
     parts = [f"Frame {result.estimate.frame}", f"method {result.method}"]
     parts.append(f"gravity {gravity(result)}")
-    parts += [] if is_at_rest(result) else [f"cutoff {result.cutoff_hz:.3g} Hz"]
+    # Motion and payload at once follow what splines follow, whatever the windows do.
+    has_cutoff = not (is_at_rest(result) or _motion(result) == "with-payload")
+    parts += [f"cutoff {result.cutoff_hz:.3g} Hz"] if has_cutoff else []
     parts += [delay] if (delay := _delay(result)) else []
     parts += _of_least_squares(result) if isinstance(result, IdentificationData) else []
     clocks = {"stamps": ["times from header stamps"], "log times": ["times from the log"]}
@@ -223,10 +235,13 @@ def assumptions(result: Recorded) -> str:
     return "; ".join(parts) + "."
 
 
+def _motion(result: Recorded) -> str:
+    return result.fit.motion if isinstance(result, IdentificationData) else ""
+
+
 def _of_least_squares(result: IdentificationData) -> list[str]:
     parts = knowledge(result)
-    with_payload = result.fit.motion == "with-payload"
-    parts += ["motion estimated with the payload"] if with_payload else []
+    parts += [motion] if (motion := MOTION.get(_motion(result), "")) else []
     parts += [f"wrench offset {offset}"] if (offset := wrench_offset(result)) else []
     parts += [f"weight subtracted by the driver {w}"] if (w := subtracted_weight(result)) else []
     parts += ["efforts of the unloaded recording subtracted"] if result.subtracts_unloaded else []
