@@ -24,6 +24,7 @@ class StudyErrors:
     """How far the estimates of one value by one method are from the truth."""
 
     method: str
+    """The method, by its name in the rows."""
     value: str
     """Name of the value, one of ``VALUE_NAMES``."""
     runs: int
