@@ -3,7 +3,7 @@
 use std::fs;
 use std::io;
 use std::ops::ControlFlow;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 
@@ -60,7 +60,7 @@ fn part(begin_s: f64, end_s: f64) -> Request {
     }
 }
 
-fn identify(path: &PathBuf, request: &Request) -> Result<Identification, RecordingError> {
+fn identify(path: &Path, request: &Request) -> Result<Identification, RecordingError> {
     let found = identify_log(path, request, &mut |_| ControlFlow::Continue(()))?;
     Ok(found.into_least_squares().unwrap())
 }
