@@ -61,8 +61,11 @@ def _aliases() -> Iterator[str]:
         if names:
             listed = ", ".join(map(_quoted, names))
             alias = f"{name}: TypeAlias = Literal[{listed}]"
-            is_long = len(alias) > LONGEST_LINE
-            yield alias.replace(listed, f"\n    {listed}\n") if is_long else alias
+            lines = [f"    {listed}"]
+            if len(lines[0]) > LONGEST_LINE:
+                lines = [f"    {_quoted(each)}," for each in names]
+            broken = "\n".join(["", *lines, ""])
+            yield alias.replace(listed, broken) if len(alias) > LONGEST_LINE else alias
 
 
 def _classes() -> Iterator[str]:

@@ -63,4 +63,4 @@ def test_velocities_that_follow_from_poses_are_no_measurements() -> None:
         method="joint-sensing",
     )
     assert found.fit.motion == "no-velocities"
-    assert "velocities of the joints or the base are not measured" in assumptions(found)
+    assert "velocities of joints or base are not measured" in assumptions(found)

@@ -30,7 +30,15 @@ Clock: TypeAlias = Literal["stamps", "log times", "given", "none"]
 EstimatorKind: TypeAlias = Literal["least-squares", "nlms"]
 Method: TypeAlias = Literal["tactile", "effort", "joint-sensing", "combined"]
 MotionEstimate: TypeAlias = Literal[
-    "with-payload", "smoothed", "too-long", "too-fast", "unexplained", "exact"
+    "with-payload",
+    "smoothed",
+    "no-velocities",
+    "given-cutoff",
+    "too-few",
+    "too-long",
+    "too-fast",
+    "unexplained",
+    "exact",
 ]
 Observability: TypeAlias = Literal["identifiable", "uncertain", "unobservable"]
 Role: TypeAlias = Literal["unloaded", "loaded", "hold_out"]

@@ -25,7 +25,7 @@ determine a value: what information there is comes from noise and from the filte
 
 MOTION = {
     "with-payload": "motion estimated with the payload",
-    "no-velocities": "motion smoothed before (velocities of the joints or the base are not measured)",
+    "no-velocities": "motion smoothed before (velocities of joints or base are not measured)",
     "too-few": "motion smoothed before (too few samples for splines)",
     "too-long": "motion smoothed before (longer than an hour)",
     "too-fast": "motion smoothed before (it has frequencies above 10 Hz)",
