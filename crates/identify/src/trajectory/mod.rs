@@ -46,7 +46,8 @@ pub enum MotionEstimate {
     /// The motion was smoothed before, because no stretch without gaps is long enough (0.35 s), or
     /// samples are so rare (below 30 Hz) that splines go through all of them.
     TooFew,
-    /// The motion was smoothed before, because the recording is longer than an hour.
+    /// The motion was smoothed before, because the recording is longer than 100 s: windows then
+    /// have intervals of about twice the width, and a cut of the recording may have narrower ones.
     TooLong,
     /// The motion was smoothed before, because it has frequencies that splines do not follow.
     TooFast,
@@ -81,11 +82,11 @@ struct TrajectorySettings {
 
 /// Splines with 20 knots in a second follow frequencies up to 10 Hz, which is enough for an arm, and
 /// three means between two knots lose nothing of it. Sections of 100 s of a robot with eight joints
-/// bound the memory of the normal equations, some 60 MB; the bins of an hour take 90 MB.
+/// bound the memory of the normal equations, some 60 MB, and 6000 bins the time of a result.
 const SETTINGS: TrajectorySettings = TrajectorySettings {
     knots_hz: 20.0,
     bins_of_interval: 3.0,
-    most_bins: 216_000,
+    most_bins: 6000,
     section: 1_350_000,
     least_freedom: 0.25,
     exact: 0.01,
