@@ -1,5 +1,6 @@
 """What the data contradict is not given to a program that would take it for right."""
 
+import pickle
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
@@ -82,7 +83,9 @@ def test_the_command_refuses_a_format_unless_the_user_insists(
     assert command(*given[:-2], "--format", "ur").returncode == 0
 
 
-def formats_of(result: Identification | tactid.Combination) -> list[Callable[..., str]]:
+def formats_of(
+    result: Identification | tactid.Combination | tactid.PayloadEstimate,
+) -> list[Callable[..., str]]:
     return [result.to_urdf, result.to_mujoco, result.to_ros, result.to_controller]
 
 
@@ -98,11 +101,17 @@ def test_a_caller_gets_an_exception_unless_it_insists(shifted: Path) -> None:
                 form()
             assert str(raised.value).endswith("`accept_contradicted` gives the result as it is.")
             assert form(accept_contradicted=True)
+        copied = pickle.loads(pickle.dumps(result.estimate))
+        for form in [*formats_of(result.estimate), *formats_of(copied)]:
+            with pytest.raises(tactid.IdentificationError, match="the data contradict the result"):
+                form()
+            assert form(accept_contradicted=True)
+    assert replace(wrong, findings=[]).estimate.to_urdf()
     assert "recording 2: The wrenches seem" in str(raised.value)
     text = combination_report.render(both)
     assert 'class="warn">The data contradict this result. recording 2: The wrenches seem' in text
     assert "set_target_payload" not in text
-    for form in formats_of(sound):
+    for form in [*formats_of(sound), *formats_of(sound.estimate)]:
         assert form() == form(accept_contradicted=True)
 
 

@@ -14,7 +14,6 @@ from tactid._base.values import listed_fields
 from tactid._documents import combination_json, result_json
 from tactid._results.combination import CombinationData
 from tactid._results.field_docs import with_fields
-from tactid._results.formats import Formats
 from tactid._results.identification import IdentificationData, Recorded
 from tactid._show import captions, combination_text
 from tactid._show.outlook import WITHIN
@@ -22,7 +21,7 @@ from tactid._show.outlook import WITHIN
 
 @with_fields
 @dataclass(frozen=True, eq=False, repr=False)
-class Combination(Formats, CombinationData):
+class Combination(CombinationData):
     """One payload identified from several recordings, and whether they agree.
 
     ``print`` shows all recordings together and each alone.

@@ -16,7 +16,6 @@ from tactid._documents import result_json
 from tactid._results import records
 from tactid._results.compensation import Compensation
 from tactid._results.field_docs import with_fields
-from tactid._results.formats import Formats
 from tactid._results.identification import IdentificationData, Recorded
 from tactid._results.payload import PaperEstimate
 from tactid._show import captions, summary
@@ -24,7 +23,7 @@ from tactid._show.outlook import WITHIN
 from tactid._show.remarks import is_at_rest, remarks
 
 
-class Result(Formats, Recorded):
+class Result(Recorded):
     """What every result of one recording offers, by whichever estimator."""
 
     def to_json(self, within: float = WITHIN) -> str:

@@ -42,7 +42,7 @@ from tactid._read.pose_table import read_poses
 from tactid._read.recordings import log_info
 from tactid._results import table
 from tactid._results.controllers import MAKERS
-from tactid._results.formats import controller_text, uncontradicted
+from tactid._results.formats import uncontradicted
 from tactid._results.truth import Truth, read_checks, read_truth
 from tactid._show import captions, combination_text, reported, summary
 from tactid._show.outlook import needs_another_motion
@@ -301,15 +301,14 @@ def _design_command(options: dict[str, Any]) -> str | None:
 
 
 def _in_form(form: Form, result: AnyResult) -> str:
-    payload = result.estimate
-    forms: dict[Form, Callable[[], str]] = {
-        Form.URDF: payload.to_urdf,
-        Form.MUJOCO: payload.to_mujoco,
-        Form.ROS: payload.to_ros,
-        Form.CONTROLLER: partial(controller_text, result),
-        **{Form(maker): partial(controller_text, result, maker) for maker in MAKERS},
+    forms: dict[Form, Callable[..., str]] = {
+        Form.URDF: result.to_urdf,
+        Form.MUJOCO: result.to_mujoco,
+        Form.ROS: result.to_ros,
+        Form.CONTROLLER: result.to_controller,
+        **{Form(maker): partial(result.to_controller, maker) for maker in MAKERS},
     }
-    return forms[form]()
+    return forms[form](accept_contradicted=True)
 
 
 def truth_in_frame(log: Path, frame: str) -> Truth | None:

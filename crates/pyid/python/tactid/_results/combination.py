@@ -7,12 +7,13 @@ from typing import TYPE_CHECKING
 
 from tactid._base.findings import Finding
 from tactid._results import records
+from tactid._results.formats import Formats
 from tactid._results.identification import IdentificationData
 from tactid._results.payload import PayloadEstimate
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class CombinationData(records.Combination):
+class CombinationData(Formats, records.Combination):
     """The fields of :class:`tactid.Combination`."""
 
     if TYPE_CHECKING:

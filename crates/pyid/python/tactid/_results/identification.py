@@ -14,12 +14,13 @@ import numpy as np
 from tactid import _native
 from tactid._base.values import Array, listed_fields
 from tactid._results import provenance, records
+from tactid._results.formats import Formats
 from tactid._results.payload import Payload, PayloadEstimate
 from tactid._results.records import History, PaperHistory, PrincipalMoments
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Recorded(records.RecordingReport):
+class Recorded(Formats, records.RecordingReport):
     """What the results of one recording have in common, whatever the estimator."""
 
     if TYPE_CHECKING:

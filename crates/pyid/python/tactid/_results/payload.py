@@ -15,11 +15,12 @@ from tactid._base.values import (
     where_reported,
 )
 from tactid._native import VALUE_NAMES, MassProperties
-from tactid._results import controllers, forms, records, table
+from tactid._results import records, table
 from tactid._results.field_docs import with_fields
+from tactid._results.formats import Formats
 
 
-class Payload(records.Record):
+class Payload(Formats):
     """What every estimate of a payload offers, whether it has intervals or not."""
 
     if TYPE_CHECKING:
@@ -90,82 +91,6 @@ class Payload(records.Record):
         if self.values[0] <= 0 or all(self.is_reported):
             return why_impossible(self.values.tolist()) or "the estimate has not converged"
         return None
-
-    def to_urdf(self) -> str:
-        """Returns the payload as the ``<inertial>`` of a URDF's link.
-
-        The link is one of its own, fixed to the link :attr:`frame` without a rotation or an offset.
-        The ``<inertial>`` that the link :attr:`frame` already has is that of the tool and stays as
-        it is: the payload is added to the robot and replaces nothing. See the README for the whole.
-        As in every format, a comment names the values that are uncertain.
-
-        >>> print(estimate.to_urdf())
-        <!-- payload in the frame tool0: for a link of its own, fixed to tool0 without an offset -->
-        <inertial>
-          <origin xyz="0.0 0.0 0.1" rpy="0 0 0"/>
-          <mass value="1.5"/>
-          <inertia ixx="0.02" ixy="0.0" ixz="0.0" iyy="0.03" iyz="0.0" izz="0.04"/>
-        </inertial>
-
-        Raises:
-            IdentificationError: A value is unknown, or no body can have these values.
-        """
-        return forms.urdf(self.reported_values, self.frame, self.uncertain)
-
-    def to_mujoco(self) -> str:
-        """Returns the payload as the ``<inertial>`` of a body in MuJoCo's MJCF.
-
-        The body is one of its own inside the body :attr:`frame`, without ``pos`` and ``quat``. The
-        inertial of the body :attr:`frame` is that of the tool and stays as it is.
-
-        >>> print(estimate.to_mujoco())
-        <!-- payload in the frame tool0: for a body of its own inside tool0 without an offset -->
-        <inertial pos="0.0 0.0 0.1" mass="1.5" fullinertia="0.02 0.03 0.04 0.0 0.0 0.0"/>
-
-        Raises:
-            IdentificationError: A value is unknown, or no body can have these values.
-        """
-        return forms.mujoco(self.reported_values, self.frame, self.uncertain)
-
-    def to_ros(self) -> str:
-        """Returns the payload as a ``geometry_msgs/msg/InertiaStamped`` in YAML.
-
-        The inertia is about the centre of mass, along the axes of :attr:`frame`.
-
-        >>> print(estimate.to_ros().splitlines()[1])
-          frame_id: "tool0"
-
-        Raises:
-            IdentificationError: A value is unknown, or no body can have these values.
-        """
-        return forms.ros(self.reported_values, self.frame, self.uncertain)
-
-    def to_controller(self, maker: str | None = None) -> str:
-        """Returns what a robot controller asks for, as text with units.
-
-        It gives the centre of mass in m and in mm, and the inertia about the centre of mass and
-        about the frame's origin, all along the frame's axes and without exponents. An unknown
-        inertia is marked as such, because most controllers accept a payload without one.
-
-        With ``maker``, the text is a line of the language of that maker's controllers.
-
-        >>> print(estimate.to_controller().splitlines()[2])
-        mass                 kg  1.50000000
-        >>> print(estimate.to_controller("abb").splitlines()[0])
-        ! payload for ABB: the frame tool0 must be the coordinate system of the tool in use
-
-        Args:
-            maker: ``"ur"`` for URScript's ``set_target_payload``, ``"franka"`` for libfranka's
-                ``setLoad``, ``"kuka"`` for KRL's ``LOAD_DATA``, ``"abb"`` for RAPID's ``loaddata``.
-
-        Raises:
-            ArgumentError: The maker is not known.
-            IdentificationError: A value that is needed is unknown, or no body can have the values.
-        """
-        payload = (self.reported_values, self.frame, self.uncertain)
-        if maker is None:
-            return forms.controller(*payload)
-        return controllers.controller(maker, *payload)
 
     def __repr__(self) -> str:
         return f"<tactid.{type(self).__name__}: {self.summary}>"

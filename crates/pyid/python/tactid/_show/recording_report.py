@@ -4,7 +4,6 @@ import html
 import math
 from collections.abc import Callable
 from contextlib import suppress
-from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -14,7 +13,6 @@ from tactid._base.errors import IdentificationError
 from tactid._base.naming import Style, option_name
 from tactid._base.output_files import FigureFormat
 from tactid._base.values import Z95, Interval, Values, digits_of
-from tactid._results.formats import controller_text
 from tactid._results.identification import IdentificationData, Recorded
 from tactid._results.records import FitReport
 from tactid._results.table import OF_SHAPE
@@ -287,23 +285,22 @@ def payload_forms(result: reported.Result, style: Style) -> str:
     if result.is_contradicted and result.estimate.why_impossible is None:
         option = option_name("accept_contradicted", style)
         return f"<p>{html.escape(CONTRADICTED.format(option=option))}</p>"
-    forms: dict[str, Callable[[], str]] = {
-        "For a robot controller": partial(controller_text, result),
-        "URDF": result.estimate.to_urdf,
-        "MuJoCo": result.estimate.to_mujoco,
+    forms: dict[str, Callable[..., str]] = {
+        "For a robot controller": result.to_controller,
+        "URDF": result.to_urdf,
+        "MuJoCo": result.to_mujoco,
     }
     parts = []
     for title, form in forms.items():
         try:
-            text = f"<pre>{html.escape(form())}</pre>"
+            text = f"<pre>{html.escape(form(accept_contradicted=True))}</pre>"
         except IdentificationError as error:
             text = f"<p>{html.escape(str(error))}</p>"
         parts.append(_folded(title, text))
     for maker, title in MAKER_TITLES.items():
         with suppress(IdentificationError):
-            parts.append(
-                _folded(title, f"<pre>{html.escape(controller_text(result, maker))}</pre>")
-            )
+            line = result.to_controller(maker, accept_contradicted=True)
+            parts.append(_folded(title, f"<pre>{html.escape(line)}</pre>"))
     return "".join(parts)
 
 
