@@ -14,7 +14,7 @@ use tactid_identify::serial::Table;
 use tactid_recordings::ArmCalibration;
 
 use crate::errors::IntoPyErr;
-use crate::findings::finding_data;
+use crate::findings::findings;
 use crate::record::{AddedCalibrationFindings, fields};
 
 /// The model of an arm that `tactid.Calibration` contains.
@@ -69,15 +69,10 @@ impl ArmModel {
     /// Returns the fields of `tactid.Calibration` by their names.
     fn data<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
         let data = fields(py, &Calibration::new(&self.0))?;
-        let shortages = self.0.report.shortages.iter();
-        let shortages = shortages.map(|each| finding_data(py, each));
-        data.set_item("shortages", shortages.collect::<PyResult<Vec<_>>>()?)?;
-        let contradictions = self.0.report.contradictions.iter();
-        let contradictions = contradictions.map(|each| finding_data(py, each));
-        data.set_item(
-            "contradictions",
-            contradictions.collect::<PyResult<Vec<_>>>()?,
-        )?;
+        let report = &self.0.report;
+        data.set_item("shortages", findings(py, &report.shortages, "keyword")?)?;
+        let contradictions = findings(py, &report.contradictions, "keyword")?;
+        data.set_item("contradictions", contradictions)?;
         Ok(data)
     }
 }

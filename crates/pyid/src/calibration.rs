@@ -18,8 +18,8 @@ use tactid_recordings::{
 use crate::arguments::read_robot;
 use crate::arm_model::ArmModel;
 use crate::errors::{ArgumentError, IntoPyErr, detached, in_recording};
-use crate::faults::fault_data;
-use crate::findings::finding_data;
+use crate::faults::faults;
+use crate::findings::findings;
 use crate::identify::{dof_of, urdf_errors};
 use crate::interruption::InterruptionCheck;
 use crate::joint_arrays::JointArrays;
@@ -108,10 +108,8 @@ fn recording_data(py: Python<'_>, recording: CalibrationRecording) -> PyResult<P
     };
     let data = fields(py, &data)?;
     data.set_item("path", recording.path)?;
-    data.set_item("faults", fault_data(py, &recording.faults)?)?;
-    let findings = recording.findings.iter();
-    let findings = findings.map(|each| finding_data(py, each));
-    data.set_item("findings", findings.collect::<PyResult<Vec<_>>>()?)?;
+    data.set_item("faults", faults(py, &recording.faults)?)?;
+    data.set_item("findings", findings(py, &recording.findings, "keyword")?)?;
     Ok(data.unbind())
 }
 

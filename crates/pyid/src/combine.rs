@@ -7,7 +7,7 @@ use pyo3::types::PyDict;
 use tactid_recordings::CombinedRun;
 
 use crate::errors::{ArgumentError, IntoPyErr, detached};
-use crate::findings::finding_data;
+use crate::findings::findings;
 use crate::identification::identification;
 use crate::identify::{run, urdf_errors};
 use crate::options;
@@ -49,8 +49,6 @@ pub(crate) fn combine<'py>(
     let found = detached(py, || tactid_recordings::combine_runs(&runs))?;
     let found = found.map_err(IntoPyErr::into_py_err)?;
     let data = fields(py, &found)?;
-    let findings = found.findings.iter();
-    let findings = findings.map(|finding| finding_data(py, finding));
-    data.set_item("findings", findings.collect::<PyResult<Vec<_>>>()?)?;
+    data.set_item("findings", findings(py, &found.findings, "keyword")?)?;
     Ok(data)
 }

@@ -12,8 +12,8 @@ use tactid_recordings::{
 
 use crate::arrays::output;
 use crate::errors::option_error;
-use crate::faults::fault_data;
-use crate::findings::finding_data;
+use crate::faults::faults;
+use crate::findings::findings;
 use crate::identify::{GivenArrays, run, urdf_errors};
 use crate::options;
 use crate::record::fields;
@@ -122,9 +122,8 @@ fn read((payload, point, axes): &GivenLoad<'_>) -> PyResult<(IdentifiedLoad, Wre
 
 fn report_data<'py>(py: Python<'py>, report: &CompensationReport) -> PyResult<Bound<'py, PyDict>> {
     let data = fields(py, report)?;
-    let findings = report.findings.iter().map(|each| finding_data(py, each));
-    data.set_item("findings", findings.collect::<PyResult<Vec<_>>>()?)?;
-    data.set_item("faults", fault_data(py, &report.faults)?)?;
+    data.set_item("findings", findings(py, &report.findings, "keyword")?)?;
+    data.set_item("faults", faults(py, &report.faults)?)?;
     Ok(data)
 }
 

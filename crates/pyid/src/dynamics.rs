@@ -9,7 +9,7 @@ use tactid_dynamics::{BaseKind, ModelError, Urdf};
 
 use crate::arrays::{Series, extend_with, output};
 use crate::errors::{IntoPyErr, detached, guarded};
-use crate::findings::finding_data;
+use crate::findings::findings;
 use crate::inertia::MassProperties;
 use crate::poses::homogeneous;
 use crate::states::StateArrays;
@@ -141,12 +141,7 @@ impl Manipulator {
     /// inertias on a fixed base have no effect and are not listed.
     #[getter]
     fn findings<'py>(&self, py: Python<'py>) -> PyResult<Vec<Bound<'py, PyAny>>> {
-        let class = py.import("tactid._base.findings")?.getattr("Finding")?;
-        let findings = self.robot.findings();
-        let instances = findings
-            .iter()
-            .map(|finding| class.call1(finding_data(py, finding)?));
-        instances.collect()
+        findings(py, &self.robot.findings(), "keyword")
     }
 
     /// The robot with a body attached rigidly to a link; ``body`` is in that link's frame.

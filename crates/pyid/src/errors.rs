@@ -10,8 +10,6 @@ use tactid_identify::IdentifyError;
 use tactid_nlms::SettingError;
 use tactid_recordings::RecordingError;
 
-use crate::faults::fault_data;
-
 pyo3::import_exception!(tactid._base.errors, TactidError);
 pyo3::import_exception!(tactid._base.errors, ArgumentError);
 pyo3::import_exception!(tactid._base.errors, ModelError);
@@ -164,10 +162,12 @@ impl IntoPyErr for RecordingError {
             Self::Data { .. } | Self::Interrupted => {
                 IdentificationError::new_err((message, option))
             }
-            Self::NoOverlap { faults, .. } => match Python::attach(|py| fault_data(py, &faults)) {
-                Ok(faults) => IdentificationError::new_err((message, option, faults)),
-                Err(error) => error,
-            },
+            Self::NoOverlap { faults, .. } => {
+                match Python::attach(|py| crate::faults::faults(py, &faults)) {
+                    Ok(faults) => IdentificationError::new_err((message, option, faults)),
+                    Err(error) => error,
+                }
+            }
             Self::Tip(_) => ModelError::new_err((message, option)),
             Self::Calibration { .. } => CalibrationError::new_err((message, option)),
         }

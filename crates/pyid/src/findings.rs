@@ -13,14 +13,25 @@ use tactid_recordings::{DataFault, Finding};
 
 use crate::errors::ArgumentError;
 
-/// The kind of a finding, and its data: what `tactid.Finding` is made from.
-pub(crate) type FindingData = (String, Py<PyDict>);
+/// Returns findings as instances of `tactid.Finding`, in the words for a reader.
+pub(crate) fn findings<'py, N: Notice + Serialize>(
+    py: Python<'py>,
+    notices: &[N],
+    style: &str,
+) -> PyResult<Vec<Bound<'py, PyAny>>> {
+    let class = py.import("tactid._base.findings")?.getattr("Finding")?;
+    let each = notices.iter();
+    each.map(|notice| {
+        let (kind, data) = finding_data(py, notice)?;
+        class.call1((kind, data, style))
+    })
+    .collect()
+}
 
-/// Returns what Python's finding is made from.
-pub(crate) fn finding_data<N: Notice + Serialize>(
-    py: Python<'_>,
-    notice: &N,
-) -> PyResult<FindingData> {
+fn finding_data<'py>(
+    py: Python<'py>,
+    notice: &impl Serialize,
+) -> PyResult<(String, Bound<'py, PyDict>)> {
     let data = pythonize(py, notice)?.cast_into::<PyDict>()?;
     // A contradiction of a calibration is a finding by its assumption.
     let tag = if data.contains("kind")? {
@@ -30,7 +41,7 @@ pub(crate) fn finding_data<N: Notice + Serialize>(
     };
     let kind = data.as_any().get_item(tag)?.extract()?;
     data.del_item(tag)?;
-    Ok((kind, data.unbind()))
+    Ok((kind, data))
 }
 
 /// Reads a finding of any kind from its data.

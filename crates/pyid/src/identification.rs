@@ -6,8 +6,8 @@ use serde::Serialize;
 use tactid_recordings::{Forecast, Identified, RecordingReport};
 
 use crate::errors::ArgumentError;
-use crate::faults::fault_data;
-use crate::findings::finding_data;
+use crate::faults::faults;
+use crate::findings::findings;
 use crate::record::fields;
 
 /// Returns the fields of `tactid.Identification`, or of `tactid.PaperIdentification`.
@@ -25,10 +25,8 @@ pub(crate) fn identification(
     recording: &RecordingReport,
 ) -> PyResult<Py<PyDict>> {
     let data = fields(py, found)?;
-    let findings = recording.findings.iter();
-    let findings = findings.map(|each| finding_data(py, each));
-    data.set_item("findings", findings.collect::<PyResult<Vec<_>>>()?)?;
-    data.set_item("faults", fault_data(py, &recording.faults)?)?;
+    data.set_item("findings", findings(py, &recording.findings, "keyword")?)?;
+    data.set_item("faults", faults(py, &recording.faults)?)?;
     Ok(data.unbind())
 }
 

@@ -10,8 +10,8 @@ use tactid_logs::{LogReader, Messages};
 use tactid_recordings::LiveSettings;
 
 use crate::errors::{IntoPyErr, detached};
-use crate::faults::fault_data;
-use crate::findings::{FindingData, finding_data};
+use crate::faults::faults;
+use crate::findings::findings;
 use crate::online::{WrenchData, wrench_data};
 use crate::options;
 use crate::record::fields;
@@ -21,6 +21,9 @@ type Message = (String, String, PyBackedBytes, u64);
 
 /// Time, ns, frame, latency, s, and wrench of a contact.
 type Contact<'py> = (i64, String, f64, WrenchData<'py>);
+
+/// Findings, and faults of the messages.
+type Notices<'py> = (Vec<Bound<'py, PyAny>>, Vec<Py<PyAny>>);
 
 /// A live session: messages in, an estimate at any time.
 #[pyclass(module = "tactid._native", frozen)]
@@ -123,17 +126,13 @@ impl LiveSession {
     }
 
     /// Returns the findings at a time, ns since the epoch, and the faults of the messages.
-    fn notices(
-        &self,
-        py: Python<'_>,
-        now_ns: u64,
-    ) -> PyResult<(Vec<FindingData>, Vec<Py<PyDict>>)> {
-        let (findings, faults) = detached(py, || {
+    fn notices<'py>(&self, py: Python<'py>, now_ns: u64) -> PyResult<Notices<'py>> {
+        let (noticed, of_messages) = detached(py, || {
             let snapshot = self.lock().snapshot(now_ns);
             (snapshot.findings(), snapshot.faults().to_vec())
         })?;
-        let findings = findings.iter().map(|finding| finding_data(py, finding));
-        Ok((findings.collect::<PyResult<_>>()?, fault_data(py, &faults)?))
+        let findings = findings(py, &noticed, "command-line")?;
+        Ok((findings, faults(py, &of_messages)?))
     }
 }
 

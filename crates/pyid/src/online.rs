@@ -15,7 +15,7 @@ use tactid_recordings::{OnlineSetup, Request, base_is_fixed};
 use crate::arguments::{borrowed, read_joints, read_robot, read_sensors, read_wrenches};
 use crate::arrays::{Sampled, Series, common_length, output};
 use crate::errors::{ArgumentError, IntoPyErr, detached, with_option};
-use crate::findings::{FindingData, finding_data};
+use crate::findings::findings;
 use crate::options;
 use crate::poses::Poses;
 use crate::record::fields;
@@ -194,15 +194,13 @@ impl Identifier {
         offset.map(|offset| fields(py, &offset)).transpose()
     }
 
-    /// Returns what the most recent windows show about the assumptions: the kind of each finding
-    /// and its data.
-    fn findings(&self, py: Python<'_>) -> PyResult<Vec<FindingData>> {
-        let findings = detached(py, || {
+    /// Returns what the most recent windows show about the assumptions.
+    fn findings<'py>(&self, py: Python<'py>) -> PyResult<Vec<Bound<'py, PyAny>>> {
+        let noticed = detached(py, || {
             let snapshot = lock(&self.0).snapshot();
             snapshot.findings()
         })?;
-        let data = findings.iter().map(|finding| finding_data(py, finding));
-        data.collect()
+        findings(py, &noticed, "online")
     }
 }
 

@@ -10,7 +10,6 @@ from numpy.typing import ArrayLike
 from tactid import _native
 from tactid._api.calibration import Calibration, from_model
 from tactid._base.files import is_urdf_text
-from tactid._base.findings import DataFault, Finding
 from tactid._native import Manipulator
 from tactid._options.declaration import with_options
 from tactid._options.options import OPTIONS, OWN, Options, collect, take_own
@@ -80,7 +79,8 @@ def calibrate(  # noqa: D417 - options are documented by their declarations
         run["model"],
         gain_prior=run["gain_prior"],
         recordings=[
-            _recording(each | {"path": reader.original(each["path"])}) for each in run["recordings"]
+            CalibrationRecording(**each | {"path": reader.original(each["path"])})
+            for each in run["recordings"]
         ],
         inputs={words: Path(path).absolute() for words, path in inputs.items()},
     )
@@ -97,9 +97,3 @@ _SOURCES = (str, os.PathLike, Mapping, list, tuple)
 def _listed(given: _Source | Sequence[_Source]) -> Sequence[_Source]:
     """Returns the recordings of one role."""
     return [given] if isinstance(given, str | os.PathLike | Mapping) else given
-
-
-def _recording(data: dict[str, Any]) -> CalibrationRecording:
-    faults = [DataFault(**fault) for fault in data["faults"]]
-    findings = [Finding(kind, found) for kind, found in data["findings"]]
-    return CalibrationRecording(**data | {"faults": faults, "findings": findings})

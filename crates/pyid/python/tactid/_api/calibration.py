@@ -6,13 +6,11 @@ import os
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, fields
 from pathlib import Path
-from typing import Any
 
 from tactid import _native
 from tactid._base.equality import are_equal
 from tactid._base.errors import ArgumentError
 from tactid._base.files import atomic_path
-from tactid._base.findings import Finding
 from tactid._base.output_files import FigureFormat, checked_output, checked_report
 from tactid._documents import calibration_json
 from tactid._results import records
@@ -34,7 +32,7 @@ class Calibration(CalibrationData):
     def __post_init__(self) -> None:
         """Checks that the numbers are those of the model, which identifications use."""
         super().__post_init__()
-        of_model = CalibrationData(**_fields_of(self.model), model=self.model)
+        of_model = CalibrationData(**self.model.data(), model=self.model)
         own = (each.name for each in fields(records.Calibration))
         others = (n for n in own if not are_equal(getattr(self, n), getattr(of_model, n)))
         for name in others:
@@ -116,15 +114,5 @@ def from_model(
         gain_prior=gain_prior,
         recordings=recordings,
         inputs=inputs or {},
-        **_fields_of(model),
+        **model.data(),
     )
-
-
-def _fields_of(model: _native.ArmModel) -> dict[str, Any]:
-    """Returns the fields of a calibration that its model has."""
-    data = model.data()
-    findings = {
-        name: [Finding(kind, found) for kind, found in data.pop(name)]
-        for name in ("shortages", "contradictions")
-    }
-    return data | findings

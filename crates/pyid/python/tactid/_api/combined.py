@@ -7,7 +7,6 @@ from typing import Any
 
 from tactid import _native
 from tactid._base.errors import ArgumentError, IdentificationError
-from tactid._base.findings import Finding
 from tactid._base.naming import Style
 from tactid._base.output_files import FigureFormat, checked_output, checked_report
 from tactid._base.values import listed_fields
@@ -137,8 +136,7 @@ def combine(results: Sequence[Recorded]) -> Combination:
     names = _names(results)
     runs = [_by_least_squares(name, run) for name, run in zip(names, results, strict=True)]
     data = _native.combine([_contribution(*each) for each in zip(names, runs, strict=True)])
-    findings = [Finding(kind, found) for kind, found in data.pop("findings")]
-    return Combination(**data, findings=findings, runs=tuple(runs), names=names)
+    return Combination(**data, runs=tuple(runs), names=names)
 
 
 def _checked(results: Sequence[Recorded]) -> Sequence[Recorded]:

@@ -4,7 +4,7 @@ from pathlib import Path
 from typing import Any
 
 from tactid import _native
-from tactid._api.compensation import Load, Place, Progress, notices
+from tactid._api.compensation import Load, Place, Progress
 from tactid._base.files import write_atomically
 from tactid._options.options import Options
 from tactid._read.recordings import LogPath, opened
@@ -28,5 +28,4 @@ def compensate_into(
         )
     write_atomically(folder / "metadata.yaml", found["bag_metadata"])
     names = CompensatedLog.__dataclass_fields__
-    found |= notices(found)
     return CompensatedLog(**{name: found[name] for name in names})

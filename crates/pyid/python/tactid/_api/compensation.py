@@ -11,7 +11,6 @@ from numpy.typing import ArrayLike
 
 from tactid import _native
 from tactid._base.errors import ArgumentError
-from tactid._base.findings import DataFault, Finding
 from tactid._base.values import listed_fields
 from tactid._native import Manipulator
 from tactid._options.arrays import FROM_ARRAYS, check_no_arrays, with_arrays
@@ -192,15 +191,7 @@ def of_source(
         plain = with_urdf(options).plain()
         given = (load.fields, *place)
         found = _native.compensate_arrays(source, plain, dict(arrays), given, progress)
-    return Compensation(**found | notices(found))
-
-
-def notices(found: Mapping[str, Any]) -> dict[str, Any]:
-    """Returns the faults and findings of a compensation."""
-    return {
-        "faults": [DataFault(**fault) for fault in found["faults"]],
-        "findings": [Finding(kind, data) for kind, data in found["findings"]],
-    }
+    return Compensation(**found)
 
 
 @dataclass(frozen=True)

@@ -12,7 +12,6 @@ from tactid._api.combined import Combination, combine
 from tactid._api.compensation import Source
 from tactid._api.result import Identification, PaperIdentification
 from tactid._base.files import is_urdf_text
-from tactid._base.findings import DataFault, Finding
 from tactid._native import Manipulator
 from tactid._options.arrays import FROM_ARRAYS, check_no_arrays, with_arrays
 from tactid._options.declaration import with_options
@@ -207,9 +206,6 @@ def identification(
     data: dict[str, Any], source: Source | None = None
 ) -> Identification | PaperIdentification:
     """Builds the result of a recording from the fields that the native part hands over."""
-    faults = [DataFault(**fault) for fault in data["faults"]]
-    findings = [Finding(kind, found) for kind, found in data["findings"]]
-    data = data | {"faults": faults, "findings": findings}
     if data["estimator"] == "nlms":
         return PaperIdentification(**data)
     result = Identification(**data)

@@ -275,7 +275,7 @@ class Identifier(_Online):
         Online, nothing checks whether the wrenches are delayed. To check it once, identify a
         recording of the same sensors.
         """
-        return [Finding(kind, data, "online") for kind, data in self._native.findings()]
+        return self._native.findings()
 
 
 @documented(OPTIONS, "paper filter")

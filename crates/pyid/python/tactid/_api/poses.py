@@ -95,9 +95,9 @@ def _identified(
     plain = with_urdf(options.replace(columns=None)).plain()
     pose = _homogeneous(arrays.get("pose"))
     found = _native.identify_poses(plain, **{**arrays, "pose": pose})
-    for _, finding in found["findings"]:
-        for row in {"first_row", "last_row"} & finding.keys():
-            finding[row] = (finding[row] - 1) // samples + 1
+    for finding in found["findings"]:
+        for row in {"first_row", "last_row"} & finding.data.keys():
+            finding.data[row] = (finding.data[row] - 1) // samples + 1
     return cast(Identification, identification(found | provenance(inputs(path, options), options)))
 
 

@@ -3,8 +3,7 @@
 The message of each says what is wrong, where, and what would be right.
 """
 
-from collections.abc import Mapping, Sequence
-from typing import Any
+from collections.abc import Sequence
 
 from tactid._base.findings import DataFault
 from tactid._base.naming import Style, option_name, switched_off
@@ -85,16 +84,16 @@ class IdentificationError(TactidError):
     Args:
         message: What is wrong, as for every :class:`TactidError`.
         option: The field of ``tactid.Options`` that causes or resolves the error.
-        faults: What is wrong with the recording's messages: the fields of ``DataFault`` by name.
+        faults: What is wrong with the recording's messages: each is a ``DataFault``.
     """
 
     def __init__(
         self,
         message: str = "",
         option: str | None = None,
-        faults: Sequence[Mapping[str, Any]] = (),
+        faults: Sequence[DataFault] = (),
     ) -> None:
-        self.faults = [DataFault(**fault) for fault in faults]
+        self.faults = list(faults)
         super().__init__("; ".join([message, *(fault.clause for fault in self.faults)]), option)
 
 

@@ -128,7 +128,5 @@ class Session:
         Args:
             now_ns: Time at which topics are asked for messages, ns since the epoch: now by default.
         """
-        found, faults = self._native.notices(time.time_ns() if now_ns is None else now_ns)
-        findings = [Finding(kind, data, "command-line") for kind, data in found]
-        findings.sort(key=lambda finding: finding.rank)
-        return findings, [DataFault(**fault) for fault in faults]
+        findings, faults = self._native.notices(time.time_ns() if now_ns is None else now_ns)
+        return sorted(findings, key=lambda finding: finding.rank), faults
