@@ -30,8 +30,9 @@ class LeRobotTable(Table):
 
     def __init__(self, folder: Path, episode: int | None) -> None:
         info = _info(folder)
-        chosen = _episode(folder, info.get("total_episodes"), episode)
-        self._table = ParquetTable(folder, folder / "data", [(EPISODE, "==", chosen)])
+        self._chosen = chosen = _episode(folder, info.get("total_episodes"), episode)
+        files = _file(folder, chosen) or folder / "data"
+        self._table = ParquetTable(files, filters=[(EPISODE, "==", chosen)])
         self._entries = dict(_entries(info["features"]))
         features = [name for name in self._table.names if name in info["features"]]
         inside = [name for name, (feature, _) in self._entries.items() if feature in features]
@@ -42,6 +43,8 @@ class LeRobotTable(Table):
         sources = [self._entries.get(name, (name, None)) for name in names]
         features = list(dict.fromkeys(feature for feature, _ in sources))
         values = self._table.read(features, progress)
+        if not all(map(len, values.values())):
+            raise LogError(f"{self._table.path} has no rows of episode {self._chosen}")
         found = {}
         for name, (feature, entry) in zip(names, sources, strict=True):
             array = values[feature]
@@ -84,6 +87,15 @@ def _episode(folder: Path, total: object, episode: int | None) -> int:
             option="episode",
         )
     return episode or 0
+
+
+def _file(folder: Path, episode: int) -> Path | None:
+    """Returns the file of an episode; None where a file has several."""
+    name = f"episode_{episode:06}.parquet"
+    files = {path.name: path for path in (folder / "data").rglob("episode_*.parquet")}
+    if files and name not in files:
+        raise LogError(f"{folder} has no {name} below `data`: there is no such file")
+    return files.get(name)
 
 
 def _entries(features: dict[str, Any]) -> Iterator[tuple[str, tuple[str, int]]]:

@@ -100,16 +100,15 @@ class ParquetTable(Table):
     """Columns of a Parquet file, or of the files of a folder; lists are of one length each.
 
     Args:
-        path: What messages name.
-        files: The file or folder that is read.
+        path: The file or folder that is read.
         filters: Which rows are read, as ``pyarrow.parquet.read_table`` takes it.
     """
 
-    def __init__(self, path: Path, files: Path | None = None, filters: Any = None) -> None:
-        self._files, self._filters = files or path, filters
+    def __init__(self, path: Path, filters: Any = None) -> None:
+        self._filters = filters
         arrow, parquet = _pyarrow(path)
         with _arrow_errors(path, arrow):
-            schema = parquet.ParquetDataset(self._files).schema
+            schema = parquet.ParquetDataset(path).schema
         self._stamps = {field.name for field in schema if arrow.types.is_timestamp(field.type)}
         super().__init__(path, [field.name for field in schema if _is_numeric(arrow, field.type)])
 
@@ -121,7 +120,7 @@ class ParquetTable(Table):
             if progress is not None:
                 progress(done / len(names))
             with _arrow_errors(self.path, arrow):
-                read = parquet.read_table(self._files, columns=[name], filters=self._filters)
+                read = parquet.read_table(self.path, columns=[name], filters=self._filters)
                 found[name] = self._values(name, read.column(name).combine_chunks())
         return found
 
@@ -142,7 +141,9 @@ class ParquetTable(Table):
                 f" first has {_count(lengths[0])}"
             )
         numbers = column.flatten().cast(arrow.float64()).to_numpy(zero_copy_only=False)
-        return np.asarray(numbers, float).reshape(len(lengths), -1)
+        return np.asarray(numbers, float).reshape(
+            len(lengths), int(lengths[0] if lengths.size else 0)
+        )
 
 
 def open_table(path: Path) -> Table | None:
