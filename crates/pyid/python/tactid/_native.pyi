@@ -9,8 +9,6 @@ from typing_extensions import Self, disjoint_base
 
 _Array: TypeAlias = NDArray[np.float64]
 _Path: TypeAlias = str | PathLike[str]
-_Source: TypeAlias = _Path | Mapping[str, ArrayLike]
-"""A log, or the arrays of a recording by their names."""
 _Robot: TypeAlias = Manipulator | None
 _Sensors: TypeAlias = str | Sequence[str] | None
 _Wrench: TypeAlias = tuple[float, _Array, _Array, bool]
