@@ -236,8 +236,8 @@ def test_many_episodes_are_listed_fast_and_not_without_bound(tmp_path: Path) -> 
     assert time.process_time() - begun < 0.5
     assert [one.size - info.stat().st_size for one in found] == list(range(1, 1001))
     info.write_text('{"total_episodes": 1000000000000}')
-    with pytest.raises(tactid.ArgumentError, match="expected at most"):
-        find([folder])
+    (refused,) = find([folder])
+    assert "expected at most" in str(refused.cause)
 
 
 def test_a_data_set_has_a_row_for_each_episode(

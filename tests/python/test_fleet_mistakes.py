@@ -79,13 +79,13 @@ def test_what_is_left_out_of_folders_is_said(log: Path, tmp_path: Path) -> None:
     (folder / "payloads.parquet").mkdir()
     shutil.copy(log, folder / "R2.MCAP")
     shutil.copy(log, folder / ".hidden.mcap")
-    (folder / "dangling.mcap").symlink_to("nothing")
     (folder / "a.csv").write_text("time")
     (folder / "notes.md").write_text("")
     left_out: list[str] = []
+    (folder / "link").symlink_to(tmp_path)
     (found,) = find([folder], left_out=left_out)
     assert Path(found.address).name == "R2.MCAP"
-    assert [Path(each).name for each in left_out] == ["a.csv", "dangling.mcap", "dir.mcap"]
+    assert [Path(each).name for each in left_out] == ["a.csv", "dir.mcap", "link"]
     (folder / "R2.MCAP").unlink()
     with pytest.raises(tactid.ArgumentError, match=r"tables, such as .*a.csv.*logs/\*.csv"):
         find([folder])
@@ -93,8 +93,8 @@ def test_what_is_left_out_of_folders_is_said(log: Path, tmp_path: Path) -> None:
 
 def test_an_error_in_a_list_names_the_line(log: Path, tmp_path: Path) -> None:
     names = tmp_path / "list.txt"
-    names.write_text(f"# recordings\n{log}\n{log}\nnosuch.mcap\n")
-    with pytest.raises(tactid.ArgumentError, match=r"list.txt, line 4: .*nosuch.mcap"):
+    names.write_text(f"# recordings\n{log}\n{log}\nftp://host/x.mcap\n")
+    with pytest.raises(tactid.ArgumentError, match=r"list.txt, line 4: ftp://host/x.mcap: expect"):
         find([names])
     names.write_text(f"{log}\n{log}\n")
     assert len(find([names])) == 1

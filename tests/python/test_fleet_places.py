@@ -1,6 +1,7 @@
 """A place of a fleet that cannot be used is a row with its cause, and the others have theirs."""
 
 import json
+import re
 from pathlib import Path
 from typing import Any
 
@@ -55,3 +56,33 @@ def test_an_episode_without_rows_is_no_fault_of_tactid(tmp_path: Path) -> None:
     table = LeRobotTable(data_set(tmp_path / "v3", {"file-000.parquet": [0]}, 2), 1)
     with pytest.raises(tactid.LogError, match="has no rows of episode 1"):
         table.read(["observation.state"])
+
+
+def test_places_that_cannot_be_used_are_rows(tmp_path: Path, log: Path) -> None:
+    """A dangling link, a data set without JSON, a bag without its log, and a line of a list."""
+    folder = tmp_path / "logs"
+    data_set(folder / "set", {}, 1).joinpath("meta", "info.json").write_text("{")
+    (folder / "bag").mkdir()
+    (folder / "bag" / "metadata.yaml").write_text("rosbag2_bagfile_information:\n")
+    (folder / "dangling.mcap").symlink_to("nothing")
+    (folder / "good.mcap").symlink_to(log)
+    expected = {
+        "bag": ("unreachable", "has the metadata.yaml of a bag, but no log"),
+        "dangling.mcap": ("unreachable", "dangling.mcap cannot be read: No such file"),
+        "gone.mcap": ("unreachable", "list.txt, line 2: there is no file or folder"),
+        "empty": ("refused", "list.txt, line 3: .* has no recording"),
+        "set": ("refused", r"info\.json is not JSON"),
+    }
+    (tmp_path / "empty").mkdir()
+    names = tmp_path / "list.txt"
+    names.write_text(f"{folder}\n{tmp_path}/gone.mcap\n{tmp_path}/empty\n")
+    rows = {Path(row["address"]).name: row for row in rows_at(names)}
+    assert rows.pop("good.mcap")["outcome"] == "identified"
+    assert rows.keys() == expected.keys()
+    for name, (outcome, words) in expected.items():
+        assert rows[name]["outcome"] == outcome, name
+        assert re.search(words, rows[name]["error"]), rows[name]["error"]
+    assert [Path(one.address).name for one in find([f"{folder}/**/*.mcap"])] == [
+        "dangling.mcap",
+        "good.mcap",
+    ]

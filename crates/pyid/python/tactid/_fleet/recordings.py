@@ -2,7 +2,6 @@
 
 import glob
 import hashlib
-import json
 import os
 import re
 from collections.abc import Callable, Iterable, Iterator, Sequence
@@ -11,7 +10,7 @@ from fnmatch import fnmatch
 from pathlib import Path
 from urllib.parse import unquote
 
-from tactid._base.errors import ArgumentError
+from tactid._base.errors import ArgumentError, LogError, TactidError
 from tactid._base.files import sha256
 from tactid._fleet import stores
 from tactid._fleet.stores import Object, is_address
@@ -22,6 +21,9 @@ LOGS = (".mcap", ".db3", ".mcap.zstd", ".db3.zstd", ".bag")
 
 TABLES = (".csv", ".npz", ".parquet")
 """Ends of the names of tables, which are read where an address names them."""
+
+BAG = b"rosbag2_bagfile_information"
+"""First key of the ``metadata.yaml`` of a bag."""
 
 MOST_EPISODES = 1 << 20
 """Episodes of a data set: the largest public ones have some hundred thousand."""
@@ -47,6 +49,12 @@ class Recording:
     """The experiment, TOML, of a recording that is simulated."""
     seed: int | None = None
     """The seed of the simulation."""
+    cause: Exception | None = field(default=None, compare=False)
+    """Why the place cannot be used: its row says so."""
+
+
+class UnusableError(ArgumentError):
+    """A place without a recording: an error where it is typed, a row where a list names it."""
 
 
 def find(
@@ -76,11 +84,11 @@ def find(
         if not each:
             tables = [other for other in others if other.lower().endswith(TABLES)]
             if tables:
-                raise ArgumentError(
+                raise UnusableError(
                     f"{text} has tables, such as {tables[0]}, which are read where a path or a"
                     f" pattern names them: {os.path.join(text, '*' + Path(tables[0]).suffix)}"
                 )
-            raise ArgumentError(
+            raise UnusableError(
                 f"{text} has no recording: expected logs ({', '.join(LOGS)}), or a folder, a"
                 " pattern, a data set of LeRobot or a .txt file with addresses of some"
             )
@@ -103,8 +111,24 @@ def _of_list(text: str, content: bytes, left_out: list[str] | None = None) -> li
             found += find([named], text, left_out) if named else []
         except ArgumentError as error:
             error.message = f"{text}, line {number}: {error.message}"
-            raise
+            if not isinstance(error, UnusableError):
+                raise
+            address = named if is_address(named) else os.path.abspath(named)
+            found.append(Recording(address, 0, "", cause=error))
+        except OSError as error:
+            found.append(Recording(named, 0, "", cause=error))
     return found
+
+
+def _usable(address: str | Path, recordings: Iterator[Recording]) -> Iterator[Recording]:
+    """Yields the recordings of a place; one that cannot be read is a recording with its cause."""
+    try:
+        yield from recordings
+    except OSError as error:
+        cause = OSError(f"{address} cannot be read: {error.strerror or error}")
+        yield Recording(str(address), 0, "", cause=cause)
+    except TactidError as error:
+        yield Recording(str(address), 0, "", cause=error)
 
 
 def _at_path(text: str, left_out: list[str]) -> Iterator[Recording]:
@@ -113,14 +137,14 @@ def _at_path(text: str, left_out: list[str]) -> Iterator[Recording]:
     if not path.exists():
         matches = sorted(glob.glob(text, recursive=True))
         if not matches:
-            raise ArgumentError(f"there is no file or folder {text}")
+            raise UnusableError(f"there is no file or folder {text}")
         for match in matches:
             is_folder = os.path.isdir(match)
             yield from (
                 _at_path(match, left_out) if is_folder else _files([Path(os.path.abspath(match))])
             )
     elif path.is_dir():
-        yield from _in_folder(path, left_out)
+        yield from _usable(path, _in_folder(path, left_out))
     elif path.suffix == ".txt":
         yield from _of_list(text, path.read_bytes(), left_out)
     else:
@@ -134,18 +158,22 @@ def _in_folder(folder: Path, left_out: list[str]) -> Iterator[Recording]:
         yield from _episodes(str(folder), _statuses(files), (folder / lerobot.INFO).read_bytes)
         return
     entries = sorted(entry for entry in folder.iterdir() if not entry.name.startswith("."))
-    files = [entry for entry in entries if entry.is_file() and _ends(entry, LOGS)]
+    files = [entry for entry in entries if not entry.is_dir() and _ends(entry, LOGS)]
     description = folder / "metadata.yaml"
     if files and description.is_file():
         statuses = _statuses([description, *files])
         yield Recording(str(folder), *_whole(statuses))
+    elif not files and description.is_file() and BAG in description.read_bytes():
+        raise LogError(
+            f"{folder} has the metadata.yaml of a bag, but no log: there is no such file"
+        )
     else:
         yield from _files(files)
     for entry in entries:
         if entry.is_dir() and not entry.is_symlink():
             if _ends(entry, (".parquet",)):  # a table of this command
                 continue
-            each = list(_in_folder(entry, left_out))
+            each = list(_usable(entry, _in_folder(entry, left_out)))
             yield from each
             if not each and _ends(entry, LOGS):
                 left_out.append(str(entry))
@@ -158,8 +186,12 @@ def _ends(path: Path, ends: tuple[str, ...]) -> bool:
 
 
 def _files(paths: Iterable[Path]) -> Iterator[Recording]:
-    for path, status in zip(paths, _statuses(paths), strict=True):
-        yield Recording(str(path), status.size, status.tag)
+    for path in paths:
+        yield from _usable(path, map(_file, [path]))
+
+
+def _file(path: Path) -> Recording:
+    return Recording(*_statuses([path])[0])
 
 
 def _statuses(paths: Iterable[Path]) -> list[Object]:
@@ -197,7 +229,7 @@ def _in_store(url: str) -> Iterator[Recording]:
     if "*" not in url and name.endswith((*LOGS, *TABLES, ".txt")):
         one = stores.found(folder, name)
         if one is None:
-            raise ArgumentError(f"there is no object {url}")
+            raise UnusableError(f"there is no object {url}")
         if name.endswith(".txt"):
             yield from _of_list(url, stores.read(folder, one, 0, one.size))
         else:
@@ -227,7 +259,7 @@ def _grouped(base: str, objects: Iterable[Object], ends: tuple[str, ...]) -> Ite
         def described(info: Object = info) -> bytes:
             return stores.read(base, info, 0, info.size)
 
-        yield from _episodes(address, [info, *data], described, base)
+        yield from _usable(address, _episodes(address, [info, *data], described, base))
     for folder, inside in folders.items():
         if any(f"{folder}/".startswith(prefix) for prefix in sets):
             continue
@@ -251,12 +283,7 @@ def _episodes(
     address: str, objects: Sequence[Object], described: Callable[[], bytes], base: str = ""
 ) -> Iterator[Recording]:
     """Yields each episode of a data set, with the size and the tag of the whole or of its file."""
-    try:
-        total = int(json.loads(described())["total_episodes"])
-    except (ValueError, KeyError, TypeError):
-        raise ArgumentError(
-            f"{address}/{lerobot.INFO} has no `total_episodes`: how many episodes there are"
-        ) from None
+    total = lerobot.described(f"{address}/{lerobot.INFO}", described())[0]
     if total > MOST_EPISODES:
         raise ArgumentError(
             f"{address}/{lerobot.INFO} has {total} episodes: expected at most {MOST_EPISODES}"

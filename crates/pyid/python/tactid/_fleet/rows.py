@@ -159,7 +159,7 @@ def outcome_of(result: Identification) -> Outcome:
     return "identified" if any(result.estimate.identifiable) else "undetermined"
 
 
-PASSING = re.compile(r"\(os error \d+\)|there is no such file")
+PASSING = re.compile(r"\(os error \d+\)|there is no (such file|file or folder|object)")
 """What an error says where the system, not the content of a file, is the reason."""
 
 

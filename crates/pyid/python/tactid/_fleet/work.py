@@ -45,6 +45,8 @@ def identify_recording(*tasks: Task) -> list[Row]:
     begun = time.monotonic()
     recording, read = tasks[0].recording, {"requests": 0, "bytes_read": 0}
     try:
+        if recording.cause is not None:
+            raise recording.cause
         try:
             with _available(recording, read) as source:
                 found = [row for task in tasks for row in _rows_of(source, task)]

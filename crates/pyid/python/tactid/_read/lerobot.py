@@ -29,14 +29,14 @@ class LeRobotTable(Table):
     """
 
     def __init__(self, folder: Path, episode: int | None) -> None:
-        info = _info(folder)
-        self._chosen = chosen = _episode(folder, info.get("total_episodes"), episode)
+        total, features = _info(folder)
+        self._chosen = chosen = _episode(folder, total, episode)
         files = _file(folder, chosen) or folder / "data"
         self._table = ParquetTable(files, filters=[(EPISODE, "==", chosen)])
-        self._entries = dict(_entries(info["features"]))
-        features = [name for name in self._table.names if name in info["features"]]
-        inside = [name for name, (feature, _) in self._entries.items() if feature in features]
-        super().__init__(folder, [*features, *inside])
+        self._entries = dict(_entries(features))
+        there = [name for name in self._table.names if name in features]
+        inside = [name for name, (feature, _) in self._entries.items() if feature in there]
+        super().__init__(folder, [*there, *inside])
 
     def read(self, names: Sequence[str], progress: Progress = None) -> dict[str, Array]:
         """Reads features, or entries of theirs: see :meth:`Table.read`."""
@@ -59,23 +59,33 @@ def is_dataset(path: Path) -> bool:
     return (path / INFO).is_file()
 
 
-def _info(folder: Path) -> dict[str, Any]:
-    path = folder / INFO
+def described(path: Path | str, content: bytes) -> tuple[int, dict[str, Any]]:
+    """Returns the number of episodes and the features that a description names.
+
+    Raises:
+        LogError: It is no JSON, or does not say how many episodes there are.
+    """
     try:
-        info = json.loads(path.read_text(encoding="utf-8"))
-        if not isinstance(info["features"], dict):
-            raise TypeError
-    except (ValueError, KeyError, TypeError):
-        raise LogError(f"{path} describes no data set of LeRobot: it has no `features`") from None
+        info = json.loads(content)
+    except ValueError:
+        raise LogError(f"{path} is not JSON: expected that of a data set of LeRobot") from None
+    total = info.get("total_episodes") if isinstance(info, dict) else None
+    if not isinstance(total, int) or total < 1:
+        raise LogError(f"{path} has no `total_episodes`: how many episodes there are")
+    return total, info.get("features")
+
+
+def _info(folder: Path) -> tuple[int, dict[str, Any]]:
+    total, features = described(folder / INFO, (folder / INFO).read_bytes())
+    if not isinstance(features, dict):
+        raise LogError(f"{folder / INFO} describes no data set of LeRobot: it has no `features`")
     if not (folder / "data").is_dir():
         raise LogError(f"{folder} has {INFO}, but no folder `data` with the episodes")
-    return dict(info)
+    return total, features
 
 
-def _episode(folder: Path, total: object, episode: int | None) -> int:
+def _episode(folder: Path, total: int, episode: int | None) -> int:
     """Returns the number of the episode that is read."""
-    if not isinstance(total, int) or total < 1:
-        raise LogError(f"{folder / INFO} has no `total_episodes`: how many episodes there are")
     if episode is None and total > 1:
         raise ArgumentError(
             f"{folder} has {total} episodes: `episode` chooses one, from 0 to {total - 1}",
