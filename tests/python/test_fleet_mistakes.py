@@ -7,6 +7,7 @@ from pathlib import Path
 import pytest
 
 import tactid
+from tactid._cli import fleet_command
 from tactid._cli.fleet_command import Counted, read_robots
 from tactid._fleet import run
 from tactid._fleet.recordings import find
@@ -115,6 +116,15 @@ def test_the_address_of_a_scheduler_is_checked(monkeypatch: pytest.MonkeyPatch) 
                 run.check_scheduler(address, "--scheduler")
             assert str(caught.value).startswith(f"--scheduler is {address}")
             assert words in str(caught.value)
+
+
+def test_some_files_that_are_left_out_are_named(capsys: pytest.CaptureFixture[str]) -> None:
+    fleet_command._print_unused(["a", "b"], [], [])
+    fleet_command._print_unused(["a", "b", "c", "d", "e"], [], [])
+    assert capsys.readouterr().err == (
+        "Left out 2 files that may be recordings: a, b.\n"
+        "Left out 5 files that may be recordings: a, b, c and 2 others.\n"
+    )
 
 
 def test_the_most_frequent_errors_are_printed(capsys: pytest.CaptureFixture[str]) -> None:

@@ -23,6 +23,9 @@ from tactid._options.options import OPTIONS, options_for
 MOST_ERRORS = 3
 """Errors that are printed: the most frequent ones."""
 
+MOST_NAMED = 3
+"""Files that a line names: the first ones."""
+
 
 def identify_fleet(
     urls: Annotated[
@@ -116,14 +119,20 @@ def _print_unused(
 ) -> None:
     """Says what folders have that is not read, and what the table of robots does not match."""
     if left_out:
-        count = counted(len(left_out), "file")
-        _print(f"Left out {count} that may be recordings, the first of which is {left_out[0]}.")
+        _print(
+            f"Left out {counted(len(left_out), 'file')} that may be recordings: {_some(left_out)}."
+        )
     for pattern in fleet.without_recording(recordings, robots):
         _print(f"{pattern} of --table matches no recording.")
     without = fleet.without_robot(recordings, robots) if robots else []
     if without:
         count = counted(len(without), "recording")
-        _print(f"No line of --table matches {count}, the first of which is {without[0]}.")
+        _print(f"No line of --table matches {count}: {_some(without)}.")
+
+
+def _some(names: Sequence[str]) -> str:
+    others = f" and {counted(len(names) - MOST_NAMED, 'other')}" * (len(names) > MOST_NAMED)
+    return ", ".join(names[:MOST_NAMED]) + others
 
 
 class Counted:
