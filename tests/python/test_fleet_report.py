@@ -172,6 +172,20 @@ def test_a_recording_to_look_at_has_its_command_or_its_link() -> None:
     assert page.count("--report report.html") == 2
 
 
+def test_copies_are_one_recording() -> None:
+    """Their noise would count as agreement; equal values at another time are another recording."""
+    first, other = [each | {"duration_s": 9.0} for each in shift("arm")[:2]]
+    copies = [first | {"address": f"copy{k}.mcap"} for k in range(4)]
+    later = first | {"address": "b.mcap", "start_ns": first["start_ns"] + 10}
+    failed = [each | {"estimate.values.mass": None, "outcome": "refused"} for each in copies]
+    page = report.render([first, other, *copies, later, *failed], Figures())
+    assert "<h1>7 recordings of 1 robot</h1>" in page
+    assert "<td>identified</td><td>3</td>" in page
+    assert "4 recordings are copies of others" in page
+    assert "such as copy0.mcap of arm/000.mcap" in page
+    assert "copies of others" not in report.render([first, other, later], Figures())
+
+
 def test_segments_are_no_recordings_and_have_their_places() -> None:
     rows = [each | {"begin_s": 0.0, "end_s": 4.0} for each in shift("arm")]
     rows += [each | {"begin_s": 4.125, "end_s": 9.0} for each in rows]

@@ -37,7 +37,7 @@ OFFSETS = "fit.wrench_offset.values"
 
 READ = (
     *(*KEY, "robot", "configured", "finished", "outcome", "error"),
-    *("start_ns", "begin_s", "end_s", "estimate.covariance", "findings"),
+    *("start_ns", "duration_s", "begin_s", "end_s", "estimate.covariance", "findings"),
     *("damage", "faults", OFFSETS),
     *(f"estimate.{kind}.{name}" for kind in ("values", "std_devs") for name in COMPARED),
 )
@@ -160,6 +160,24 @@ class Robot:
         known = [(time, values[:6]) for time, values in rows if values and None not in values[:6]]
         times = np.array([time for time, _ in known])
         return times, np.array([values for _, values in known], dtype=float).reshape(-1, 6)
+
+
+def without_copies(rows: Sequence[Row]) -> tuple[list[Row], list[tuple[Row, Row]]]:
+    """Returns rows without copies, and each copy with the row that stays.
+
+    A copy has the values, the beginning and the duration of another row: its noise, which is the
+    same, would count as agreement.
+    """
+    columns = ("robot", "seed", "start_ns", "duration_s", "begin_s")
+    columns += tuple(f"estimate.values.{name}" for name in COMPARED)
+    kept: dict[tuple[Any, ...], Row] = {}
+    copies = []
+    for row in rows:
+        has_mass = row.get("estimate.values.mass") is not None
+        key = tuple(map(row.get, columns)) if has_mass else (len(kept),)
+        if kept.setdefault(key, row) is not row:
+            copies.append((row, kept[key]))
+    return list(kept.values()), copies
 
 
 def robots_of(rows: Sequence[Row]) -> list[Robot]:

@@ -19,6 +19,7 @@ from tactid._fleet.analysis import (
     kinds_of,
     robots_of,
     severity,
+    without_copies,
 )
 from tactid._fleet.rows import Row, key_of
 from tactid._fleet.stores import is_address
@@ -59,6 +60,7 @@ def write_report(rows: Sequence[Row], path: Path) -> None:
 
 def render(rows: Sequence[Row], figures: Figures) -> str:
     """Returns the report of rows as HTML, figures included."""
+    rows, copies = without_copies(rows)
     robots = robots_of(rows)
     shown = sorted(robots[:MOST_ROBOTS], key=lambda robot: robot.name)
     robots = sorted(robots, key=lambda robot: robot.name)
@@ -71,6 +73,7 @@ def render(rows: Sequence[Row], figures: Figures) -> str:
     body = [
         f"<h1>{title}</h1>",
         f'<p class="lead">{html.escape(_period(robots))}</p>',
+        _copied(copies),
         "<h2>Outcomes</h2>",
         _table(("outcome", many), _outcomes(rows)),
     ]
@@ -103,6 +106,17 @@ def _period(robots: Sequence[Robot]) -> str:
     if min(times) <= CLOCKLESS_S:
         return "Recordings have stamps that begin at zero: when they were made is not known."
     return f"From {_date(min(times))} to {_date(max(times))}, in UTC."
+
+
+def _copied(copies: Sequence[tuple[Row, Row]]) -> str:
+    """Says which rows are copies; nothing where none is."""
+    if not copies:
+        return ""
+    count = len({key_of(copy) for copy, _ in copies})
+    verb = "is a copy of another" if count == 1 else "are copies of others"
+    copy, original = (row["address"] for row in copies[0])
+    text = f"{counted(count, 'recording')} {verb}, such as {copy} of {original}: not counted."
+    return f"<p>{html.escape(text)}</p>"
 
 
 def _date(time_s: float) -> str:
