@@ -186,6 +186,18 @@ def test_copies_are_one_recording() -> None:
     assert "copies of others" not in report.render([first, other, later], Figures())
 
 
+def test_what_recordings_vary_by_hides_no_cut_of_one_recording() -> None:
+    """The report says which segments of one recording are one payload only by that variation."""
+    rows = [each | {"begin_s": 0.0} for each in shift("arm", scatter=5.0)]
+    before = rows[0]["estimate.values.mass"]
+    rows += [rows[0] | {"begin_s": 8.04, "estimate.values.mass": before + 0.02}]
+    rows += [rows[0] | {"begin_s": 20.0, "estimate.values.mass": before + 0.021}]
+    page = report.render(rows, Figures())
+    assert "1 cut separates segments that differ beyond their intervals" in page
+    assert "arm/000.mcap at 8.04 s" in page
+    assert "beyond their intervals" not in report.render(rows[:-2], Figures())
+
+
 def test_segments_are_no_recordings_and_have_their_places() -> None:
     rows = [each | {"begin_s": 0.0, "end_s": 4.0} for each in shift("arm")]
     rows += [each | {"begin_s": 4.125, "end_s": 9.0} for each in rows]

@@ -3,12 +3,13 @@
 import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field, replace
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
 
 from tactid._base.values import PATHS, Array
-from tactid._fleet.rows import KEY, Row
+from tactid._fleet.rows import KEY, Row, key_of, place_of
 
 COMPARED = ("mass", "com.x", "com.y", "com.z")
 """Values by which payloads are distinguished, and the mass alone where another is not known."""
@@ -136,6 +137,19 @@ class Robot:
         pairs = zip(self.payloads[1:], self.labels, self.labels[1:], strict=False)
         return ((payload, a, b) for payload, a, b in pairs if a != b)
 
+    @property
+    def merged(self) -> list[Payload]:
+        """Segments of one payload with the one before, from which they differ by their intervals.
+
+        What varies between recordings, which makes them equal, does not vary within one.
+        """
+        by_place = sorted(zip(self.payloads, self.labels, strict=True), key=_segment)
+        return [
+            payload
+            for (before, a), (payload, b) in pairwise(by_place)
+            if a == b and key_of(before.row) == key_of(payload.row) and _differ(before, payload)
+        ]
+
     def drift(self) -> list[tuple[str, float, float]]:
         """Returns the slope of the sensor's offset by channel, per day, and its probability.
 
@@ -160,6 +174,18 @@ class Robot:
         known = [(time, values[:6]) for time, values in rows if values and None not in values[:6]]
         times = np.array([time for time, _ in known])
         return times, np.array([values for _, values in known], dtype=float).reshape(-1, 6)
+
+
+def _segment(labelled: tuple[Payload, int]) -> tuple[Any, ...]:
+    return place_of(labelled[0].row)
+
+
+def _differ(a: Payload, b: Payload) -> bool:
+    """Returns whether payloads differ by more than their covariances allow."""
+    known = min(len(a.values), len(b.values))
+    difference = a.values[:known] - b.values[:known]
+    both = a.covariance[:known, :known] + b.covariance[:known, :known]
+    return float(difference @ np.linalg.solve(both, difference)) > _largest(known)
 
 
 def without_copies(rows: Sequence[Row]) -> tuple[list[Row], list[tuple[Row, Row]]]:

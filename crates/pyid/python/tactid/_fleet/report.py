@@ -200,7 +200,21 @@ def _changes(robots: Sequence[Robot]) -> str:
         for robot in robots
         for payload, a, b in robot.changes
     ]
-    return _table(("robot", "time", "payload before", "payload after", *PLACE), lines)
+    table = _table(("robot", "time", "payload before", "payload after", *PLACE), lines)
+    return table + _merged([payload.row for robot in robots for payload in robot.merged])
+
+
+def _merged(rows: Sequence[Row]) -> str:
+    """Says which changes within a recording are none by what varies between recordings."""
+    if not rows:
+        return ""
+    verb = "separates" if len(rows) == 1 else "separate"
+    text = (
+        f"{counted(len(rows), 'cut')} {verb} segments that differ beyond their intervals, but not"
+        " beyond what varies between recordings, so that they are one payload here: the first is"
+        f" that of {rows[0]['address']} at {rows[0]['begin_s']:.4g} s."
+    )
+    return f"<p>{html.escape(text)}</p>"
 
 
 def _drifts(robots: Sequence[Robot]) -> str:
