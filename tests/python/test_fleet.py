@@ -197,7 +197,7 @@ def test_a_path_is_absolute_however_it_is_typed(
     }
     assert len(found) == 3
     robots = [{"pattern": "logs/arm1/*", "robot": "left"}, {"pattern": "x*", "robot": "none"}]
-    assert run.without_recording(found, robots) == ["x*"]
+    assert run.without_recording(found, robots) == {"x*": False}
     names = {Path(task.head()["address"]).name: task.robot for task in tasks_of(found, robots)}
     assert names == {"a.mcap": "left", "b.mcap": "", "broken.mcap": ""}
     renamed = [{"pattern": "*/arm1/*", "robot": "right"}]

@@ -51,6 +51,8 @@ def test_an_episode_is_chosen(log: Path, urdf: str, tmp_path: Path) -> None:
         ("pattern,robot\n*,left\n*\n", "line 3 has 1 cells, but the table has 2 columns"),
         ("pattern,robot\n*,left,-2.0\n", "line 2 has 3 cells"),
         ("pattern,wrench-acts-on\n\n*,sensr\n", "line 3: .*expected 'payload' or 'sensor'"),
+        ("pattern,robot,robot\n*,left,right\n", "has the column robot twice"),
+        ("pattern,tip,--tip\n*,a,b\n", "has the column --tip twice"),
         ("pattern,urdf\n*,no.urdf\n", "line 2: .*no.urdf: No such file"),
     ],
 )
@@ -61,6 +63,37 @@ def test_errors_of_a_table_of_robots_name_the_line(
     table.write_text(text)
     with pytest.raises(tactid.ArgumentError, match=f"--table .*robots.csv,? .*{words}"):
         run.tasks_of(find([log]), tactid.Options(), read_robots(table))
+
+
+def test_a_pattern_of_a_folder_matches_what_is_below(
+    log: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "logs" / "arm").mkdir(parents=True)
+    shutil.copy(log, tmp_path / "logs" / "arm" / "a.mcap")
+    found = find(["logs"])
+    for pattern in ("logs/arm", "logs/arm/", "logs", "logs/*", tmp_path.as_posix()):
+        assert run.without_robot(found, [{"pattern": pattern}]) == []
+    for pattern in ("logs/a", "arm", "log"):
+        assert run.without_robot(found, [{"pattern": pattern}]) != []
+
+
+def test_a_line_that_an_earlier_one_hides_is_said(
+    log: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    robots = [{"pattern": pattern} for pattern in ("*", "*.mcap", "x*")]
+    fleet_command._print_unused([], find([log]), robots)
+    assert capsys.readouterr().err == (
+        "*.mcap of --table matches only what earlier lines match.\n"
+        "x* of --table matches no recording.\n"
+    )
+
+
+def test_without_places_or_with_a_word_for_a_switch_nothing_runs(log: Path) -> None:
+    with pytest.raises(tactid.ArgumentError, match="there is no recording: `urls` is empty"):
+        tactid.fleet([])
+    with pytest.raises(tactid.ArgumentError, match="`split` is 'yes': expected True or False"):
+        tactid.fleet(log, split="yes")  # type: ignore[arg-type]
 
 
 def test_a_table_that_cannot_be_read_is_an_error_without_the_words_of_python(

@@ -122,8 +122,9 @@ def _print_unused(
         _print(
             f"Left out {counted(len(left_out), 'file')} that may be recordings: {_some(left_out)}."
         )
-    for pattern in fleet.without_recording(recordings, robots):
-        _print(f"{pattern} of --table matches no recording.")
+    for pattern, is_hidden in fleet.without_recording(recordings, robots).items():
+        matched = "only what earlier lines match" if is_hidden else "no recording"
+        _print(f"{pattern} of --table matches {matched}.")
     without = fleet.without_robot(recordings, robots) if robots else []
     if without:
         count = counted(len(without), "recording")
@@ -176,12 +177,15 @@ def read_robots(path: Path) -> list[dict[str, Any]]:
         ArgumentError: The file cannot be read, or a column is no option.
     """
     heads, lines = _lines(path)
+    names = [str(head).strip().removeprefix("--").replace("-", "_") for head in heads]
+    for place, head in enumerate(heads):
+        if names[place] in names[:place]:
+            raise ArgumentError(f"--table {path} has the column {head} twice: expected it once")
     allowed = {option.name: option for option in options_for("log")}
     found: list[dict[str, Any]] = []
     for number, line in lines:
         entry = Robot(place=f"--table {path}, line {number}")
-        for column, text in zip(heads, line, strict=True):
-            name = str(column).strip().removeprefix("--").replace("-", "_")
+        for column, name, text in zip(heads, names, line, strict=True):
             if name not in (*fleet.ROBOT_KEYS, *allowed):
                 raise ArgumentError(
                     f"--table {path} has the column {column}: expected pattern, robot, or an option"

@@ -106,6 +106,10 @@ def fleet(
     own = ("out", "client", "robots", "split", "options", "progress")
     collected = collect(options, keywords, "log", own)
     given = [urls] if isinstance(urls, str | os.PathLike) else urls
+    if not given:
+        raise ArgumentError("there is no recording: `urls` is empty")
+    if not isinstance(split, bool):
+        raise ArgumentError(f"`split` is {split!r}: expected True or False")
     recordings = find(given)
     tasks = tasks_of(recordings, collected, robots, split=split)
     return completed(tasks, out, client, progress)
@@ -176,13 +180,19 @@ def _of_entry(
 
 def without_recording(
     recordings: Sequence[Recording], robots: Sequence[Mapping[str, Any]]
-) -> list[str]:
-    """Returns the patterns of robots that match no recording."""
-    return [
-        str(entry["pattern"])
-        for entry in robots
-        if not any(_matches(each, entry) for each in recordings)
-    ]
+) -> dict[str, bool]:
+    """Returns the patterns of robots that are those of no recording.
+
+    The value says whether a pattern matches recordings, which earlier ones match, too.
+    """
+    found = {}
+    left = list(recordings)
+    for entry in robots:
+        others = [each for each in left if not _matches(each, entry)]
+        if len(others) == len(left):
+            found[str(entry["pattern"])] = any(_matches(each, entry) for each in recordings)
+        left = others
+    return found
 
 
 def without_robot(
@@ -195,9 +205,13 @@ def without_robot(
 
 
 def _matches(recording: Recording, entry: Mapping[str, Any]) -> bool:
-    """Returns whether a pattern is that of a recording; that of a path may be a relative one."""
-    pattern = str(entry["pattern"])
-    patterns = (pattern, os.path.join(glob.escape(os.getcwd()), pattern))
+    """Returns whether a pattern is that of a recording, or of a folder that it is in.
+
+    That of a path may be a relative one.
+    """
+    pattern = str(entry["pattern"]).rstrip("/")
+    absolute = os.path.join(glob.escape(os.getcwd()), pattern)
+    patterns = (each for one in (pattern, absolute) for each in (one, f"{one}/*"))
     return any(fnmatch(recording.address, each) for each in patterns)
 
 
