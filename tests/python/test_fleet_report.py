@@ -234,6 +234,20 @@ def test_the_page_counts_robots_without_a_payload_and_shows_damage() -> None:
     assert "The line is" in report.render(rows, Figures())
 
 
+def test_some_stamps_that_begin_at_zero_leave_the_period_of_the_others() -> None:
+    rows = shift("arm")
+    page = report.render([*rows, *[each | {"start_ns": 0} for each in shift("old")]], Figures())
+    assert "From 2026-09-21 14:13 to 2026-09-22 19:13, in UTC; 30 recordings have stamps" in page
+    segments = [rows[0] | {"robot": "", "begin_s": begin_s} for begin_s in (0.0, 9.0)]
+    assert "2 segments of 1 recording</h1>" in report.render(segments, Figures())
+
+
+def test_payloads_of_a_figure_have_the_numbers_of_the_table() -> None:
+    (robot,) = analysis.robots_of(shift("arm"))
+    (axes, *_) = plots.payloads([robot]).axes
+    assert axes.get_legend_handles_labels()[1] == ["1", "2"]
+
+
 def test_stamps_that_begin_at_zero_are_no_dates() -> None:
     rows = [each | {"start_ns": 0, OFFSETS: [0.1 * k] * 6} for k, each in enumerate(shift("arm"))]
     page = report.render(rows, Figures())

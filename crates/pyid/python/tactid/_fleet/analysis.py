@@ -194,8 +194,8 @@ def without_copies(rows: Sequence[Row]) -> tuple[list[Row], list[tuple[Row, Row]
     A copy has the values, the beginning and the duration of another row: its noise, which is the
     same, would count as agreement.
     """
-    columns = ("robot", "seed", "start_ns", "duration_s", "begin_s")
-    columns += tuple(f"estimate.values.{name}" for name in COMPARED)
+    own = ("robot", "seed", "start_ns", "duration_s", "begin_s")
+    columns = (*own, *(f"estimate.values.{name}" for name in COMPARED))
     kept: dict[tuple[Any, ...], Row] = {}
     copies = []
     for row in rows:

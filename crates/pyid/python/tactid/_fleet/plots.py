@@ -85,7 +85,10 @@ def _masses(axes: Axes, robot: Robot) -> None:
             color=colour,
             markersize=3,
             elinewidth=0.8,
+            label=str(place + 1) if place < len(COLOURS) else None,
         )
+    if len(robot.clusters) > 1:
+        axes.legend(ncols=len(COLOURS), fontsize=8)
     configured = [(each.row.get("configured") or [np.nan])[0] for each in robot.payloads]
     if np.isfinite(configured).any():
         axes.step(times, configured, where="post", color=TRUE, linewidth=1.0)

@@ -38,8 +38,8 @@ DRIFTING = 1e-4
 """Probability of a drift by noise alone below which it is listed: one in 10,000 channels."""
 
 PAYLOADS = """Mass of each recording over time with its 95 % interval. Recordings of one colour have
-equal payloads: their mass and centre of mass agree within their covariances and what varies between
-recordings of one payload."""
+equal payloads, with the number that the table below has: their mass and centre of mass agree within
+their covariances and what varies between recordings of one payload."""
 
 CONFIGURED = " The line is the payload that the controller was configured with."
 
@@ -64,10 +64,12 @@ def render(rows: Sequence[Row], figures: Figures) -> str:
     robots = robots_of(rows)
     shown = sorted(robots[:MOST_ROBOTS], key=lambda robot: robot.name)
     robots = sorted(robots, key=lambda robot: robot.name)
-    names = len({row["robot"] for row in rows})
+    names = len({row["robot"] for row in rows if row["robot"]})
     count = len({key_of(row) for row in rows})
     recordings = counted(count, "recording")
-    title, many = f"{recordings} of {counted(names, 'robot')}", "recordings"
+    title, many = recordings, "recordings"
+    if names:
+        title += f" of {counted(names, 'robot')}"
     if len(rows) > count:
         title, many = f"{len(rows)} segments of {title}", "segments"
     body = [
@@ -103,9 +105,15 @@ def _period(robots: Sequence[Robot]) -> str:
     times = [each.time_s for robot in robots for each in robot.payloads]
     if not times:
         return "There is no payload."
-    if min(times) <= CLOCKLESS_S:
+    known = [time for time in times if time > CLOCKLESS_S]
+    if not known:
         return "Recordings have stamps that begin at zero: when they were made is not known."
-    return f"From {_date(min(times))} to {_date(max(times))}, in UTC."
+    others = {
+        key_of(each.row) for one in robots for each in one.payloads if each.time_s <= CLOCKLESS_S
+    }
+    verb = "has" if len(others) == 1 else "have"
+    without = f"; {counted(len(others), 'recording')} {verb} stamps that begin at zero"
+    return f"From {_date(min(known))} to {_date(max(known))}, in UTC{without * bool(others)}."
 
 
 def _copied(copies: Sequence[tuple[Row, Row]]) -> str:
