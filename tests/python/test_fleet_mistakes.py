@@ -11,7 +11,7 @@ from tactid._cli import fleet_command
 from tactid._cli.fleet_command import Counted, read_robots
 from tactid._fleet import run
 from tactid._fleet.recordings import find
-from tactid._fleet.table import MemoryRows
+from tactid._fleet.table import MemoryRows, rows_at
 from test_fleet import write_data_set
 
 
@@ -94,6 +94,23 @@ def test_without_places_or_with_a_word_for_a_switch_nothing_runs(log: Path) -> N
         tactid.fleet([])
     with pytest.raises(tactid.ArgumentError, match="`split` is 'yes': expected True or False"):
         tactid.fleet(log, split="yes")  # type: ignore[arg-type]
+
+
+def test_rows_that_a_file_loses_are_said(
+    log: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    out = tmp_path / "x.csv"
+    table = rows_at(out)
+    table.add([{"address": name, "episode": None, "options_sha256": "x"} for name in "ab"])
+    table.close()
+    tasks = run.tasks_of(find([log]), tactid.Options())
+    fleet_command._print_lost(out, tasks)
+    assert capsys.readouterr().err == (
+        f"{out} has 2 rows of other recordings, which this run leaves out: a folder of Parquet"
+        " files keeps them.\n"
+    )
+    fleet_command._print_lost(tmp_path / "none.csv", tasks)
+    assert capsys.readouterr().err == ""
 
 
 def test_a_table_that_cannot_be_read_is_an_error_without_the_words_of_python(

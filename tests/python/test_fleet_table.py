@@ -45,6 +45,14 @@ def test_rows_of_csv_have_the_types_of_the_schema(tmp_path: Path) -> None:
     }
 
 
+def test_numbers_in_names_are_in_order(tmp_path: Path) -> None:
+    table = rows_at(tmp_path / "x.csv")
+    names = ["1/a", "r1.npz", "r2.npz", "r10.npz", "s"]
+    table.add([row(name) for name in reversed(names)])
+    table.close()
+    assert [each["address"] for each in read_rows(tmp_path / "x.csv")] == names
+
+
 @pytest.mark.parametrize("name", ["out.json", "out.xlsx", "run.MCAP"])
 def test_a_table_has_no_name_of_another_kind(tmp_path: Path, name: str) -> None:
     with pytest.raises(tactid.ArgumentError, match=r"ends in \.csv"):

@@ -16,7 +16,7 @@ from tactid._cli.console import check_files, interruptible, notes, print_written
 from tactid._fleet import run as fleet
 from tactid._fleet.analysis import READ
 from tactid._fleet.recordings import Recording, find
-from tactid._fleet.rows import WITH_RESULT, Row, Task
+from tactid._fleet.rows import WITH_RESULT, Row, Task, key_of
 from tactid._fleet.table import Rows, read_rows, rows_at
 from tactid._options.options import OPTIONS, options_for
 
@@ -83,6 +83,7 @@ def identify_fleet(
         tasks = fleet.tasks_of(recordings, given, robots, split=split)
         rows = rows_at(out, recordings)
     _print_unused(left_out, recordings, robots)
+    _print_lost(out, tasks)
     raise typer.Exit(run_tasks(tasks, rows, out, scheduler))
 
 
@@ -134,6 +135,19 @@ def _print_unused(
 def _some(names: Sequence[str]) -> str:
     others = f" and {counted(len(names) - MOST_NAMED, 'other')}" * (len(names) > MOST_NAMED)
     return ", ".join(names[:MOST_NAMED]) + others
+
+
+def _print_lost(out: Path, tasks: Sequence[Task]) -> None:
+    """Says that a file has rows of recordings that are not those of a run."""
+    if out.suffix.lower() != ".csv" or not out.is_file():
+        return
+    keys = {task.key for task in tasks}
+    lost = [row for row in read_rows(out) if key_of(row) not in keys]
+    if lost:
+        _print(
+            f"{out} has {counted(len(lost), 'row')} of other recordings, which this run leaves"
+            " out: a folder of Parquet files keeps them."
+        )
 
 
 class Counted:
