@@ -47,9 +47,15 @@ def key_of(row: Mapping[str, Any]) -> Key:
     return row["address"], -1 if row["episode"] is None else row["episode"], *of_simulation
 
 
-def place_of(row: Mapping[str, Any]) -> tuple[Key, float]:
-    """Returns the place of a row in a table: that of its recording, and of its segment there."""
-    return key_of(row), row.get("begin_s") or 0.0
+def place_of(row: Mapping[str, Any]) -> tuple[Any, ...]:
+    """Returns the place of a row in a table: that of its recording, and of its segment there.
+
+    Numbers in addresses count as such.
+    """
+    address, *others = key_of(row)
+    parts = re.split(r"(\d+)", str(address))
+    parts[1::2] = map(int, parts[1::2])
+    return parts, address, others, row.get("begin_s") or 0.0
 
 
 def rows_of(rows: Iterable[Row], tasks: Iterable["Task"]) -> list[Row]:
