@@ -179,10 +179,12 @@ def test_some_files_that_are_left_out_are_named(capsys: pytest.CaptureFixture[st
 
 def test_the_most_frequent_errors_are_printed(capsys: pytest.CaptureFixture[str]) -> None:
     rows = Counted(MemoryRows())
+    assert rows.so_far(Path("x.csv")) == "no row was computed"
     for k in range(12):
         kind = "no wrench" if k < 8 else f"fault {k % 3}"
         address = f"/logs/{k}.mcap"
         rows.add([{"address": address, "outcome": "refused", "error": f"{address}: {kind}"}])
+    assert rows.so_far(Path("x.csv")) == "x.csv has 12 rows of this run"
     rows.print_end("12 recordings.")
     lines = capsys.readouterr().err.splitlines()[1:]
     assert lines[0] == "8 times: /logs/0.mcap: no wrench"

@@ -152,6 +152,7 @@ def test_the_page_shows_what_is_wrong_first() -> None:
     assert "60 recordings of 2 robots" in page
     assert page.count("<img") == 1
     assert "tactid identify left/005.mcap --report report.html" in page
+    assert "with the options of the fleet besides, and those of its robot in --table" in page
 
 
 def test_a_recording_to_look_at_has_its_command_or_its_link() -> None:

@@ -97,7 +97,7 @@ def run_tasks(
     """
     rows = Counted(table)
     with (
-        interruptible(lambda: f"{out} has {counted(rows.outcomes.total(), 'row')} of this run"),
+        interruptible(lambda: rows.so_far(out)),
         progress("identifying", len(tasks)) as done,
     ):
         before = fleet.run(tasks, rows, scheduler, lambda count, _: done(count), _print)
@@ -172,6 +172,11 @@ class Counted:
                 self.errors[reason] += 1
                 self._examples.setdefault(reason, error)
         self._table.add(rows)
+
+    def so_far(self, out: Path) -> str:
+        """Returns how many rows a run has added to a table that it leaves."""
+        count = self.outcomes.total()
+        return f"{out} has {counted(count, 'row')} of this run" if count else "no row was computed"
 
     def print_end(self, summary: str) -> None:
         """Prints a summary and the most frequent errors; the address makes no other error."""

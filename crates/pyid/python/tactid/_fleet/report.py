@@ -264,7 +264,10 @@ def _worst(rows: Sequence[Row]) -> str:
         for row in ranked
         if any(severity(row)[:-1])
     ]
-    note = "The commands write the report of one recording, with the options of the fleet besides."
+    note = (
+        "The commands write the report of one recording, with the options of the fleet besides, and"
+        " those of its robot in --table."
+    )
     return _table(("robot", *PLACE, "outcome", "why", "report"), lines, note, "wide worst")
 
 
