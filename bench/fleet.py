@@ -227,7 +227,7 @@ def computed(out: Path, workers: int, kill: Any = None) -> str:
             dashboard_address="127.0.0.1:0",
             silence_logs=50,
         ) as cluster,
-        distributed.Client(cluster, set_as_default=False) as client,
+        distributed.Client(cluster.scheduler_address, set_as_default=False) as client,
     ):
         client.wait_for_workers(workers)
         halves: list[int] = []
@@ -237,7 +237,7 @@ def computed(out: Path, workers: int, kill: Any = None) -> str:
             if done == total // 2 and kill is None:
                 halves.extend(client.run(peak).values())
             if kill is not None:
-                kill(cluster, done, total)
+                kill(cluster, client, done, total)
 
         run.run(tasks, ParquetRows(out), client, note)
         seen = client.run(peak)
@@ -251,22 +251,16 @@ def processor_seconds(process: int) -> float:
     return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
 
 
-def cut_connections(scheduler: Any) -> None:
-    """Closes the connections of a scheduler to its workers."""
-    for connection in scheduler.stream_comms.values():
-        connection.abort()
-
-
 def peak() -> int:
     """Returns the largest memory of this process, MB."""
     return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * 1024 // 1_000_000
 
 
 def computed_with_kills(out: Path) -> int:
-    """Computes the rows, kills workers, cuts connections and stops once, then goes on."""
+    """Computes the rows, kills workers, cuts the connection and stops once, then goes on."""
     chosen, killed = random.Random(1), []
 
-    def kill(cluster: Any, done: int, total: int) -> None:
+    def kill(cluster: Any, client: Any, done: int, total: int) -> None:
         due = [(k + 1) * total // (KILLS + 2) for k in range(KILLS)]
         if done in due and len(killed) < KILLS:
             nanny = chosen.choice(list(cluster.workers.values()))
@@ -274,7 +268,7 @@ def computed_with_kills(out: Path) -> int:
             killed.append(done)
         if done == 3 * total // 4 and not cut:
             cut.append(done)
-            cluster.loop.add_callback(cut_connections, cluster.scheduler)
+            client.loop.add_callback(client.scheduler_comm.comm.abort)
         if (
             done == total // 2
             and threading.current_thread() is threading.main_thread()
