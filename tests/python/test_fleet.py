@@ -9,6 +9,7 @@ import subprocess
 import sys
 import time
 from collections.abc import Iterator
+from concurrent.futures import CancelledError
 from pathlib import Path
 from typing import Any
 
@@ -329,6 +330,19 @@ def test_killed_workers_and_a_stopped_run_lose_nothing(log: Path, tmp_path: Path
     assert len({row["estimate.values.mass"] for row in rows}) == 1
     kept = {row["address"]: row["finished"] for row in rows if row["address"] in before}
     assert kept == before
+
+
+class LostFuture:
+    """A future that is done, and loses its result while that is fetched."""
+
+    status = "finished"
+
+    def result(self) -> None:
+        raise CancelledError
+
+
+def test_rows_that_are_lost_while_they_are_fetched_are_computed_again() -> None:
+    assert run._rows_of(LostFuture(), []) is None
 
 
 def test_a_connection_that_is_cut_loses_no_row(log: Path, tmp_path: Path) -> None:

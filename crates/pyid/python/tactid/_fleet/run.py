@@ -9,6 +9,7 @@ import socket
 import time
 from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from concurrent.futures import CancelledError
 from contextlib import ExitStack, contextmanager, suppress
 from fnmatch import fnmatch
 from importlib import import_module
@@ -388,20 +389,29 @@ def _computed(client: Any, groups: Sequence[list[Task]]) -> Iterator[tuple[int, 
     while running:
         future = next(completed)
         tasks = running.pop(future)
-        if future.status == "finished":
-            yield len(tasks), future.result()
-        elif future.status == "error":
-            error = _failure(future.exception())
-            yield len(tasks), [rows.failed(task, error) for task in tasks]
-        elif attempts[tasks[0].recording] < ATTEMPTS:
+        found = _rows_of(future, tasks)
+        if found is None and attempts[tasks[0].recording] < ATTEMPTS:
             _wait_for_scheduler(client)
             submit(tasks)
             continue
-        else:
+        if found is None:
             lost = OSError("the scheduler lost it again and again")
-            yield len(tasks), [rows.failed(task, lost) for task in tasks]
+            found = [rows.failed(task, lost) for task in tasks]
+        yield len(tasks), found
         for tasks in islice(waiting, 1):
             submit(tasks)
+
+
+def _rows_of(future: Any, tasks: list[Task]) -> list[Row] | None:
+    """Returns the rows of tasks; None where they are lost, also while they are fetched."""
+    with suppress(CancelledError):
+        if future.status == "finished":
+            found: list[Row] = future.result()
+            return found
+        if future.status == "error":
+            error = _failure(future.exception())
+            return [rows.failed(task, error) for task in tasks]
+    return None
 
 
 def _distributed() -> Any:
