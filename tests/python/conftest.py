@@ -4,6 +4,7 @@ import json
 import signal
 from collections.abc import Callable, Iterator
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -84,3 +85,17 @@ def values(request: pytest.FixtureRequest) -> list[float]:
     second = 0.3 * points.T @ points
     inertia = np.trace(second) * np.eye(3) - second
     return values_of(tactid.MassProperties(2.7, rng.normal(size=3), inertia))
+
+
+@pytest.fixture(scope="module")
+def client() -> Iterator[Any]:
+    """A client of Dask whose worker is a thread of this process."""
+    import distributed
+
+    with (
+        distributed.LocalCluster(
+            n_workers=1, threads_per_worker=2, processes=False, dashboard_address="127.0.0.1:0"
+        ) as cluster,
+        distributed.Client(cluster, set_as_default=False) as connection,
+    ):
+        yield connection

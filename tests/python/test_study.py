@@ -1,11 +1,9 @@
 """Studies: simulations of one experiment, and the errors of methods."""
 
-from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-import distributed
 import pytest
 from pyarrow import parquet
 from typer.testing import CliRunner
@@ -30,18 +28,6 @@ mode = "together"
 finger_force_n = 5.0
 finger_moment_nm = 0.5
 """
-
-
-@pytest.fixture(scope="module")
-def client() -> Iterator[Any]:
-    """A client whose worker is a thread of this process."""
-    with (
-        distributed.LocalCluster(
-            n_workers=1, threads_per_worker=2, processes=False, dashboard_address="127.0.0.1:0"
-        ) as cluster,
-        distributed.Client(cluster, set_as_default=False) as connection,
-    ):
-        yield connection
 
 
 @pytest.fixture

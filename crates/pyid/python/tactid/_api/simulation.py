@@ -44,11 +44,15 @@ def simulate(
     return RunReport(**_native.simulate(experiment, out, progress=progress))
 
 
+FILES = {
+    "the experiment's URDF": ("robot", "urdf"),
+    "the experiment's motion": ("excitation", "file"),
+}
+"""Table and field of each file that an experiment may name, by what it is."""
+
+
 def files_of(experiment: Experiment) -> dict[str, Path]:
     """Returns the files that an experiment names, by what they are."""
     fields = experiment.to_dict()
-    named = {
-        "the experiment's URDF": fields["robot"].get("urdf"),
-        "the experiment's motion": fields["excitation"].get("file"),
-    }
+    named = {what: fields[table].get(name) for what, (table, name) in FILES.items()}
     return {what: Path(name) for what, name in named.items() if name is not None}

@@ -86,7 +86,7 @@ class Cluster:
         known = min(len(payload.values), self.known)
         mean, own = self.mean[:known], payload.values[:known]
         both = self.covariance[:known, :known] + covariance[:known, :known]
-        return float((own - mean) @ np.linalg.solve(both, own - mean))
+        return _square(own - mean, both)
 
     @property
     def known(self) -> int:
@@ -185,7 +185,7 @@ def _differ(a: Payload, b: Payload) -> bool:
     known = min(len(a.values), len(b.values))
     difference = a.values[:known] - b.values[:known]
     both = a.covariance[:known, :known] + b.covariance[:known, :known]
-    return float(difference @ np.linalg.solve(both, difference)) > _largest(known)
+    return _square(difference, both) > _largest(known)
 
 
 def without_copies(rows: Sequence[Row]) -> tuple[list[Row], list[tuple[Row, Row]]]:
@@ -341,8 +341,13 @@ def _within(cluster: Cluster) -> float:
     for each in cluster.members:
         known = min(len(each.values), cluster.known)
         difference = each.values[:known] - cluster.mean[:known]
-        total += float(difference @ np.linalg.solve(each.covariance[:known, :known], difference))
+        total += _square(difference, each.covariance[:known, :known])
     return total
+
+
+def _square(difference: Array, covariance: Array) -> float:
+    """Returns the square of a difference relative to its covariance."""
+    return float(difference @ np.linalg.solve(covariance, difference))
 
 
 def _largest(known: int) -> float:
@@ -381,7 +386,7 @@ def disagreements(robots: Sequence[Robot]) -> list[tuple[Robot, Row, Array]]:
                 continue
             difference = payload.values[:known] - configured[:known]
             covariance = robot.scatter**2 * payload.covariance[:known, :known]
-            square = float(difference @ np.linalg.solve(covariance, difference))
+            square = _square(difference, covariance)
             if square > _largest(known):
                 found.append((square, (robot, payload.row, difference)))
     return [each for _, each in sorted(found, key=lambda each: -each[0])]

@@ -8,7 +8,7 @@ from typing import Any, cast, get_args
 
 import numpy as np
 
-from tactid._api.simulation import files_of
+from tactid._api.simulation import FILES, files_of
 from tactid._base.errors import ArgumentError
 from tactid._base.values import PATHS, values_of
 from tactid._fleet.recordings import Recording, content_of
@@ -133,7 +133,7 @@ def _read(given: Experiment | str | os.PathLike[str]) -> Experiment:
     fields = experiment.to_dict()
     paths = {
         table: {name: os.path.abspath(fields[table][name])}
-        for table, name in (("robot", "urdf"), ("excitation", "file"))
+        for table, name in FILES.values()
         if name in fields[table]
     }
     return experiment.replace(**cast(Any, paths))
