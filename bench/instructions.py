@@ -20,7 +20,7 @@ ROOT = Path(__file__).parents[1]
 STORED = Path(__file__).with_name("instructions.json")
 PROGRAMS = {
     "kernels": "tactid-dynamics",
-    "updates": "tactid-identify",
+    "updates": "tactid-batch",
     "c_updates": "tactid-capi",
 }
 """Examples that repeat a kernel, and their packages."""

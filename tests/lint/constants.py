@@ -1,4 +1,4 @@
-"""Checks docs/theory/constants.md: each numeric constant of `identify` has one row and one name.
+"""Checks docs/theory/constants.md: constants of `identify` and `batch` have one row and one name.
 
 Run it from anywhere: ``python3 tests/lint/constants.py``. It prints each fault and exits with
 status 1 if there is one. ``--count`` prints the number of constants.
@@ -17,7 +17,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 ROOT = Path(__file__).resolve().parents[2]
-SOURCE = ROOT / "crates" / "identify" / "src"
+SOURCES = {crate: ROOT / "crates" / crate / "src" for crate in ("identify", "batch")}
 TABLE = ROOT / "docs" / "theory" / "constants.md"
 MOST = 150
 KINDS = ("definition", "derived", "calibrated", "rounding", "chosen")
@@ -38,28 +38,30 @@ class Constant(NamedTuple):
 
 def main() -> int:
     """Prints the faults and returns the exit code."""
-    constants = list(constants_of(SOURCE))
+    constants = list(constants_of(SOURCES))
     count = sum(ALIAS.fullmatch(constant.value) is None for constant in constants)
     if sys.argv[1:] == ["--count"]:
         print(count)
         return 0
     faults = list(faults_of(constants, TABLE.read_text(encoding="utf-8")))
     if count > MOST:
-        faults.append(f"identify has {count} numeric constants, at most {MOST}")
+        faults.append(f"identify and batch have {count} numeric constants, at most {MOST}")
     print("\n".join(faults), end="\n" if faults else "")
     return 1 if faults else 0
 
 
-def constants_of(source: Path) -> Iterator[Constant]:
+def constants_of(sources: dict[str, Path]) -> Iterator[Constant]:
     """The numeric constants of production code."""
-    for path in sorted(source.rglob("*.rs")):
-        if path.stem == "tests" or "tests" in path.relative_to(source).parts:
+    paths = [(crate, path) for crate, source in sources.items() for path in source.rglob("*.rs")]
+    for crate, path in sorted(paths):
+        inside = path.relative_to(sources[crate])
+        if path.stem == "tests" or "tests" in inside.parts:
             continue
         text = path.read_text(encoding="utf-8").split("#[cfg(test)]\nmod tests {", maxsplit=1)[0]
         text = re.sub(r"//[^\n]*", "", text)
         for name, _, value in CONSTANT.findall(text):
             short = re.sub(r"\s+", " ", re.sub(r"^\w+Settings (?=\{)", "", value))
-            yield Constant(name, short, path.relative_to(source).as_posix())
+            yield Constant(name, short, f"{crate}/{inside.as_posix()}")
 
 
 def faults_of(constants: list[Constant], text: str) -> Iterator[str]:

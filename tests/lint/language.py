@@ -40,7 +40,7 @@ WHOLE_NAMES = {
 }
 """Identifiers that do not exist as a whole; as a word of others they may."""
 
-FRACTIONS = ("crates/identify/", "crates/nlms/", "crates/recordings/src/")
+FRACTIONS = ("crates/identify/", "crates/batch/", "crates/nlms/", "crates/recordings/src/")
 """Where the identifier ``part`` would mean a fraction; elsewhere it may be a piece of something."""
 
 PROSE = {

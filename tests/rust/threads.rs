@@ -18,8 +18,8 @@ fn public_types_are_send_and_sync() {
     is_shareable::<tactid_nlms::Nlms<10>>();
     is_shareable::<tactid_nlms::Rls<10>>();
     is_shareable::<tactid_nlms::ChangeDetector>();
-    is_shareable::<tactid_identify::BatchIdentifier>();
-    is_shareable::<tactid_identify::BatchResult>();
+    is_shareable::<tactid_batch::BatchIdentifier>();
+    is_shareable::<tactid_batch::BatchResult>();
     is_shareable::<tactid_identify::EquationStream>();
     is_shareable::<tactid_identify::Identifier>();
     is_shareable::<tactid_identify::IdentifyError>();

@@ -21,14 +21,14 @@
 //! the variance of the payload.
 
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
+use tactid_batch::GainErrors;
+use tactid_identify::solve::Vector;
 
 use super::layout::{Group, Layout};
 use super::rows::Unknowns;
 use super::scale::scale_direction;
 use super::solver::{NormalEquations, Prior, Problem};
 use crate::CalibrateError;
-use tactid_identify::GainErrors;
-use tactid_identify::solve::Vector;
 
 /// Standard deviations of the change of friction that are compared, in units of the friction that
 /// joints of the arm typically have.

@@ -3,10 +3,10 @@
 use nalgebra::{SMatrix, SVector};
 use schemars::JsonSchema;
 use serde::Serialize;
+use tactid_batch::BatchResult;
 
 use super::contradiction::Contradiction;
 use super::student::DEGREES_OF_FREEDOM;
-use tactid_identify::BatchResult;
 
 /// A payload identified from joint efforts with a calibration.
 ///

@@ -1,5 +1,21 @@
 //! Identification of a payload with a calibration.
 
+use tactid_batch::diagnosis::{
+    CONTRADICTION, mass_finding, nearest_consistent, nothing_held, without_repetition,
+};
+use tactid_batch::{
+    BatchResult, BatchSettings, Finding, FitReport, GainErrors, LinearEstimate, MotionEstimate,
+    SharedErrors, Table, UnexplainedLoad,
+};
+use tactid_identify::equations::{Channel, window};
+use tactid_identify::solve::information;
+use tactid_identify::solve::value_jacobian;
+use tactid_identify::solve::widened;
+use tactid_identify::solve::{Matrix, Vector};
+use tactid_identify::{
+    IdentifyError, KnownBodies, KnownMass, Method, PayloadEstimate, fingerprint,
+};
+
 use super::compare::{EffortComparison, compare};
 use super::estimate::{ArmChange, CalibratedEstimate};
 use super::layout::Group;
@@ -10,23 +26,6 @@ use super::rows::EffortModel;
 use super::student::WIDENING;
 use super::unloaded::{Update, update};
 use crate::CalibrateError;
-use tactid_identify::GainErrors;
-use tactid_identify::PayloadEstimate;
-use tactid_identify::diagnosis::{
-    CONTRADICTION, mass_finding, nearest_consistent, nothing_held, without_repetition,
-};
-use tactid_identify::equations::{Channel, window};
-use tactid_identify::fingerprint;
-use tactid_identify::serial::Table;
-use tactid_identify::solve::information;
-use tactid_identify::solve::value_jacobian;
-use tactid_identify::solve::widened;
-use tactid_identify::solve::{Matrix, Vector};
-use tactid_identify::{BatchResult, BatchSettings, FitReport, MotionEstimate};
-use tactid_identify::{Finding, UnexplainedLoad};
-use tactid_identify::{IdentifyError, Method};
-use tactid_identify::{KnownBodies, KnownMass};
-use tactid_identify::{LinearEstimate, SharedErrors};
 
 /// Fewest windows of the loaded recordings: 1 s at 2 Hz.
 const MIN_WINDOWS: usize = 6;

@@ -1,7 +1,10 @@
 //! The calibrated model of an arm as plain data.
 
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn, Vector3};
+use tactid_batch::diagnosis::CONTRADICTION;
 use tactid_dynamics::{InertialParameters, Manipulator};
+use tactid_identify::equations::window;
+use tactid_identify::solve::Vector;
 
 use super::arm::{Arm, WIDTHS};
 use super::compare::{EffortComparison, compare};
@@ -14,9 +17,6 @@ use super::rows::EffortModel;
 use super::settings::CalibrationSettings;
 use super::solver::Prior;
 use crate::CalibrateError;
-use tactid_identify::diagnosis::CONTRADICTION;
-use tactid_identify::equations::window;
-use tactid_identify::solve::Vector;
 
 /// Largest noise of window means that is plausible, in reference torques. A reference torque is at
 /// least 0.003 of the range of the joint's efforts, so that a larger noise exceeds three times this

@@ -1,6 +1,10 @@
 //! The payload of recordings and its uncertainty, with a calibration as the prior of the arm.
 
 use nalgebra::{DMatrix, DVector, SMatrix, SymmetricEigen};
+use tactid_batch::GainErrors;
+use tactid_identify::KnownMass;
+use tactid_identify::solve::{Excitation, Spectrum};
+use tactid_identify::solve::{Matrix, NullSpace, Vector};
 
 use super::change::{ArmErrors, Change, Changes};
 use super::contradiction::Contradiction;
@@ -13,10 +17,6 @@ use super::rows::{EffortModel, Unknowns};
 use super::solver::{Block, NormalEquations, Prior, Problem};
 use super::student::WIDENING;
 use crate::CalibrateError;
-use tactid_identify::GainErrors;
-use tactid_identify::KnownMass;
-use tactid_identify::solve::{Excitation, Spectrum};
-use tactid_identify::solve::{Matrix, NullSpace, Vector};
 
 /// Numbers of passes: the load-dependent friction and the gains are linearised about the last
 /// payload, which the first passes find with the arm as it was at the calibration and enlarged

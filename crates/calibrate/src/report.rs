@@ -3,7 +3,9 @@
 use nalgebra::{DMatrix, SVector};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
+use tactid_batch::Delay;
 use tactid_dynamics::InertialParameters;
+use tactid_identify::solve::Vector;
 
 use super::arm::Arm;
 use super::compare::compare;
@@ -18,8 +20,6 @@ use super::settings::CalibrationSettings;
 use super::solver::Problem;
 use super::student::WIDENING;
 use crate::CalibrateError;
-use tactid_identify::Delay;
-use tactid_identify::solve::Vector;
 
 /// The result of a calibration.
 #[derive(Clone, Debug)]

@@ -3,14 +3,16 @@
 
 use std::ops::ControlFlow;
 
-use crate::effort_arm::{JOINTS, World, calibrated, described, payload, record, recorded, values};
 use nalgebra::{Matrix3, Vector3};
+use tactid_batch::{BatchSettings, Finding};
 use tactid_calibrate::{
     CalibrateError, Calibration, CalibrationResult, CalibrationSettings, EffortRecording,
     KnownPayload, MotionShortage, calibrate, calibrate_interruptibly,
 };
 use tactid_dynamics::{InertialParameters, MassProperties};
-use tactid_identify::{BatchSettings, Finding, HALF_WIDTH_95, KnownMass, KnownTool};
+use tactid_identify::{HALF_WIDTH_95, KnownMass, KnownTool};
+
+use crate::effort_arm::{JOINTS, World, calibrated, described, payload, record, recorded, values};
 
 /// Calibrates an arm by one recording without payload, with gains that are taken for known.
 fn calibrated_unloaded(world: &mut World) -> Calibration {

@@ -1,12 +1,14 @@
 //! Payloads on arms that have changed since their calibration.
 
-use crate::effort_arm::{JOINTS, World, calibrated, payload, record, uncertain_gains, values};
+use tactid_batch::BatchSettings;
 use tactid_calibrate::{
     ArmChange, CalibrateError, Calibration, CalibrationResult, CalibrationSettings,
     EffortRecording, KnownPayload, calibrate,
 };
 use tactid_dynamics::MassProperties;
-use tactid_identify::{BatchSettings, HALF_WIDTH_95};
+use tactid_identify::HALF_WIDTH_95;
+
+use crate::effort_arm::{JOINTS, World, calibrated, payload, record, uncertain_gains, values};
 
 /// Errors of identified values relative to the half widths of their intervals, and of masses, kg,
 /// and the changes of the arm that are reported.

@@ -1,12 +1,14 @@
 //! What a calibration refuses, and how it counts samples.
 
-use crate::effort_arm::{JOINTS, RATE_HZ, TOOL, World, arm, described, record, recorded};
 use nalgebra::Vector3;
+use tactid_batch::BatchSettings;
 use tactid_calibrate::{
     CalibrateError, Calibration, CalibrationSettings, EffortRecorder, KnownPayload, calibrate,
 };
 use tactid_dynamics::{BaseKind, Manipulator};
-use tactid_identify::{BaseState, BatchSettings, PushOutcome, Sample};
+use tactid_identify::{BaseState, PushOutcome, Sample};
+
+use crate::effort_arm::{JOINTS, RATE_HZ, TOOL, World, arm, described, record, recorded};
 
 fn recorder(robot: &Manipulator, tool: &str) -> Result<EffortRecorder, CalibrateError> {
     EffortRecorder::new(robot, tool, &CalibrationSettings::default())

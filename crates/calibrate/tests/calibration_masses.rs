@@ -1,8 +1,10 @@
 //! Gains that are found with a payload of approximately known mass.
 
-use crate::effort_arm::{World, payload, record, uncertain_gains};
+use tactid_batch::BatchSettings;
 use tactid_calibrate::{EffortRecording, KnownPayload, calibrate};
-use tactid_identify::{BatchSettings, HALF_WIDTH_95};
+use tactid_identify::HALF_WIDTH_95;
+
+use crate::effort_arm::{World, payload, record, uncertain_gains};
 
 const BODY_KG: f64 = 2.5;
 

@@ -1,8 +1,10 @@
 //! Payloads on arms with known gains, which one recording without a payload calibrated.
 
-use crate::effort_arm::{JOINTS, World, payload, record, values};
+use tactid_batch::BatchSettings;
 use tactid_calibrate::{CalibrationSettings, calibrate};
-use tactid_identify::{BatchSettings, HALF_WIDTH_95};
+use tactid_identify::HALF_WIDTH_95;
+
+use crate::effort_arm::{JOINTS, World, payload, record, values};
 
 /// Recordings of 6 s after a calibration of 15 s: masses have no bias, and intervals hold. They are
 /// rather too wide: the rms error of the mass is some 0.6 standard deviations.

@@ -1,9 +1,11 @@
 //! Payloads on six-axis arms with efforts that have changed by some percent since their
 //! calibration.
 
-use crate::effort_arm::{World, calibrated, payload, record, values};
+use tactid_batch::BatchSettings;
 use tactid_calibrate::{Calibration, CalibrationSettings, EffortRecording, calibrate};
-use tactid_identify::{BatchSettings, HALF_WIDTH_95};
+use tactid_identify::HALF_WIDTH_95;
+
+use crate::effort_arm::{World, calibrated, payload, record, values};
 
 /// How many intervals of mass and centre of mass hold, and the squared errors of masses, kg².
 #[derive(Default)]

@@ -1,8 +1,10 @@
 //! Payloads on six-axis arms with a joint's zero moved since their calibration.
 
-use crate::effort_arm::{World, calibrated, payload, record, recorded};
+use tactid_batch::BatchSettings;
 use tactid_calibrate::{Assumption, Calibration, CalibrationSettings, EffortRecording};
-use tactid_identify::{BatchSettings, KnownMass};
+use tactid_identify::KnownMass;
+
+use crate::effort_arm::{World, calibrated, payload, record, recorded};
 
 /// Measures an arm with positions of one joint that are too large by an angle, rad.
 fn moved(world: &mut World<6>, mass_kg: f64, joint: usize, angle: f64) -> EffortRecording {

@@ -1,7 +1,9 @@
 //! Intervals of payloads on calibrated arms, from recordings of a few seconds.
 
+use tactid_batch::BatchSettings;
+use tactid_identify::HALF_WIDTH_95;
+
 use crate::effort_arm::{World, calibrated, payload, record, values};
-use tactid_identify::{BatchSettings, HALF_WIDTH_95};
 
 /// Errors of all ten values, each divided by its standard deviation.
 fn errors(duration_s: f64) -> Vec<f64> {

@@ -3,6 +3,7 @@
 use std::ffi::c_char;
 use std::fmt::Write;
 
+use tactid_batch::online_findings;
 use tactid_identify::Snapshot;
 use tactid_identify::dynamics::{Notice, Reader};
 
@@ -91,7 +92,8 @@ pub unsafe extern "C" fn tactid_snapshot_findings(
 ) -> tactid_status {
     guarded(|| {
         // SAFETY: the caller's promise.
-        let mut findings = unsafe { border::reference(snapshot) }?.0.findings();
+        let snapshot = unsafe { border::reference(snapshot) }?;
+        let mut findings = online_findings(&snapshot.0);
         findings.sort_by_key(Notice::severity);
         let mut text = String::new();
         for finding in &findings {

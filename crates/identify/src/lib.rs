@@ -58,16 +58,13 @@
 //!
 //! A [`Sample`] (joints, base, wrenches) enters an [`EquationStream`], which computes the motion of
 //! the end-effector by (1)-(20) of Hou et al. 2016 and row equations from motion and wrench by
-//! (29)-(48). Three solvers use these equations:
+//! (29)-(48). [`Identifier`] solves them by least squares in the control loop, with uncertainty and
+//! detection of payload changes.
 //!
-//! - [`Identifier`]: least squares in the control loop, with uncertainty and detection of payload
-//!   changes;
-//! - [`BatchIdentifier`]: robust least squares over a whole recording;
-//! - [`RestIdentifier`]: least squares over poses at rest, without times;
-//!
-//! The crate `tactid-calibrate` models the efforts of an arm's joints with gains and friction and
-//! identifies payloads from them; `tactid-recordings` combines several recordings, and has the
-//! paper's filter. Both use what [`solve`] and [`diagnosis`] show.
+//! The crates above use [`equations`] and [`solve`], too: `tactid-batch` solves all equations of a
+//! recording together and finds wrong assumptions, those of an online identifier included;
+//! `tactid-calibrate` models the efforts of an arm's joints; `tactid-recordings` reads recordings,
+//! combines several, and has the paper's filter.
 //!
 //! All of them return a [`PayloadEstimate`]. The [`Method`] in the settings chooses the
 //! measurements: wrenches, joint efforts, the momentum of a floating base, or all of them. Nothing
@@ -75,61 +72,41 @@
 
 #![cfg_attr(test, allow(clippy::unwrap_used, clippy::expect_used, clippy::panic))]
 
-pub mod batch;
 pub mod checks;
-mod contact;
-pub mod diagnosis;
+pub mod contact;
 pub mod equations;
 mod error;
-mod finding;
 mod fingerprint;
-mod fit;
-mod hypotheses;
 mod known_bodies;
-mod linear_estimate;
 mod method;
 mod online;
-mod poses;
 mod prior;
 mod range;
 mod result;
 mod sampling;
 pub mod serial;
 pub mod solve;
-mod trajectory;
 
 pub use nalgebra;
 pub use tactid_dynamics as dynamics;
 pub use tactid_dynamics::{BaseKind, Manipulator, ModelError, Wrench};
 
-pub use batch::{BatchIdentifier, BatchResult, BatchSettings, FitReport, Forecast};
-pub use contact::{
-    ContactSample, ContactState, LoadAndContact, LoadEstimate, RecordedContact, RecordedWrenches,
-    WrenchEstimate, WrenchFrame,
-};
+pub use contact::{ContactState, LoadAndContact, WrenchEstimate, WrenchFrame};
 pub use equations::{
     ActsOn, BaseState, Channel, Channels, EffortContent, EquationSettings, EquationStream,
     MotionRows, PushOutcome, Sample, SubtractedLoad, Unknowns, WORLD, states_of_poses,
 };
 pub use error::{IdentifyError, digits, three_digits};
-pub use finding::{
-    Disagreement, FarCenter, Finding, Hypothesis, NextAttitude, OtherLoad, OutlyingPose,
-    RestingPoses, Rests, UnexplainedLoad, WrongAssumption, distance_of_runs, p_equals, probability,
-};
 pub use fingerprint::fingerprint;
-pub use fit::{Delay, GainErrors};
 pub use known_bodies::{KnownBodies, KnownTool};
-pub use linear_estimate::{LinearEstimate, SharedErrors};
 pub use method::Method;
-pub use online::{Identifier, OnlineSettings, Snapshot};
-pub use poses::RestIdentifier;
+pub use online::{Identifier, OnlineSettings, RecentEquations, Snapshot};
 pub use prior::{BoundingBox, KnownMass, PriorKnowledge};
 pub use range::Range;
 pub use result::{
-    GravityEstimate, HistoryPoint, Observability, PayloadEstimate, VALUE_NAMES, WeightEstimate,
-    WrenchOffset, body_of_values, is_physical, serialize_body, serialize_composite,
+    GravityEstimate, HistoryPoint, KINDS, Observability, PayloadEstimate, VALUE_NAMES,
+    WeightEstimate, WrenchOffset, body_of_values, is_physical, serialize_body, serialize_composite,
     subtract_known_body, values_of_body,
 };
 pub use sampling::Sampling;
 pub use solve::{HALF_WIDTH_95, PrincipalMoments, largest_of_kind, value_jacobian};
-pub use trajectory::MotionEstimate;

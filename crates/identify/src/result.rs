@@ -18,7 +18,7 @@ pub const VALUE_NAMES: [&str; 10] = [
 
 /// Index ranges of mass, centre of mass and inertia among the ten values: three kinds of one unit
 /// each.
-pub(crate) const KINDS: [Range<usize>; 3] = [0..1, 1..4, 4..10];
+pub const KINDS: [Range<usize>; 3] = [0..1, 1..4, 4..10];
 
 /// Fraction of the largest principal moment by which an estimate may violate the triangle
 /// inequality and still count as physically consistent: plates and rods lie on the boundary, and no

@@ -7,10 +7,9 @@ use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyType};
 use schemars::JsonSchema;
 use serde::Serialize;
+use tactid_batch::{Delay, Table};
 use tactid_calibrate::{JointCalibration, LinkCalibration};
 use tactid_dynamics::InertialParameters;
-use tactid_identify::Delay;
-use tactid_identify::serial::Table;
 use tactid_recordings::ArmCalibration;
 
 use crate::errors::IntoPyErr;

@@ -7,9 +7,9 @@ use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyList, PyMapping, PyTuple};
 use schemars::JsonSchema;
 use serde::Serialize;
+use tactid_batch::Table;
 use tactid_calibrate::EffortComparison;
 use tactid_dynamics::Manipulator;
-use tactid_identify::serial::Table;
 use tactid_recordings::{
     CalibrationRecording, CalibrationRequest, CalibrationSource, CalibrationSources, Kind,
     RecordingRole, Request,

@@ -116,7 +116,7 @@ pub(crate) fn fault_words(data: &Bound<'_, PyDict>) -> PyResult<String> {
 /// Returns a probability as a table shows it: a tiny one is an upper limit.
 #[pyfunction]
 pub(crate) fn probability(p_value: f64) -> String {
-    tactid_identify::probability(p_value)
+    tactid_batch::probability(p_value)
 }
 
 /// Returns how far recordings are from each other, such that the probability can be followed;
@@ -129,7 +129,7 @@ pub(crate) fn distance_of_runs(
     p_value: f64,
 ) -> String {
     let of_noise = of_noise.unwrap_or(f64::INFINITY);
-    tactid_identify::distance_of_runs(chi_square, degrees_of_freedom, of_noise, p_value)
+    tactid_batch::distance_of_runs(chi_square, degrees_of_freedom, of_noise, p_value)
 }
 
 /// Returns the JSON schemas of findings, of those of a calibration (contradictions and shortages)

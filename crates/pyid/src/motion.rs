@@ -3,10 +3,11 @@
 use pyo3::prelude::*;
 use schemars::JsonSchema;
 use serde::Serialize;
+use tactid_batch::Table;
 use tactid_dynamics::BaseKind;
 use tactid_excitation::{Design, Margin, Motion, MotionPlan};
 use tactid_identify::Method;
-use tactid_identify::serial::{Table, TenValues};
+use tactid_identify::serial::TenValues;
 
 use crate::collision_model::{FindingData, finding};
 use crate::errors::IntoPyErr;

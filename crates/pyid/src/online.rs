@@ -6,6 +6,7 @@ use nalgebra::Vector3;
 use numpy::PyArrayDyn;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
+use tactid_batch::online_findings;
 use tactid_dynamics::{BaseKind, Wrench};
 use tactid_identify::{
     BaseState, ContactState, IdentifyError, PushOutcome, Sample, WrenchEstimate,
@@ -198,7 +199,7 @@ impl Identifier {
     fn findings<'py>(&self, py: Python<'py>) -> PyResult<Vec<Bound<'py, PyAny>>> {
         let noticed = detached(py, || {
             let snapshot = lock(&self.0).snapshot();
-            snapshot.findings()
+            online_findings(&snapshot)
         })?;
         findings(py, &noticed, "online")
     }

@@ -5,9 +5,8 @@ use std::path::Path;
 
 use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
-use tactid_identify::{
-    ContactSample, LoadEstimate, Method, RecordedContact, RecordedWrenches, Sample, WrenchFrame,
-};
+use tactid_batch::{ContactSample, LoadEstimate, RecordedContact, RecordedWrenches};
+use tactid_identify::{Method, Sample, WrenchFrame};
 use tactid_options::Use;
 
 use crate::arrays::ArrayRecording;

@@ -2,14 +2,16 @@
 
 use schemars::JsonSchema;
 use serde::{Serialize, Serializer};
+use tactid_batch::diagnosis::LEAST_WINDOWS;
+use tactid_batch::{
+    BatchIdentifier, BatchResult, Delay, Finding as Data, FitReport, Forecast, Hypothesis,
+    LinearEstimate, LoadEstimate,
+};
 use tactid_calibrate::{ArmChange, MotionShortage};
 use tactid_dynamics::words::HALF_WIDTH_95;
 use tactid_dynamics::{InertialParameters, Notice, Severity, Subject};
-use tactid_identify::diagnosis::LEAST_WINDOWS;
 use tactid_identify::{
-    BatchIdentifier, BatchResult, BoundingBox, Delay, Finding as Data, FitReport, Forecast,
-    HistoryPoint, Hypothesis, KnownMass, LinearEstimate, LoadEstimate, PayloadEstimate,
-    PrincipalMoments, serial::TenValues,
+    BoundingBox, HistoryPoint, KnownMass, PayloadEstimate, PrincipalMoments, serial::TenValues,
 };
 
 use crate::ShapeFit;

@@ -151,10 +151,12 @@ pub use recording_report::RecordingReport;
 pub use request::Request;
 pub use setup::Setup;
 pub use split::{Segment, split_log, split_ranges};
+pub use tactid_batch::{
+    ContactSample, Delay, FitReport, Forecast, LinearEstimate, LoadEstimate, RecordedWrenches,
+};
 pub use tactid_identify::{
-    ActsOn, BoundingBox, ContactSample, Delay, EffortContent, FitReport, Forecast, HALF_WIDTH_95,
-    HistoryPoint, KnownMass, LinearEstimate, LoadEstimate, Method, Observability, PayloadEstimate,
-    PrincipalMoments, PriorKnowledge, RecordedWrenches, VALUE_NAMES,
+    ActsOn, BoundingBox, EffortContent, HALF_WIDTH_95, HistoryPoint, KnownMass, Method,
+    Observability, PayloadEstimate, PrincipalMoments, PriorKnowledge, VALUE_NAMES,
 };
 pub use tactid_options::{Declaration, Kind, Use};
 pub use tactid_shapes::ShapePrior;

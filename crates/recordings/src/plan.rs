@@ -1,9 +1,8 @@
 //! The plan of an identification: all options, chosen from the request and the beginning of the
 //! recording.
 
-use tactid_identify::{
-    BatchIdentifier, BatchSettings, Delay, EquationSettings, IdentifyError, MotionEstimate,
-};
+use tactid_batch::{BatchIdentifier, BatchSettings, Delay, MotionEstimate};
+use tactid_identify::{EquationSettings, IdentifyError};
 
 use crate::alignment::{Averaging, Event, Streams};
 use crate::beginning::identifying;

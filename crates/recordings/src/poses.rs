@@ -2,12 +2,11 @@
 
 use std::ops::ControlFlow;
 
+use tactid_batch::{BatchResult, Finding as Data, RestIdentifier};
 use tactid_calibrate::distributions::students_factor;
 use tactid_dynamics::words::HALF_WIDTH_95;
 use tactid_dynamics::{BaseKind, Wrench};
-use tactid_identify::{
-    BaseState, BatchResult, EquationSettings, Finding as Data, Method, RestIdentifier, Sample,
-};
+use tactid_identify::{BaseState, EquationSettings, Method, Sample};
 
 use crate::alignment::{Event, Measured};
 use crate::arrays::ArrayRecording;

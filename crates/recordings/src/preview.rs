@@ -1,11 +1,12 @@
 //! Preview: the beginning of a recording, from which its filter and its delay are chosen.
 
-use tactid_identify::batch::preview::{
+use tactid_batch::Delay;
+use tactid_batch::preview::{
     CoarseDelay, LONGEST_DELAY_S, coarse_delay, fitted_delay, motion_noise_power, motion_power,
     residual_size, without_unknowns,
 };
 use tactid_identify::equations::{Equation, MultiCutoffStream, window};
-use tactid_identify::{Channels, Delay, EquationSettings};
+use tactid_identify::{Channels, EquationSettings};
 
 use crate::alignment::{Aligner, Event, Measured, Streams};
 use crate::defaults::Options;

@@ -1,7 +1,7 @@
 //! Measured velocities of a recording against the positions that they belong to, and positions and
 //! efforts against their limits.
 
-use tactid_identify::Finding as DataFinding;
+use tactid_batch::Finding as DataFinding;
 use tactid_identify::checks::{
     EffortMonitor, JointRates, PositionMonitor, TwistRates, VelocityContradiction, grouped_by_cause,
 };

@@ -1,7 +1,8 @@
 //! Checks of a request: each range and each combination once, before anything is read.
 
+use tactid_batch::BatchSettings;
 use tactid_dynamics::Manipulator;
-use tactid_identify::{BatchSettings, IdentifyError, Method};
+use tactid_identify::{IdentifyError, Method};
 use tactid_options::{About, Given, Use};
 
 use crate::choices::{EstimatorKind, GravityChoice, WrenchIs};

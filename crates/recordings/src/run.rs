@@ -4,8 +4,9 @@ use std::ops::ControlFlow;
 use std::sync::mpsc::{SyncSender, sync_channel};
 use std::thread;
 
+use tactid_batch::BatchIdentifier;
 use tactid_calibrate::EffortRecorder;
-use tactid_identify::{BatchIdentifier, Sample};
+use tactid_identify::Sample;
 
 use crate::alignment::{Aligned, Aligner, Event};
 use crate::fault::{FaultCounts, FaultKind};

@@ -1,12 +1,13 @@
 //! Results with what the shape of the payload says.
 
+use tactid_batch::LinearEstimate;
 use tactid_dynamics::InertialParameters;
-use tactid_identify::{LinearEstimate, PayloadEstimate, PriorKnowledge};
+use tactid_identify::{PayloadEstimate, PriorKnowledge};
+use tactid_shapes::ShapePrior;
 
 use crate::combine::combine_estimates;
 use crate::known_shape::GivenShape;
 use crate::{Combination, Finding, Identification, Identified, NotUsedBecause, RecordingError};
-use tactid_shapes::ShapePrior;
 
 impl Identified {
     /// Returns the result with what a shape says, where there is one.

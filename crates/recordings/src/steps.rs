@@ -1,7 +1,7 @@
 //! Steps of joint positions over a recording: angles that start again after a turn, and jumps.
 
+use tactid_batch::Finding as DataFinding;
 use tactid_dynamics::Notice;
-use tactid_identify::Finding as DataFinding;
 use tactid_identify::checks::StepMonitor;
 
 use crate::Finding;

@@ -1,9 +1,10 @@
 //! Channels of wrench sensors that measure nothing: zero or no number in all samples, as drivers
 //! fill what a sensor with three axes or one does not have.
 
+use tactid_batch::Finding as DataFinding;
 use tactid_dynamics::Manipulator;
+use tactid_identify::EquationSettings;
 use tactid_identify::checks::{ChannelMonitor, ConstantChannels};
-use tactid_identify::{EquationSettings, Finding as DataFinding};
 
 use crate::Finding;
 use crate::alignment::{Event, Measured};

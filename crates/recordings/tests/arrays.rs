@@ -3,8 +3,6 @@
 
 use std::ops::ControlFlow;
 
-use crate::common::{Experiment, SENSORS, TOOL, errors_percent};
-use crate::recorded_arrays::{CARRIED_AT, CARRIED_KG, Recording, carried, quick, recorded};
 use nalgebra::Vector3;
 use rand::{RngExt, SeedableRng, rngs::SmallRng};
 use rand_distr::StandardNormal;
@@ -12,6 +10,9 @@ use tactid_dynamics::BaseKind;
 use tactid_recordings::{
     Arrays, FaultKind, Finding, Identified, Method, RecordingError, Request, identify_arrays,
 };
+
+use crate::common::{Experiment, SENSORS, TOOL, errors_percent};
+use crate::recorded_arrays::{CARRIED_AT, CARRIED_KG, Recording, carried, quick, recorded};
 
 /// Exact arrays give the payload, by both estimators' defaults, in the frame of the default tip.
 #[test]
@@ -284,7 +285,7 @@ fn constant_channels_are_reported() {
         }
         let findings = recording.identify(&quick()).unwrap().recording.findings;
         let found = findings.iter().find_map(|finding| match finding {
-            Finding::Data(tactid_identify::Finding::ConstantChannels {
+            Finding::Data(tactid_batch::Finding::ConstantChannels {
                 source,
                 frame,
                 channels,
@@ -325,7 +326,7 @@ fn channels_that_measure_later_are_reported_as_left_out() {
     };
     let findings = recording.identify(&request).unwrap().recording.findings;
     let found = findings.iter().filter_map(|finding| match finding {
-        Finding::Data(tactid_identify::Finding::ConstantChannels {
+        Finding::Data(tactid_batch::Finding::ConstantChannels {
             channels,
             is_zero,
             is_left_out,

@@ -1,9 +1,11 @@
 //! One payload from several recordings that were identified with one calibration.
 
-use crate::effort_arm::{World, calibrated, payload, record, values};
+use tactid_batch::{BatchSettings, LinearEstimate};
 use tactid_calibrate::{Calibration, EffortRecording};
-use tactid_identify::{BatchSettings, HALF_WIDTH_95, LinearEstimate, PriorKnowledge};
+use tactid_identify::{HALF_WIDTH_95, PriorKnowledge};
 use tactid_recordings::{Combination, combine_estimates};
+
+use crate::effort_arm::{World, calibrated, payload, record, values};
 
 /// Returns what a loaded recording says, with unloaded recordings of its day.
 fn identified(

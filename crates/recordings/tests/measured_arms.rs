@@ -9,6 +9,7 @@ use std::path::{Path, PathBuf};
 
 use nalgebra::{DMatrix, DVector, Isometry3, Matrix3, Rotation3, SVector, Vector3};
 use rand::{RngExt, SeedableRng, rngs::SmallRng};
+use tactid_batch::BatchSettings;
 use tactid_calibrate::{
     Calibration, CalibrationSettings, EffortRecorder, EffortRecording, calibrate,
 };
@@ -16,7 +17,7 @@ use tactid_dynamics::{
     BaseKind, FrameMotion, InertialParameters, JointMotion, Manipulator, MassProperties, Workspace,
     motion, symmetric_entries,
 };
-use tactid_identify::{BaseState, BatchSettings, HALF_WIDTH_95, Sample};
+use tactid_identify::{BaseState, HALF_WIDTH_95, Sample};
 use tactid_logs::LogReader;
 use tactid_logs::messages::JointState;
 

@@ -5,7 +5,7 @@ use std::ops::ControlFlow;
 use nalgebra::{Isometry3, Quaternion, UnitQuaternion, Vector3};
 use rand::{RngExt, SeedableRng, rngs::SmallRng};
 use rand_distr::StandardNormal;
-use tactid_identify::Finding as Data;
+use tactid_batch::Finding as Data;
 use tactid_recordings::{
     ActsOn, Arrays, Finding, OrientationReading, Request, identify_arrays, identify_poses,
 };

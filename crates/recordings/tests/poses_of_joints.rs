@@ -6,8 +6,8 @@ use std::ops::ControlFlow;
 use nalgebra::{Rotation3, Vector3};
 use rand::{RngExt, SeedableRng, rngs::SmallRng};
 use rand_distr::StandardNormal;
+use tactid_batch::Finding as Data;
 use tactid_dynamics::{BaseKind, Manipulator};
-use tactid_identify::Finding as Data;
 use tactid_recordings::{Arrays, Finding, GravityChoice, Request, identify_arrays, identify_poses};
 
 /// Three joints about x, y and z in one point, with two sensors at the last link.

@@ -3,18 +3,19 @@
 
 use std::ops::ControlFlow;
 
-use crate::common::{Experiment, Instant, Noise};
-use crate::recorded_arrays::{Recording, carried, quick, recorded};
-use crate::recorded_log;
 use nalgebra::Vector3;
 use rand::{SeedableRng, rngs::SmallRng};
+use tactid_batch::Finding as DataFinding;
 use tactid_dynamics::Wrench;
-use tactid_identify::Finding as DataFinding;
 use tactid_identify::checks::{
     TwistAxes, TwistContradiction, VelocityCause, VelocityContradiction,
 };
 use tactid_identify::{BaseState, states_of_poses};
 use tactid_recordings::{Finding, Request, identify_log};
+
+use crate::common::{Experiment, Instant, Noise};
+use crate::recorded_arrays::{Recording, carried, quick, recorded};
+use crate::recorded_log;
 
 const JOINTS: usize = 8;
 

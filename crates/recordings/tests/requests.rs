@@ -1,14 +1,16 @@
 //! What a request asks for: the paper's filter, known tools and signs, and values that cannot be
 //! used.
 
-use crate::recorded_arrays::{CARRIED_KG, Recording, carried, quick, recorded};
 use nalgebra::{Matrix3, Vector3};
+use tactid_batch::Finding as Data;
 use tactid_dynamics::{MassProperties, Wrench};
-use tactid_identify::{EquationSettings, Finding as Data, Sample, states_of_poses};
+use tactid_identify::{EquationSettings, Sample, states_of_poses};
 use tactid_recordings::{
     ActsOn, EstimatorKind, Finding, GivenTool, GravityChoice, Method, OffsetChoice, OnlineSetup,
     RecordingError, Request,
 };
+
+use crate::recorded_arrays::{CARRIED_KG, Recording, carried, quick, recorded};
 
 /// The paper's filter has the paper's cutoff, gap and delay, as on a log.
 #[test]

@@ -67,7 +67,7 @@ fn what_is_not_measured_is_left_out() {
                 .findings
                 .iter()
                 .find_map(|finding| match finding {
-                    Finding::Data(tactid_identify::Finding::ConstantChannels {
+                    Finding::Data(tactid_batch::Finding::ConstantChannels {
                         channels,
                         is_left_out,
                         ..

@@ -3,11 +3,10 @@
 use nalgebra::Isometry3;
 use rand::{SeedableRng, rngs::StdRng};
 use rand_distr::{Distribution, StandardNormal};
+use tactid_batch::{BatchIdentifier, BatchSettings};
 use tactid_dynamics::{FrameMotion, Workspace, motion, wrench_regressor};
 use tactid_excitation::{Design, DesignSettings, Motion, Problem, design, predict};
-use tactid_identify::{
-    BaseState, BatchIdentifier, BatchSettings, Sample, VALUE_NAMES, Wrench, values_of_body,
-};
+use tactid_identify::{BaseState, Sample, VALUE_NAMES, Wrench, values_of_body};
 
 use crate::Result;
 use crate::arms::Arm;

@@ -6,7 +6,7 @@ use tactid_dynamics::Wrench;
 
 /// Fewest samples from which a channel counts as constant, and after which no equation at all is
 /// reported.
-pub(crate) const FEWEST_SAMPLES: u64 = 100;
+pub const FEWEST_SAMPLES: u64 = 100;
 
 /// Names of the channels of a wrench.
 const CHANNELS: [&str; 6] = [

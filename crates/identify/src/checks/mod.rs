@@ -13,26 +13,27 @@ mod increments;
 mod joint_rates;
 mod joint_steps;
 mod position_limits;
+mod sample_checks;
 mod twist_rates;
 
-pub(crate) use constant_channels::FEWEST_SAMPLES;
-pub use constant_channels::{ChannelMonitor, ConstantChannels};
+pub use constant_channels::{ChannelMonitor, ConstantChannels, FEWEST_SAMPLES};
 pub use effort_limits::{EffortMonitor, EffortsBeyondLimits};
 pub(crate) use increments::INTERVAL_S;
 pub use joint_rates::{JointRates, VelocityCause, VelocityContradiction, grouped_by_cause};
 pub use joint_steps::{PositionJumps, StepMonitor};
 pub use position_limits::{PositionMonitor, PositionsBeyondLimits};
+pub use sample_checks::SampleChecks;
 pub use twist_rates::{TwistAxes, TwistContradiction, TwistRates};
 
 /// Differences and residuals are no noise where their rms is this many times that of the noise
 /// between neighbouring instants. Filtered or interpolated measurements share noise with their
 /// neighbours, which shows less than there is.
-pub(crate) const BEYOND_NOISE: f64 = 3.0;
+pub const BEYOND_NOISE: f64 = 3.0;
 
 /// Error of a sound model, relative to the measured load (rms over the channels): gains of force
 /// sensors and inertias of robot models are rarely known better. What it explains is neither a
 /// payload change nor a load that is unexplained.
-pub(crate) const MODEL_ERROR: f64 = 0.03;
+pub const MODEL_ERROR: f64 = 0.03;
 
 /// Relative rms difference between the change of a position and the integral of its velocity from
 /// which they contradict each other without a known cause.

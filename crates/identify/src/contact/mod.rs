@@ -3,12 +3,7 @@
 //! own filter.
 
 mod frame;
-mod load;
-mod recorded;
 mod wrench;
 
 pub use frame::WrenchFrame;
-pub use load::LoadEstimate;
-pub use recorded::{ContactSample, RecordedContact, RecordedWrenches};
-pub use wrench::{ContactState, LoadAndContact, WrenchEstimate};
-pub(crate) use wrench::{Entries, Parts};
+pub use wrench::{ContactState, Entries, LoadAndContact, Parts, WrenchEstimate, wrench_of};

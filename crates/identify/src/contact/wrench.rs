@@ -81,7 +81,7 @@ pub struct LoadAndContact {
 
 impl LoadAndContact {
     /// Returns the same wrenches times a sign.
-    pub(crate) fn with_sign(self, sign: f64) -> Self {
+    pub fn with_sign(self, sign: f64) -> Self {
         Self {
             load: self.load.with_sign(sign),
             contact: self.contact.with_sign(sign),
@@ -92,16 +92,17 @@ impl LoadAndContact {
 /// Entries of an instant, or means of them: the wrench in the tool frame, the terms of the motion,
 /// and the quaternion of the tool. A load explains a mean wrench by the mean terms.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Entries(pub(crate) SVector<f64, { WRENCH + MOTION_TERMS + 4 }>);
+pub struct Entries(pub SVector<f64, { WRENCH + MOTION_TERMS + 4 }>);
 
 impl Entries {
-    pub(crate) fn zeros() -> Self {
+    /// Entries that are all zero.
+    pub fn zeros() -> Self {
         Self(SVector::zeros())
     }
 
     /// Returns the entries of the last instant of a model, with the quaternion on the side of that
     /// of other entries. `None` where the method uses no wrenches, or where an entry is no number.
-    pub(crate) fn of_instant(model: &Model, before: &Self) -> Option<Self> {
+    pub fn of_instant(model: &Model, before: &Self) -> Option<Self> {
         let (wrench, terms, pose) = model.wrench_terms()?;
         let rotation = pose.rotation.coords;
         let side = 1f64.copysign(rotation.dot(&before.quaternion()));
@@ -118,12 +119,12 @@ impl Entries {
     }
 
     /// Measured wrench in the tool frame, N and N m.
-    pub(crate) fn measured(&self) -> Vector6<f64> {
+    pub fn measured(&self) -> Vector6<f64> {
         self.0.fixed_rows::<WRENCH>(0).into()
     }
 
     /// Regressor of the wrench in the tool frame.
-    pub(crate) fn regressor(&self) -> SMatrix<f64, 6, 10> {
+    pub fn regressor(&self) -> SMatrix<f64, 6, 10> {
         let terms = self.0.fixed_rows::<MOTION_TERMS>(WRENCH).into_owned();
         WrenchRegressor::new(&terms).parameters
     }
@@ -133,7 +134,7 @@ impl Entries {
     }
 
     /// Returns the matrix that maps wrenches in the tool frame to a frame.
-    pub(crate) fn map_to(&self, frame: &WrenchFrame) -> Matrix6<f64> {
+    pub fn map_to(&self, frame: &WrenchFrame) -> Matrix6<f64> {
         let world_from_tool = UnitQuaternion::new_normalize(self.quaternion().into());
         let frame_from_tool = frame.frame_from_tool(&world_from_tool);
         columns_expressed_in(&Matrix6::identity(), &frame_from_tool)
@@ -141,11 +142,15 @@ impl Entries {
 }
 
 /// A measured wrench with what the load explains of it, in the tool frame.
-pub(crate) struct Parts {
-    pub(crate) load: Vector6<f64>,
-    pub(crate) of_load: Matrix6<f64>,
-    pub(crate) contact: Vector6<f64>,
-    pub(crate) of_contact: Matrix6<f64>,
+pub struct Parts {
+    /// Wrench that carries and accelerates the load, N and N m.
+    pub load: Vector6<f64>,
+    /// Covariance of `load`.
+    pub of_load: Matrix6<f64>,
+    /// Measured wrench less offset and load, N and N m.
+    pub contact: Vector6<f64>,
+    /// Covariance of `contact`.
+    pub of_contact: Matrix6<f64>,
 }
 
 impl Parts {
@@ -160,7 +165,7 @@ impl Parts {
     /// Returns the wrench of the load and that of the contact in the frame to which a matrix maps.
     /// Of the contact, what is not measured is unknown: what a `projection` in the tool frame
     /// leaves out.
-    pub(crate) fn mapped(
+    pub fn mapped(
         &self,
         map: &Matrix6<f64>,
         projection: Option<&Matrix6<f64>>,
@@ -185,7 +190,7 @@ impl Parts {
 }
 
 /// Returns the wrench with these entries.
-pub(crate) fn wrench_of(entries: &Vector6<f64>) -> Wrench {
+pub fn wrench_of(entries: &Vector6<f64>) -> Wrench {
     Wrench {
         force: entries.fixed_rows::<3>(0).into(),
         moment: entries.fixed_rows::<3>(3).into(),

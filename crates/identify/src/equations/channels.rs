@@ -69,7 +69,7 @@ impl Channels {
     }
 
     /// Index of the source of each channel.
-    pub(crate) fn source_of(&self) -> Vec<usize> {
+    pub fn source_of(&self) -> Vec<usize> {
         let counts = self.sources.iter().enumerate();
         let sources = counts.flat_map(|(source, &count)| std::iter::repeat_n(source, count));
         sources.collect()
@@ -77,7 +77,7 @@ impl Channels {
 }
 
 /// Number of channels of a wrench.
-pub(crate) const WRENCH: usize = 6;
+pub const WRENCH: usize = 6;
 
 /// Names and units of the six channels of a wrench, force then moment. Each name follows the
 /// `prefix`.

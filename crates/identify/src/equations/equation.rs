@@ -27,7 +27,7 @@ pub struct Row {
 
 impl Row {
     /// Returns the row whose entries are all zero.
-    pub(crate) fn zero() -> Self {
+    pub fn zero() -> Self {
         Self {
             regressor: SVector::zeros(),
             target: 0.0,
@@ -37,7 +37,7 @@ impl Row {
     }
 
     /// Returns the regressor with gravity scaled by a factor.
-    pub(crate) fn regressor_at(&self, gravity_scale: f64) -> SVector<f64, 10> {
+    pub fn regressor_at(&self, gravity_scale: f64) -> SVector<f64, 10> {
         let mut regressor = self.regressor;
         let mut first = regressor.fixed_rows_mut::<4>(0);
         first += self.gravity * (1.0 - gravity_scale);
@@ -45,7 +45,7 @@ impl Row {
     }
 
     /// Adds `weight` times another row.
-    pub(crate) fn add(&mut self, row: &Self, weight: f64) {
+    pub fn add(&mut self, row: &Self, weight: f64) {
         self.regressor += row.regressor * weight;
         self.target += row.target * weight;
         self.gravity += row.gravity * weight;
@@ -85,7 +85,7 @@ pub struct Equation {
     /// Number of instants in the window.
     pub instants: u32,
     /// Mean entries of the window's [`Geometry`](super::Geometry); empty where they are not kept.
-    pub(crate) geometry: Vec<f64>,
+    pub geometry: Vec<f64>,
 }
 
 impl Equation {
@@ -104,7 +104,7 @@ impl Equation {
     }
 
     /// Adds another equation with its weight in the mean of several.
-    pub(crate) fn add_mean(&mut self, other: &Self, weight: f64) {
+    pub fn add_mean(&mut self, other: &Self, weight: f64) {
         for (sum, row) in self.rows.iter_mut().zip(&other.rows) {
             sum.add(row, weight);
         }

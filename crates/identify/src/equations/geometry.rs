@@ -33,21 +33,21 @@ pub(crate) fn fill(instant: &Instant, workspace: &Workspace, tool: FrameId, entr
 /// Mean geometry of a window, from which the effects of another direction of gravity and of other
 /// zeros of the joints follow.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Geometry<'a>(&'a [f64]);
+pub struct Geometry<'a>(&'a [f64]);
 
 impl<'a> Geometry<'a> {
     /// Reads the means of the entries; `None` where they were not kept.
-    pub(crate) fn new(means: &'a [f64]) -> Option<Self> {
+    pub fn new(means: &'a [f64]) -> Option<Self> {
         (!means.is_empty()).then_some(Self(means))
     }
 
     /// The mean rotation `tool_from_world`.
-    pub(crate) fn tool_from_world(self) -> Matrix3<f64> {
+    pub fn tool_from_world(self) -> Matrix3<f64> {
         Matrix3::from_column_slice(&self.0[..9])
     }
 
     /// The mean motion of the joints.
-    pub(crate) fn joints(self) -> JointMotion<'a> {
+    pub fn joints(self) -> JointMotion<'a> {
         let joints = &self.0[9..];
         let (position, rest) = joints.split_at(joints.len() / 3);
         let (velocity, acceleration) = rest.split_at(position.len());

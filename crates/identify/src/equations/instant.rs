@@ -130,7 +130,7 @@ pub struct Instant {
 
 impl Instant {
     /// Creates a robot of so many joints and wrenches at rest in its zero posture.
-    pub(crate) fn new(joints: usize, wrenches: usize) -> Self {
+    pub fn new(joints: usize, wrenches: usize) -> Self {
         Self {
             time_s: 0.0,
             base: FrameMotion::at_rest(Isometry3::identity()),

@@ -9,7 +9,7 @@
 
 mod attitudes;
 mod channels;
-pub(crate) mod clock_watch;
+pub mod clock_watch;
 mod continuation;
 mod differentiation;
 mod equation;
@@ -28,23 +28,21 @@ mod sources;
 mod stream;
 pub mod window;
 
-pub(crate) use attitudes::{Attitudes, SAME_ATTITUDE_RAD, are_same_attitude};
-pub(crate) use channels::WRENCH;
-pub use channels::{Channel, Channels, KnownNoise};
+pub use attitudes::{Attitudes, SAME_ATTITUDE_RAD, are_same_attitude};
+pub use channels::{Channel, Channels, KnownNoise, WRENCH};
 pub use continuation::Continuation;
 pub(crate) use continuation::{Step, are_angles};
 pub use equation::{Equation, Row};
-pub(crate) use geometry::Geometry;
+pub use geometry::Geometry;
 pub use instant::Instant;
 pub use interpolation::{InterpolationAt, interpolation};
-pub(crate) use model::Model;
+pub use model::Model;
 pub use motion_rows::MotionRows;
 pub use motion_stream::{MotionStep, MotionStream};
 pub use multi_cutoff::MultiCutoffStream;
-pub(crate) use offset_frame::OffsetFrame;
+pub use offset_frame::OffsetFrame;
 pub use sample::{ActsOn, BaseState, Sample, states_of_poses};
 pub use settings::{EffortContent, EquationSettings, SubtractedLoad, Unknowns, WORLD};
-pub(crate) use sources::{
-    MOTION_TERMS, WrenchRegressor, acceleration_columns, columns_expressed_in,
-};
+pub use sources::acceleration_columns;
+pub(crate) use sources::{MOTION_TERMS, WrenchRegressor, columns_expressed_in};
 pub use stream::{EquationStream, PushOutcome};

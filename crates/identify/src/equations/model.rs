@@ -22,7 +22,7 @@ use crate::{IdentifyError, Method};
 
 /// A robot and the sources of its measurements.
 #[derive(Clone, Debug)]
-pub(crate) struct Model {
+pub struct Model {
     gravity: Vector3<f64>,
     /// Gravitational acceleration in the efforts of the arm, m/s².
     arm_gravity: Vector3<f64>,
@@ -53,7 +53,7 @@ impl Model {
     ///
     /// # Errors
     /// Returns the errors of [`EquationStream::new`](super::EquationStream::new).
-    pub(crate) fn new(
+    pub fn new(
         robot: &Manipulator,
         tool: &str,
         sensors: &[&str],
@@ -114,7 +114,7 @@ impl Model {
     }
 
     /// Keeps the geometry of the windows where wrenches are measured.
-    pub(crate) fn keep_geometry(&mut self) {
+    pub fn keep_geometry(&mut self) {
         if self.sensor_count > 0 && self.method.uses_wrench() && self.geometry_entries == 0 {
             self.geometry_entries = geometry::entry_count(self.robot.dof());
             let count = self.entries.len() + self.geometry_entries;
@@ -123,17 +123,17 @@ impl Model {
     }
 
     /// The frame in which a constant offset of the wrenches is stated.
-    pub(crate) fn offset_frame(&self) -> &OffsetFrame {
+    pub fn offset_frame(&self) -> &OffsetFrame {
         &self.offset_frame
     }
 
     /// Gravitational acceleration in the inertial frame, m/s².
-    pub(crate) fn gravity(&self) -> Vector3<f64> {
+    pub fn gravity(&self) -> Vector3<f64> {
         self.gravity
     }
 
     /// What is wrong in the description of the robot, as far as the method uses it.
-    pub(crate) fn findings(&self) -> impl Iterator<Item = ModelFinding> {
+    pub fn findings(&self) -> impl Iterator<Item = ModelFinding> {
         let uses_masses = self.sources.iter().any(|source| source.needs_masses());
         let findings = self.robot.findings().into_iter();
         findings.filter(move |finding| uses_masses || !finding.concerns_masses())
@@ -145,12 +145,12 @@ impl Model {
     }
 
     /// Number of rows.
-    pub(crate) fn row_count(&self) -> usize {
+    pub fn row_count(&self) -> usize {
         self.row_count
     }
 
     /// Number of entries of an instant, of which the targets of the rows are the first.
-    pub(crate) fn entry_count(&self) -> usize {
+    pub fn entry_count(&self) -> usize {
         self.entries.len()
     }
 
@@ -160,12 +160,12 @@ impl Model {
     }
 
     /// The measurements that are used.
-    pub(crate) fn method(&self) -> Method {
+    pub fn method(&self) -> Method {
         self.method
     }
 
     /// The channels of the rows, with the known noise at the posture of the last instant.
-    pub(crate) fn channels(&self) -> Channels {
+    pub fn channels(&self) -> Channels {
         let state = self.state();
         let mut known_noise = Vec::new();
         let mut first_channel = 0;
@@ -191,7 +191,7 @@ impl Model {
     }
 
     /// Whether a sensor beside those of the motion measures each channel.
-    pub(crate) fn are_measured(&self) -> Vec<bool> {
+    pub fn are_measured(&self) -> Vec<bool> {
         let counts = self.sources.iter().zip(&self.row_counts);
         let channels =
             counts.flat_map(|(source, &count)| iter::repeat_n(source.has_sensor(), count));
@@ -199,7 +199,7 @@ impl Model {
     }
 
     /// Checks that a sample's slices fit the robot and the sensors.
-    pub(crate) fn check_lengths(&self, sample: &Sample<'_>) -> Result<(), IdentifyError> {
+    pub fn check_lengths(&self, sample: &Sample<'_>) -> Result<(), IdentifyError> {
         let robot = &self.robot;
         robot.check_length("joint_position", sample.joint_position)?;
         if !sample.joint_velocity.is_empty() {
@@ -218,7 +218,7 @@ impl Model {
     /// Computes the entries of an instant, which enter means over windows: the targets of all rows,
     /// then what their regressors are linear in. Cost: one pass over the known bodies; no
     /// allocation.
-    pub(crate) fn entries(&mut self, instant: &Instant) -> Result<&[f64], StateError> {
+    pub fn entries(&mut self, instant: &Instant) -> Result<&[f64], StateError> {
         let joints = JointMotion {
             position: &instant.joint_position,
             velocity: &instant.joint_velocity,
@@ -250,7 +250,7 @@ impl Model {
 
     /// Sets an equation to the rows whose mean [entries](Self::entries) a window has. Allocates
     /// nothing.
-    pub(crate) fn set_equation(&self, equation: &mut Equation, window: &WindowMean) {
+    pub fn set_equation(&self, equation: &mut Equation, window: &WindowMean) {
         self.set_rows(&mut equation.rows, &window.means);
         self.set_rows(&mut equation.differences, &window.differences);
         equation.rates.copy_from_slice(&window.rates);
@@ -263,7 +263,7 @@ impl Model {
     }
 
     /// Sets rows from the entries of an instant, or from means of entries.
-    pub(crate) fn set_rows(&self, mut rows: &mut [Row], entries: &[f64]) {
+    pub fn set_rows(&self, mut rows: &mut [Row], entries: &[f64]) {
         let (targets, mut entries) = entries.split_at(self.row_count);
         for (row, target) in rows.iter_mut().zip(targets) {
             row.target = *target;
@@ -277,7 +277,7 @@ impl Model {
     }
 
     /// The entries of the last instant.
-    pub(crate) fn last_entries(&self) -> &[f64] {
+    pub fn last_entries(&self) -> &[f64] {
         &self.entries
     }
 

@@ -16,7 +16,7 @@ use crate::result::WrenchOffset;
 /// is one sensor that does not move relative to the tool; otherwise the tool frame, in which the
 /// wrenches are summed.
 #[derive(Clone, Debug)]
-pub(crate) struct OffsetFrame {
+pub struct OffsetFrame {
     name: Arc<str>,
     /// Whether it is the frame of the only sensor.
     is_of_sensor: bool,
@@ -59,28 +59,28 @@ impl OffsetFrame {
     }
 
     /// Name of the frame.
-    pub(crate) fn name(&self) -> &Arc<str> {
+    pub fn name(&self) -> &Arc<str> {
         &self.name
     }
 
     /// Whether it is the frame of the only sensor, which does not move relative to the tool.
-    pub(crate) fn is_of_sensor(&self) -> bool {
+    pub fn is_of_sensor(&self) -> bool {
         self.is_of_sensor
     }
 
     /// The matrix that maps a wrench in the tool frame, force then moment, to this frame.
-    pub(crate) fn map(&self) -> &Matrix6<f64> {
+    pub fn map(&self) -> &Matrix6<f64> {
         &self.map
     }
 
     /// One for each channel that is measured, zero for others.
-    pub(crate) fn measured(&self) -> &Vector6<f64> {
+    pub fn measured(&self) -> &Vector6<f64> {
         &self.measured
     }
 
     /// Returns the projection of a wrench in the tool frame onto the measured channels; `None`
     /// where all is measured.
-    pub(crate) fn projection(&self) -> Option<Matrix6<f64>> {
+    pub fn projection(&self) -> Option<Matrix6<f64>> {
         let is_whole = self.measured.iter().all(|channel| *channel == 1.0);
         let measured = Matrix6::from_diagonal(&self.measured);
         (!is_whole).then(|| self.inverse * measured * self.map)
@@ -88,7 +88,7 @@ impl OffsetFrame {
 
     /// Returns the rows of a wrench in the tool frame, force then moment, in this frame: zero for
     /// channels that are not measured.
-    pub(crate) fn mapped_rows(&self, rows: &[Row; WRENCH]) -> [Row; WRENCH] {
+    pub fn mapped_rows(&self, rows: &[Row; WRENCH]) -> [Row; WRENCH] {
         std::array::from_fn(|channel| {
             let mut mapped = Row::zero();
             for (row, factor) in rows.iter().zip(&self.map.row(channel)) {
@@ -99,7 +99,7 @@ impl OffsetFrame {
     }
 
     /// Returns the offset with these values, which are expressed in this frame.
-    pub(crate) fn offset(&self, values: &Vector6<f64>, std_devs: Option<[f64; 6]>) -> WrenchOffset {
+    pub fn offset(&self, values: &Vector6<f64>, std_devs: Option<[f64; 6]>) -> WrenchOffset {
         WrenchOffset {
             frame: self.name.clone(),
             wrench: Wrench {

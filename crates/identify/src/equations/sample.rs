@@ -134,7 +134,7 @@ pub struct Sample<'a> {
 
 impl Sample<'_> {
     /// Whether all numbers are [measurable](is_measurable).
-    pub(crate) fn is_measurable(&self) -> bool {
+    pub fn is_measurable(&self) -> bool {
         let joints = [self.joint_position, self.joint_velocity, self.joint_effort];
         let wrenches = self.wrenches.iter();
         is_measurable(self.time_s)

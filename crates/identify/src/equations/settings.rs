@@ -111,7 +111,7 @@ impl Unknowns {
     }
 
     /// Number of unknowns.
-    pub(crate) fn count(self) -> usize {
+    pub fn count(self) -> usize {
         4 * usize::from(self.weight) + 2 * usize::from(self.gravity)
     }
 }

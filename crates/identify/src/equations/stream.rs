@@ -74,7 +74,7 @@ impl EquationStream {
 
     /// Creates a stream as [`new`](Self::new) does, which keeps the [`Geometry`](super::Geometry)
     /// of the windows where wrenches are measured.
-    pub(crate) fn with_geometry(
+    pub fn with_geometry(
         robot: &Manipulator,
         tool: &str,
         sensors: &[&str],
@@ -202,7 +202,7 @@ impl EquationStream {
     }
 
     /// Returns what computes the rows of single states of the robot.
-    pub(crate) fn motion_rows(&self) -> MotionRows {
+    pub fn motion_rows(&self) -> MotionRows {
         MotionRows::of_model(self.model.clone())
     }
 
@@ -212,7 +212,7 @@ impl EquationStream {
     }
 
     /// The robot with its measurements at the last instant.
-    pub(crate) fn model(&self) -> &Model {
+    pub fn model(&self) -> &Model {
         &self.model
     }
 
@@ -222,7 +222,7 @@ impl EquationStream {
     }
 
     /// The robot.
-    pub(crate) fn robot(&self) -> &Manipulator {
+    pub fn robot(&self) -> &Manipulator {
         self.model.robot()
     }
 
@@ -232,12 +232,12 @@ impl EquationStream {
     }
 
     /// Whether wrenches are used that sensors measure.
-    pub(crate) fn measures_wrench(&self) -> bool {
+    pub fn measures_wrench(&self) -> bool {
         self.has_sensors() && self.method().uses_wrench()
     }
 
     /// The frame in which a constant offset of the wrenches is stated.
-    pub(crate) fn offset_frame(&self) -> &OffsetFrame {
+    pub fn offset_frame(&self) -> &OffsetFrame {
         self.model.offset_frame()
     }
 

@@ -48,7 +48,7 @@ pub const NOISE_BANDWIDTH: f64 = 35.0 / 18.0;
 /// Sum over all lags of the correlation between the means of white noise in overlapping windows.
 /// The variance of an estimate from all windows is larger by this factor than if they were
 /// independent.
-pub(crate) const NOISE_CORRELATION: f64 = 54.0 / 35.0;
+pub const NOISE_CORRELATION: f64 = 54.0 / 35.0;
 
 /// Correlation between the means of white noise in windows that begin one and two strides apart:
 /// the normalized autocorrelation of the window cos⁴ at one and two strides.
@@ -57,7 +57,7 @@ pub const NOISE_CORRELATIONS: [f64; 2] = [0.269_558_810_573_74, 0.001_869_760_85
 /// Sum over all lags of the squares of the correlations of [`NOISE_CORRELATION`]. The variance of a
 /// mean product of two channels' noise, and so of an estimated correlation, is larger by this
 /// factor.
-pub(crate) const PRODUCT_CORRELATION: f64 = 1.1453;
+pub const PRODUCT_CORRELATION: f64 = 1.1453;
 
 /// Place of an instant in a window.
 #[derive(Clone, Copy, Debug)]

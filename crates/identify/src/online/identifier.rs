@@ -11,9 +11,9 @@ use super::least_squares::Assessment;
 use super::payload_times::PayloadTimes;
 use super::readout::Readout;
 use super::recent_equations::RecentEquations;
-use super::sample_checks::OnlineChecks;
 use super::stage::Stage;
 use super::staged_update::StagedUpdate;
+use crate::checks::SampleChecks;
 use crate::equations::{EquationSettings, EquationStream, PushOutcome, Sample, clock_watch::Order};
 use crate::solve::report::estimate;
 use crate::solve::subspace::Matrix;
@@ -161,7 +161,7 @@ pub struct Identifier {
     pub(super) stream: EquationStream,
     pub(super) update: StagedUpdate,
     pub(super) recent: RecentEquations,
-    pub(super) checks: OnlineChecks,
+    pub(super) checks: SampleChecks,
     pub(super) contact: ContactObserver,
     /// Whether the caller says that the payload stays what it is.
     pub(super) is_held: bool,
@@ -226,7 +226,7 @@ impl Identifier {
             inputs: (!inputs.are_direct()).then(|| Box::new(inputs)),
             update: StagedUpdate::new(&channels, stream.gripper_to_subtract(), online.known_tool)?,
             recent: RecentEquations::new(channels.count()),
-            checks: OnlineChecks::new(robot, sensors, settings),
+            checks: SampleChecks::new(robot, sensors, settings),
             is_held: false,
             times: PayloadTimes::new(),
             contact: ContactObserver::new(settings.cutoff_hz, stream.offset_frame().projection()),

@@ -14,7 +14,6 @@ mod readout;
 mod recent_equations;
 mod residual_correlation;
 mod restarts;
-mod sample_checks;
 mod snapshot;
 mod stage;
 mod staged_update;
@@ -22,4 +21,5 @@ mod trusted;
 mod wrenches;
 
 pub use identifier::{Identifier, OnlineSettings};
+pub use recent_equations::RecentEquations;
 pub use snapshot::Snapshot;

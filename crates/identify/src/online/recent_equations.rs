@@ -10,7 +10,7 @@ const RECENT_EQUATIONS: usize = 324;
 /// [`in_order`](Self::in_order).
 #[derive(Debug, Educe)]
 #[educe(Clone)]
-pub(crate) struct RecentEquations {
+pub struct RecentEquations {
     equations: Vec<Equation>,
     /// Number of equations so far, of which the most recent ones are kept.
     count: usize,
@@ -37,7 +37,8 @@ impl RecentEquations {
     }
 
     /// Returns a copy of the equations in the order of time.
-    pub(crate) fn in_order(&self) -> Vec<Equation> {
+    #[must_use]
+    pub fn in_order(&self) -> Vec<Equation> {
         let (newer, older) = self.equations.split_at(self.count % RECENT_EQUATIONS);
         if self.count < RECENT_EQUATIONS {
             newer.to_vec()

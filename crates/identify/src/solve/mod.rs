@@ -2,19 +2,19 @@
 //! directions, physical consistency, prior knowledge and error propagation. Nothing here knows a
 //! robot.
 
-pub(crate) mod consistency;
-pub(crate) mod information;
-pub(crate) mod intervals;
-pub(crate) mod noise;
-pub(crate) mod offsets;
-pub(crate) mod principal_moments;
-pub(crate) mod pseudo_inverse;
-pub(crate) mod report;
-pub(crate) mod spectrum;
-pub(crate) mod subspace;
-pub(crate) mod uncertainty;
-pub(crate) mod weights;
-pub(crate) mod widening;
+pub mod consistency;
+pub mod information;
+pub mod intervals;
+pub mod noise;
+pub mod offsets;
+pub mod principal_moments;
+pub mod pseudo_inverse;
+pub mod report;
+pub mod spectrum;
+pub mod subspace;
+pub mod uncertainty;
+pub mod weights;
+pub mod widening;
 
 pub use principal_moments::PrincipalMoments;
 pub use pseudo_inverse::{PseudoInverse, information, normalized, pseudo_inverse, with_variance};

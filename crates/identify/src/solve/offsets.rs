@@ -17,9 +17,9 @@ use crate::equations::window::NOISE_CORRELATION;
 
 /// Constant offsets of the six channels of a wrench, with what their covariance follows from.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Offsets {
+pub struct Offsets {
     /// What each channel measures when nothing acts on the sensor, in the channel's unit.
-    pub(crate) values: Vector6<f64>,
+    pub values: Vector6<f64>,
     /// Derivatives of the values with respect to the parameters, with the opposite sign.
     gradients: SMatrix<f64, 6, 10>,
     /// Covariance of the mean noise of the channels.
@@ -38,7 +38,7 @@ impl Offsets {
 
     /// Returns what a solution leaves of the mean rows of so many windows; `None` unless there are
     /// six.
-    pub(crate) fn new(
+    pub fn new(
         means: &[MeanRow<11>],
         solution: &[f64],
         noise: &Noise,
@@ -57,7 +57,7 @@ impl Offsets {
 
     /// Returns the offsets of the wrench in another frame, given the matrix that maps wrenches to
     /// it.
-    pub(crate) fn mapped(&self, map: &Matrix6<f64>) -> Self {
+    pub fn mapped(&self, map: &Matrix6<f64>) -> Self {
         Self {
             values: map * self.values,
             gradients: map * self.gradients,
@@ -66,7 +66,7 @@ impl Offsets {
     }
 
     /// Adds what the uncertainty of further unknowns contributes at known parameters.
-    pub(crate) fn add_covariance(&mut self, covariance: &Matrix6<f64>) {
+    pub fn add_covariance(&mut self, covariance: &Matrix6<f64>) {
         self.of_means += covariance;
     }
 
@@ -75,7 +75,7 @@ impl Offsets {
     ///
     /// A channel whose mean is next to nothing for all parameters, those that the motion determines
     /// as well as the others, has its offset from the measurements alone.
-    pub(crate) fn std_devs(&self, of_parameters: &Matrix, null_space: &NullSpace) -> [f64; 6] {
+    pub fn std_devs(&self, of_parameters: &Matrix, null_space: &NullSpace) -> [f64; 6] {
         let variances = self.covariance(of_parameters).diagonal();
         let hidden = self.gradients * null_space.hidden() * self.gradients.transpose();
         std::array::from_fn(|channel| {
@@ -122,7 +122,7 @@ impl Offsets {
 
 /// Returns the joint covariance of parameters and of offsets times a sign, which are zero where
 /// there are none, given that of the parameters.
-pub(crate) fn joint_covariance(
+pub fn joint_covariance(
     of_parameters: &Matrix,
     offsets: Option<&Offsets>,
     sign: f64,
@@ -145,7 +145,7 @@ pub(crate) fn joint_covariance(
 
 /// Weighted mean of all rows of a channel, `N` entries each.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct MeanRow<const N: usize> {
+pub struct MeanRow<const N: usize> {
     /// Mean of the entries.
     entries: [f64; N],
     /// Mean of the targets.
@@ -154,7 +154,7 @@ pub(crate) struct MeanRow<const N: usize> {
 
 impl<const N: usize> MeanRow<N> {
     /// Returns the mean of no rows.
-    pub(crate) fn zero() -> Self {
+    pub fn zero() -> Self {
         Self {
             entries: [0.0; N],
             target: 0.0,
@@ -162,7 +162,7 @@ impl<const N: usize> MeanRow<N> {
     }
 
     /// Returns the mean of rows, each with its weight, its entries and its target.
-    pub(crate) fn new(rows: impl Iterator<Item = (f64, [f64; N], f64)>) -> Self {
+    pub fn new(rows: impl Iterator<Item = (f64, [f64; N], f64)>) -> Self {
         let (mut sum, mut sum_of_targets, mut weights) = ([0.0; N], 0.0, f64::MIN_POSITIVE);
         for (weight, entries, target) in rows {
             for (sum, entry) in sum.iter_mut().zip(entries) {
@@ -178,12 +178,12 @@ impl<const N: usize> MeanRow<N> {
     }
 
     /// Returns the mean entries and the mean target.
-    pub(crate) fn parts(&self) -> (&[f64; N], f64) {
+    pub fn parts(&self) -> (&[f64; N], f64) {
         (&self.entries, self.target)
     }
 
     /// Returns the mean target less that predicted by a solution.
-    pub(crate) fn remainder(&self, solution: &[f64]) -> f64 {
+    pub fn remainder(&self, solution: &[f64]) -> f64 {
         let entries = self.entries.iter();
         self.target - entries.zip(solution).map(|(a, x)| a * x).sum::<f64>()
     }
@@ -192,7 +192,7 @@ impl<const N: usize> MeanRow<N> {
 /// Offsets of the six channels of a wrench as windows before a payload change have shown them.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct KnownOffsets {
-    pub(crate) values: Vector6<f64>,
+    pub values: Vector6<f64>,
     pub(crate) covariance: Matrix6<f64>,
 }
 
@@ -218,7 +218,7 @@ pub(crate) struct OffsetRows {
 /// Running means of the rows of the leading channels, whose offsets are unknown, or known from
 /// windows before a payload change.
 #[derive(Clone, Debug)]
-pub(crate) struct Centering {
+pub struct Centering {
     means: Vec<Row>,
     weight: f64,
     known: Option<KnownOffsets>,
@@ -226,7 +226,7 @@ pub(crate) struct Centering {
 
 impl Centering {
     /// Creates means without rows for so many channels.
-    pub(crate) fn new(channels: usize) -> Self {
+    pub fn new(channels: usize) -> Self {
         Self {
             means: vec![Row::zero(); channels],
             weight: 0.0,
@@ -248,12 +248,12 @@ impl Centering {
     }
 
     /// Whether any channel has an offset.
-    pub(crate) fn is_needed(&self) -> bool {
+    pub fn is_needed(&self) -> bool {
         !self.means.is_empty()
     }
 
     /// Whether no window has been added.
-    pub(crate) fn is_empty(&self) -> bool {
+    pub fn is_empty(&self) -> bool {
         self.weight == 0.0
     }
 
@@ -264,7 +264,7 @@ impl Centering {
 
     /// Replaces a window's rows by those that it adds to the information on the parameters. Their
     /// noise has the variance of the original rows.
-    pub(crate) fn centre(&self, rows: &mut [Row], weight: f64) {
+    pub fn centre(&self, rows: &mut [Row], weight: f64) {
         let factor = (self.weight / (self.weight + weight).max(f64::MIN_POSITIVE)).sqrt();
         for (row, mean) in rows.iter_mut().zip(&self.means) {
             row.add(mean, -1.0);
@@ -280,7 +280,7 @@ impl Centering {
     }
 
     /// Adds a window, as it was before it was [centred](Self::centre).
-    pub(crate) fn add(&mut self, rows: &[Row], weight: f64) {
+    pub fn add(&mut self, rows: &[Row], weight: f64) {
         self.weight += weight;
         let fraction = weight / self.weight.max(f64::MIN_POSITIVE);
         for (row, mean) in rows.iter().zip(&mut self.means) {

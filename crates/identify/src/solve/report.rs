@@ -97,7 +97,7 @@ impl Posterior<'_> {
 
 /// Returns the estimate of a body with these standard deviations of its ten values, in `frame`. It
 /// counts no windows, samples or gaps.
-pub(crate) fn estimate(
+pub fn estimate(
     frame: Arc<str>,
     body: MassProperties,
     is_physical: bool,
@@ -124,7 +124,7 @@ pub(crate) fn estimate(
 }
 
 /// Returns the body with these linear parameters; all values are zero where the mass is.
-pub(crate) fn body_of(parameters: &Vector) -> MassProperties {
+pub fn body_of(parameters: &Vector) -> MassProperties {
     let properties = InertialParameters::from_vector(*parameters).mass_properties();
     properties.unwrap_or_else(|| body_of_values(&[0.0; 10]))
 }

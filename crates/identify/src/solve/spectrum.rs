@@ -57,7 +57,7 @@ where
     /// contains a small share of them, and their values are thousands of their standard deviations.
     /// A parameter that is held lacks its own value only. One whose column is noise alone is a
     /// direction of its own.
-    pub(crate) fn with_noise(
+    pub fn with_noise(
         rows: &OMatrix<f64, D, D>,
         noise: &OMatrix<f64, D, D>,
         windows: usize,
@@ -109,14 +109,14 @@ where
 
     /// The unobservable directions with what the parameters of a payload of a mass, kg, that
     /// reaches so far, m, may be there.
-    pub(crate) fn null_space_of(&self, scales: Vector, mass_kg: f64, reach_m: f64) -> NullSpace {
+    pub fn null_space_of(&self, scales: Vector, mass_kg: f64, reach_m: f64) -> NullSpace {
         let extents = self.extents.iter().copied();
         self.null_space(scales)
             .with_extents(mass_kg, reach_m, extents)
     }
 
     /// Returns whether the observable directions determine an unknown.
-    pub(crate) fn determines(&self, unknown: usize) -> bool {
+    pub fn determines(&self, unknown: usize) -> bool {
         let directions = self.unobservable.iter();
         directions
             .map(|direction| direction[unknown].powi(2))
@@ -126,10 +126,7 @@ where
 
     /// Returns a covariance without its share in the unobservable directions. The covariance of a
     /// solution lacks a share in the parameters that are held, which is another one.
-    pub(crate) fn across_unobservable(
-        &self,
-        mut covariance: OMatrix<f64, D, D>,
-    ) -> OMatrix<f64, D, D> {
+    pub fn across_unobservable(&self, mut covariance: OMatrix<f64, D, D>) -> OMatrix<f64, D, D> {
         for _ in 0..2 {
             for column in 0..covariance.ncols() {
                 let across =
@@ -142,10 +139,7 @@ where
     }
 
     /// Returns a vector without its share in the unobservable directions.
-    pub(crate) fn vector_across_unobservable(
-        &self,
-        mut vector: OVector<f64, D>,
-    ) -> OVector<f64, D> {
+    pub fn vector_across_unobservable(&self, mut vector: OVector<f64, D>) -> OVector<f64, D> {
         for direction in &self.unobservable {
             vector.axpy(-direction.dot(&vector), direction, 1.0);
         }
@@ -292,7 +286,7 @@ where
 
 impl Spectrum<Dyn> {
     /// Returns the inverse of the information, zero in unobservable directions.
-    pub(crate) fn inverse(&self) -> DMatrix<f64> {
+    pub fn inverse(&self) -> DMatrix<f64> {
         let size = self.eigen.eigenvalues.len();
         let mut inverse = DMatrix::<f64>::zeros(size, size);
         for (information, direction) in self.observable() {

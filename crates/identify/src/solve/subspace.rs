@@ -39,7 +39,7 @@ pub type Matrix = SMatrix<f64, 10, 10>;
 pub type Vector = SVector<f64, 10>;
 
 /// Ratio to the largest eigenvalue: the square of 1e-5, the ratio of singular values of the rows.
-pub(crate) const EIGENVALUE_RATIO: f64 = 1e-5 * 1e-5;
+pub const EIGENVALUE_RATIO: f64 = 1e-5 * 1e-5;
 
 /// Least information of a direction without the noise of the motion, relative to that of the noise.
 /// What the half-differences show of noise that is not white is wrong by up to 7 %: that of derived
@@ -50,7 +50,7 @@ pub(crate) const LEAST_SIGNAL: f64 = 0.1;
 pub(crate) const PIVOT_ROUNDING: f64 = 1e-10;
 
 /// Fraction of a quantity's squared gradient in scaled parameters.
-pub(crate) const QUANTITY_FRACTION: f64 = 1e-3;
+pub const QUANTITY_FRACTION: f64 = 1e-3;
 
 /// Ratio to the largest variance in scaled parameters.
 pub(crate) const VARIANCE_RATIO: f64 = 1e-13;
@@ -78,7 +78,7 @@ pub(crate) fn least_signal(windows: usize, others: usize) -> f64 {
 ///
 /// A column with no more is noise alone. What it has in common with other columns is chance, too,
 /// and its parameter may be of any size, so that it is held, and nothing of it moves the others.
-pub(crate) fn least_signal_of_columns(signals: &[f64], noises: &[f64], windows: usize) -> f64 {
+pub fn least_signal_of_columns(signals: &[f64], noises: &[f64], windows: usize) -> f64 {
     let least = least_signal(windows, 0);
     let columns = signals.iter().zip(noises);
     let of_noise = columns.filter(|(signal, noise)| **signal <= least * **noise);
@@ -97,11 +97,11 @@ pub(crate) fn is_observable_pivot(pivot: f64, of_noise: f64, alone: f64, plausib
 /// the ratio of a lever arm: mass to first moments, and first moments to inertia. Where both ratios
 /// differ, rounding fills the mass or the inertia, and what the mass and the inertia show together
 /// is far above this arm or far below it.
-pub(crate) const LEVER_ARM_M: f64 = 1.0;
+pub const LEVER_ARM_M: f64 = 1.0;
 
 /// Returns whether a distance from the tool frame, m, is certainly one at which an arm has no
 /// sensor and holds nothing: beyond two lever arms, 2 m.
-pub(crate) fn is_out_of_reach(distance_m: f64, half_width_m: f64) -> bool {
+pub fn is_out_of_reach(distance_m: f64, half_width_m: f64) -> bool {
     distance_m - half_width_m > 2.0 * LEVER_ARM_M
 }
 
@@ -113,7 +113,7 @@ pub(crate) fn is_out_of_reach(distance_m: f64, half_width_m: f64) -> bool {
 /// which differ by a lever arm each: a kind that only rounding excites has no column of usual
 /// length. Where only one kind has rows, no row shows a lever arm, and any length will do for the
 /// others.
-pub(crate) fn bounded_lengths(lengths: &Vector, least: f64) -> Vector {
+pub fn bounded_lengths(lengths: &Vector, least: f64) -> Vector {
     let [mass, first, second] = KINDS.map(|kind| {
         let of_kind = lengths.as_slice()[kind].iter();
         of_kind.fold(0.0, |a, &b| f64::max(a, b))

@@ -61,17 +61,17 @@ pub fn value_jacobian(parameters: &Vector) -> Option<Matrix> {
 
 /// Standard deviations of the ten values.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct ValueStdDevs {
+pub struct ValueStdDevs {
     /// Standard deviation of each value, in its unit; infinite where it is not observable, or
     /// divided by a mass that is known too badly.
-    pub(crate) std_devs: [f64; 10],
+    pub std_devs: [f64; 10],
     /// Whether the observable directions determine each value, however uncertain it is.
-    pub(crate) observable: [bool; 10],
+    pub observable: [bool; 10],
 }
 
 impl ValueStdDevs {
     /// Standard deviations of values of which nothing is known.
-    pub(crate) const UNKNOWN: Self = Self {
+    pub const UNKNOWN: Self = Self {
         std_devs: [f64::INFINITY; 10],
         observable: [false; 10],
     };
@@ -79,11 +79,7 @@ impl ValueStdDevs {
 
 /// Returns the standard deviations of the ten values by linear error propagation. For a mass of
 /// zero nothing is known.
-pub(crate) fn std_devs(
-    parameters: &Vector,
-    covariance: &Matrix,
-    null_space: &NullSpace,
-) -> ValueStdDevs {
+pub fn std_devs(parameters: &Vector, covariance: &Matrix, null_space: &NullSpace) -> ValueStdDevs {
     let Some(jacobian) = value_jacobian(parameters) else {
         return ValueStdDevs::UNKNOWN;
     };
@@ -151,7 +147,7 @@ pub(crate) fn widened(estimate: &[f64; 10], reported: &[f64; 10], linear: &[f64;
 /// of freedom must be widened, so that six of it are exceeded once in a million: Student's
 /// quantile, as Wallace (1959, Annals of Mathematical Statistics 30, 1124) approximates it, over
 /// six; one from 34 degrees of freedom on.
-pub(crate) fn students_widening(freedom: f64) -> f64 {
+pub fn students_widening(freedom: f64) -> f64 {
     let freedom = freedom.max(1.0);
     let normal = RARE_NORMAL * (8.0 * freedom + 3.0) / (8.0 * freedom + 1.0);
     let student = (freedom * (normal * normal / freedom).exp_m1()).sqrt();
@@ -160,11 +156,7 @@ pub(crate) fn students_widening(freedom: f64) -> f64 {
 
 /// Returns the standard deviation of a quantity with this gradient in the parameters, infinite
 /// where the motion does not determine it.
-pub(crate) fn std_dev(
-    gradient: &RowSVector<f64, 10>,
-    covariance: &Matrix,
-    null_space: &NullSpace,
-) -> f64 {
+pub fn std_dev(gradient: &RowSVector<f64, 10>, covariance: &Matrix, null_space: &NullSpace) -> f64 {
     if null_space.directions().is_empty() {
         propagated(gradient, covariance)
     } else if null_space.determines(gradient) {
@@ -176,7 +168,7 @@ pub(crate) fn std_dev(
 
 /// Returns the standard deviation of a quantity with this gradient in the parameters; infinite
 /// where a variance of a parameter that it depends on is.
-pub(crate) fn propagated(gradient: &RowSVector<f64, 10>, covariance: &Matrix) -> f64 {
+pub fn propagated(gradient: &RowSVector<f64, 10>, covariance: &Matrix) -> f64 {
     // Most derivatives are zero, and so do not count.
     let pairs = gradient.iter().zip(covariance.column_iter());
     let product: Vector = pairs
@@ -189,7 +181,7 @@ pub(crate) fn propagated(gradient: &RowSVector<f64, 10>, covariance: &Matrix) ->
 /// Returns the largest change of a value between two fits, relative to half of its interval, the
 /// larger one of both, given the ten values of each fit with their standard deviations. Values that
 /// one of them does not determine do not count.
-pub(crate) fn value_change([old, new]: [([f64; 10], [f64; 10]); 2]) -> f64 {
+pub fn value_change([old, new]: [([f64; 10], [f64; 10]); 2]) -> f64 {
     let change = |k: usize| (new.0[k] - old.0[k]).abs() / (HALF_WIDTH_95 * old.1[k].max(new.1[k]));
     (0..10).map(change).fold(0.0, f64::max)
 }

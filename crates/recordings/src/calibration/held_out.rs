@@ -1,7 +1,8 @@
 //! Check that a recording without payload holds none.
 
+use tactid_batch::BatchSettings;
 use tactid_calibrate::{CalibrateError, Calibration, EffortComparison, EffortRecording};
-use tactid_identify::{BatchSettings, HALF_WIDTH_95, IdentifyError};
+use tactid_identify::{HALF_WIDTH_95, IdentifyError};
 
 /// A recording holds a payload if its mass is more than this number of standard deviations, and the
 /// mean square of the residuals of some joint without it is more than this multiple of that with

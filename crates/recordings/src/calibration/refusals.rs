@@ -1,8 +1,9 @@
 //! Why recordings cannot calibrate an arm: units of positions and of efforts.
 
+use tactid_batch::Finding as DataFinding;
 use tactid_calibrate::CalibrateError;
 use tactid_identify::checks::PositionsBeyondLimits;
-use tactid_identify::{Finding as DataFinding, three_digits};
+use tactid_identify::three_digits;
 
 use crate::{Finding, RecordingError};
 

@@ -4,10 +4,10 @@ use std::fmt::Write;
 
 use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
+use tactid_batch::Delay;
 use tactid_calibrate::{
     Calibration, CalibrationReport, EffortNoise, JointCalibration, MotionShortage,
 };
-use tactid_identify::Delay;
 use toml::{Spanned, Table};
 
 use super::check::{Fault, Place, check_numbers};

@@ -2,16 +2,16 @@
 
 use schemars::JsonSchema;
 use serde::Serialize;
-
-use super::between::Variation;
-use super::scatter::Scatter;
-use super::term::{Pooled, Term};
-use tactid_identify::Disagreement;
+use tactid_batch::Disagreement;
 use tactid_identify::VALUE_NAMES;
 use tactid_identify::serial::TenValues;
 use tactid_identify::solve::{Matrix, Vector};
 use tactid_identify::solve::{PseudoInverse, pseudo_inverse};
 use tactid_identify::solve::{value_jacobian, values_of};
+
+use super::between::Variation;
+use super::scatter::Scatter;
+use super::term::{Pooled, Term};
 
 /// Probability below which the chi-square over all runs and parameters counts as a disagreement.
 const RARE: f64 = 0.01;

@@ -1,7 +1,7 @@
 //! Whether an estimate can be combined with others.
 
 use nalgebra::SymmetricEigen;
-use tactid_identify::LinearEstimate;
+use tactid_batch::LinearEstimate;
 use tactid_identify::solve::{Matrix, normalized};
 
 use crate::RecordingError;

@@ -1,11 +1,11 @@
 //! Runs whose covariances are estimates, and runs that share errors.
 
 use rand::{SeedableRng, rngs::SmallRng};
+use tactid_batch::SharedErrors;
+use tactid_identify::solve::values_of;
 
 use super::tests::{combined, covariance, half_widths, normal, run, truth};
 use super::*;
-use tactid_identify::SharedErrors;
-use tactid_identify::solve::values_of;
 
 /// Runs whose covariances are estimated from few windows, with errors that are larger than their
 /// information claims by different factors in different directions: the 95 % intervals of many such

@@ -51,18 +51,19 @@ pub use self::shape::ShapeFit;
 use self::shape::with_shape;
 use self::term::{Pooled, Term};
 use crate::{Finding, RecordingError};
+use tactid_batch::Finding as Data;
+use tactid_batch::GainErrors;
+use tactid_batch::LinearEstimate;
+use tactid_batch::SharedErrors;
+use tactid_batch::diagnosis::nearest_consistent;
 use tactid_calibrate::distributions::students_factor;
-use tactid_identify::Finding as Data;
-use tactid_identify::GainErrors;
-use tactid_identify::LinearEstimate;
 use tactid_identify::PayloadEstimate;
-use tactid_identify::diagnosis::nearest_consistent;
 use tactid_identify::serial::TenValues;
 use tactid_identify::solve::value_jacobian;
 use tactid_identify::solve::with_variance;
 use tactid_identify::solve::{Matrix, Vector};
 use tactid_identify::solve::{Posterior, PrincipalMoments, Report};
-use tactid_identify::{KnownMass, PriorKnowledge, SharedErrors};
+use tactid_identify::{KnownMass, PriorKnowledge};
 use tactid_shapes::ShapePrior;
 
 /// Standard deviation of a run's parameters, relative to a body of the payload's size, below which
@@ -102,12 +103,13 @@ pub struct Combination {
 /// # Errors
 /// Returns [`RecordingError::Together`] if there is none, an information or a covariance is not
 /// finite, symmetric and positive semidefinite, or two runs are equal, and the errors of a known
-/// mass and a bounding box that [`BatchSettings::check`](tactid_identify::BatchSettings::check)
+/// mass and a bounding box that [`BatchSettings::check`](tactid_batch::BatchSettings::check)
 /// lists.
 ///
 /// ```
 /// use tactid_identify::nalgebra::{SMatrix, SVector};
-/// use tactid_identify::{LinearEstimate, PriorKnowledge};
+/// use tactid_batch::LinearEstimate;
+/// use tactid_identify::PriorKnowledge;
 /// use tactid_recordings::combine_estimates;
 ///
 /// // 2 kg, 0.1 m in front of the flange, with standard deviations of 1 %; the third recording has a gain of 1.1.

@@ -3,8 +3,8 @@
 use nalgebra::{SMatrix, SVector, SymmetricEigen};
 use schemars::JsonSchema;
 use serde::Serialize;
+use tactid_batch::GainErrors;
 use tactid_calibrate::distributions::f_p;
-use tactid_identify::GainErrors;
 use tactid_identify::serial::TenValues;
 use tactid_identify::solve::{Matrix, Vector};
 use tactid_identify::solve::{PseudoInverse, pseudo_inverse, with_variance};

@@ -2,8 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use tactid_identify::GainErrors;
-use tactid_identify::LinearEstimate;
+use tactid_batch::{GainErrors, LinearEstimate};
 use tactid_identify::solve::{Matrix, Vector};
 use tactid_identify::solve::{PseudoInverse, pseudo_inverse};
 

@@ -306,7 +306,7 @@ pub enum Finding {
     },
     /// What the data say about the assumptions of the identification.
     #[serde(untagged)]
-    Data(tactid_identify::Finding),
+    Data(tactid_batch::Finding),
 }
 
 /// How an arm has changed since its calibration.
@@ -346,8 +346,8 @@ impl NotUsedBecause {
     }
 }
 
-impl From<tactid_identify::Finding> for Finding {
-    fn from(finding: tactid_identify::Finding) -> Self {
+impl From<tactid_batch::Finding> for Finding {
+    fn from(finding: tactid_batch::Finding) -> Self {
         Self::Data(finding)
     }
 }

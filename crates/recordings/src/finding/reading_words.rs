@@ -1,8 +1,9 @@
 //! How frames, axes and efforts are read, and how they should be, in words.
 
+use tactid_batch::p_equals;
 use tactid_dynamics::Reader;
 use tactid_dynamics::words::{listed, percent, with_interval};
-use tactid_identify::{EffortContent, p_equals};
+use tactid_identify::EffortContent;
 
 use super::Finding;
 use crate::OrientationReading;

@@ -2,9 +2,10 @@
 
 use std::ops::ControlFlow;
 
+use tactid_batch::Delay;
 use tactid_identify::{
-    Delay, EquationSettings, Identifier, Method, OnlineSettings, PushOutcome, WrenchEstimate,
-    WrenchFrame, WrenchOffset,
+    EquationSettings, Identifier, Method, OnlineSettings, PushOutcome, WrenchEstimate, WrenchFrame,
+    WrenchOffset,
 };
 use tactid_logs::{LogReader, RawMessage};
 

@@ -1,6 +1,7 @@
 //! What a live session has noticed, for another thread.
 
-use tactid_identify::{Finding as DataFinding, Snapshot};
+use tactid_batch::{Finding as DataFinding, online_findings};
+use tactid_identify::Snapshot;
 use tactid_logs::Topic;
 use tactid_logs::messages::{JointState, WrenchStamped};
 
@@ -76,13 +77,13 @@ pub struct LiveSnapshot {
 }
 
 impl LiveSnapshot {
-    /// Returns all findings. Cost: some 20 ms, see [`Snapshot::findings`].
+    /// Returns all findings. Cost: some 20 ms, see [`online_findings`].
     #[must_use]
     pub fn findings(&self) -> Vec<Finding> {
         // Averages of a constant channel change by rounding: the session looks at the messages instead.
         let is_of_messages =
             |found: &DataFinding| matches!(found, DataFinding::ConstantChannels { .. });
-        let found = self.data.iter().flat_map(Snapshot::findings);
+        let found = self.data.iter().flat_map(online_findings);
         let found = found
             .filter(|found| !is_of_messages(found))
             .map(|mut found| {

@@ -5,18 +5,19 @@ use std::sync::Arc;
 use nalgebra::SVector;
 use schemars::JsonSchema;
 use serde::Serialize;
+use tactid_batch::Finding;
 use tactid_dynamics::{Manipulator, MassProperties, symmetric_matrix};
+use tactid_identify::equations::{Equation, EquationSettings, EquationStream, PushOutcome, Sample};
+use tactid_identify::{
+    IdentifyError, Method, Observability, body_of_values, is_physical, subtract_known_body,
+    values_of_body,
+};
 use tactid_nlms::{Estimator, Nlms, PAPER_ALPHA, PAPER_BETA};
 
 use super::estimate::PaperEstimate;
 use super::recent_mean::RecentMean;
 use super::rows::{inertia_rows, mass_rows};
 use super::singular_values::{RowProducts, SingularValues};
-use tactid_identify::equations::{Equation, EquationSettings, EquationStream, PushOutcome, Sample};
-use tactid_identify::{Finding, IdentifyError, Method};
-use tactid_identify::{
-    Observability, body_of_values, is_physical, subtract_known_body, values_of_body,
-};
 
 /// Settings of the paper's filter.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, JsonSchema)]

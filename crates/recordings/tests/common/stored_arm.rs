@@ -1,12 +1,12 @@
 //! A calibration whose file has something in each of its parts.
 
 use nalgebra::{Isometry3, SVector, Vector3};
+use tactid_batch::Delay;
 use tactid_calibrate::{
     Assumption, CalibratingRecording, Calibration, CalibrationReport, Contradiction, EffortNoise,
     JointCalibration, LinkCalibration, LinkDescription, MotionShortage,
 };
 use tactid_dynamics::InertialParameters;
-use tactid_identify::Delay;
 use tactid_recordings::ArmCalibration;
 
 /// Numbers without a pattern, whose digits fill a float.

@@ -4,16 +4,14 @@
 use nalgebra::{Isometry3, SMatrix};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
+use tactid_batch::{BatchIdentifier, BatchSettings};
 use tactid_dynamics::{BaseKind, InertialParameters, Urdf};
 use tactid_excitation::{
     ActiveSettings, BaseBounds, CollisionModel, ExcitationError, JointLimits, KeepOutBox, Motion,
     OrientedBox, Planner, Prior, PriorBound, PriorContradiction, Problem, Sensing, Step,
     Trajectory,
 };
-use tactid_identify::{
-    BaseState, BatchIdentifier, BatchSettings, EquationSettings, IdentifyError, PayloadEstimate,
-    VALUE_NAMES,
-};
+use tactid_identify::{BaseState, EquationSettings, IdentifyError, PayloadEstimate, VALUE_NAMES};
 
 use super::Start;
 use super::grip::grip;

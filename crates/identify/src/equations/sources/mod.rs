@@ -17,9 +17,8 @@ use tactid_dynamics::{BaseKind, FrameId, Manipulator};
 use self::base::BaseSource;
 use self::effort::EffortSource;
 use self::momentum::MomentumSource;
-pub(crate) use self::regressor::{
-    MOTION_TERMS, WrenchRegressor, acceleration_columns, columns_expressed_in,
-};
+pub use self::regressor::acceleration_columns;
+pub(crate) use self::regressor::{MOTION_TERMS, WrenchRegressor, columns_expressed_in};
 pub(crate) use self::source::{MeasurementSource, RobotState};
 use self::wrench::WrenchSource;
 use super::settings::EquationSettings;

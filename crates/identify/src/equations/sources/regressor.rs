@@ -82,7 +82,7 @@ impl WrenchRegressor {
 
 /// Returns the wrench that an acceleration of a body, in the tool frame, needs for each kg of its
 /// mass and each kg m of its first moments.
-pub(crate) fn acceleration_columns(acceleration: &Vector3<f64>) -> SMatrix<f64, 6, 4> {
+pub fn acceleration_columns(acceleration: &Vector3<f64>) -> SMatrix<f64, 6, 4> {
     let mut columns = SMatrix::<f64, 6, 4>::zeros();
     columns.fixed_view_mut::<3, 1>(0, 0).copy_from(acceleration);
     columns

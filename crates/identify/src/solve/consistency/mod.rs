@@ -38,10 +38,11 @@ const MIN_STD_DEV: f64 = 1e-11;
 
 /// Physically consistent parameters near an estimate.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Projection {
-    pub(crate) parameters: Vector,
+pub struct Projection {
+    /// Parameters of the consistent body, in the order of `InertialParameters`.
+    pub parameters: Vector,
     /// Mahalanobis distance from the estimate, in standard deviations.
-    pub(crate) distance: f64,
+    pub distance: f64,
 }
 
 /// Projects an estimate onto the parameters of physically consistent bodies that fit into a box, if
@@ -51,7 +52,7 @@ pub(crate) struct Projection {
 /// is near. In unobservable directions the result moves freely. `scales` are units of the
 /// parameters in which their standard deviations are of similar size, so that small variances are
 /// distinguished from unobservable directions. Cost: some 0.1 ms.
-pub(crate) fn project(
+pub fn project(
     estimate: &Vector,
     covariance: &Matrix,
     scales: &Vector,

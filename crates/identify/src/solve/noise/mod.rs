@@ -9,21 +9,21 @@ use nalgebra::{DMatrix, Matrix6, SVector};
 
 use self::correlation::{cholesky_in_place, shrinkage_factor, to_correlation};
 use self::known_sensor::KnownSensor;
-pub(crate) use self::whitening::Whitening;
+pub use self::whitening::Whitening;
 use crate::equations::window::{NOISE_BANDWIDTH, PRODUCT_CORRELATION};
 use crate::equations::{Channels, Equation};
 
 /// Least variance of a direction or spectral density of residuals, relative to that of white noise,
 /// and least fraction of the degrees of freedom that a fit leaves. It keeps the variance of an
 /// estimate positive whatever the estimated correlation.
-pub(crate) const VARIANCE_FLOOR: f64 = 0.05;
+pub const VARIANCE_FLOOR: f64 = 0.05;
 
 /// Residuals smaller than this fraction of the measurements are rounding.
-pub(crate) const RESIDUAL_ROUNDING: f64 = 1e-14;
+pub const RESIDUAL_ROUNDING: f64 = 1e-14;
 
 /// Size, in N, N m or the unit of another channel, below which all measurements of a kind are zero.
 /// The squares of what is divided by a larger size stay finite.
-pub(crate) const ZERO_SIZE: f64 = 1e-30;
+pub const ZERO_SIZE: f64 = 1e-30;
 
 /// Least standard deviation of a channel relative to the largest of its kind. A channel with next
 /// to no residuals by chance, such as a moment about which nothing turns, must not outweigh all
@@ -39,9 +39,9 @@ const NORMAL_MEDIAN: f64 = 0.6745;
 /// The noise of sources whose sensors are known keeps their proportions and correlation, and only
 /// its overall size follows the residuals.
 #[derive(Clone, Debug)]
-pub(crate) struct Noise {
+pub struct Noise {
     /// Standard deviation of each channel's mean over a window, in the channel's unit.
-    pub(crate) std_devs: Vec<f64>,
+    pub std_devs: Vec<f64>,
     /// Least standard deviations: smaller ones are rounding or discretisation.
     floors: Vec<f64>,
     /// Fraction of the measurements' size that is the floor.
@@ -61,11 +61,7 @@ impl Noise {
     /// Creates a model from the measurements alone, before there are residuals: noise as large as
     /// the measurements, uncorrelated unless the sensors are known. No standard deviation will be
     /// less than `relative_floor` times the size of the measurements.
-    pub(crate) fn from_targets(
-        equations: &[Equation],
-        channels: &Channels,
-        relative_floor: f64,
-    ) -> Self {
+    pub fn from_targets(equations: &[Equation], channels: &Channels, relative_floor: f64) -> Self {
         let source_of = channels.source_of();
         let count = source_of.len();
         let mut noise = Self {
@@ -105,14 +101,14 @@ impl Noise {
     }
 
     /// Returns whether any measurement was different from zero.
-    pub(crate) fn has_measurements(&self) -> bool {
+    pub fn has_measurements(&self) -> bool {
         self.std_devs.iter().any(|&size| size > f64::MIN_POSITIVE)
     }
 
     /// Sets the size of channels whose measurements were all zero to one unit: the sensor has not
     /// started yet, has no such axis, or a point mass without noise has no moments. Otherwise
     /// whitening would divide other measurements by zero. Allocates nothing.
-    pub(crate) fn set_zero_channels_to_unit(&mut self) {
+    pub fn set_zero_channels_to_unit(&mut self) {
         for (std_dev, floor) in self.std_devs.iter_mut().zip(&mut self.floors) {
             if *std_dev <= f64::MIN_POSITIVE {
                 (*std_dev, *floor) = (1.0, self.relative_floor);
@@ -121,7 +117,7 @@ impl Noise {
     }
 
     /// Returns the same standard deviations without correlation across channels.
-    pub(crate) fn without_correlation(&self) -> Self {
+    pub fn without_correlation(&self) -> Self {
         let mut noise = self.clone();
         noise.root.fill_with_identity();
         noise.estimated_correlations = 0.0;
@@ -130,7 +126,7 @@ impl Noise {
 
     /// Returns the least standard deviation of a channel, in its unit: smaller residuals are
     /// rounding.
-    pub(crate) fn floor(&self, channel: usize) -> f64 {
+    pub fn floor(&self, channel: usize) -> f64 {
         self.floors[channel]
     }
 
@@ -140,13 +136,13 @@ impl Noise {
     }
 
     /// Number of channels.
-    pub(crate) fn channels(&self) -> usize {
+    pub fn channels(&self) -> usize {
         self.std_devs.len()
     }
 
     /// Returns a root `R` of the covariance `R Rᵀ` of the channels' means over a window, in their
     /// units.
-    pub(crate) fn covariance_root(&self) -> DMatrix<f64> {
+    pub fn covariance_root(&self) -> DMatrix<f64> {
         DMatrix::from_fn(self.channels(), self.channels(), |i, j| {
             if j <= i {
                 self.std_devs[i] * self.root[(i, j)]
@@ -158,7 +154,7 @@ impl Noise {
 
     /// Returns the covariance of the first six channels' means over a window, in their units,
     /// without allocation; `None` where there are fewer.
-    pub(crate) fn wrench_covariance(&self) -> Option<Matrix6<f64>> {
+    pub fn wrench_covariance(&self) -> Option<Matrix6<f64>> {
         (self.channels() >= 6).then(|| {
             let root = Matrix6::from_fn(|i, j| match j <= i {
                 true => self.std_devs[i] * self.root[(i, j)],
@@ -181,7 +177,7 @@ impl Noise {
     /// the noise shows, given the number of independent windows. Errors of the estimated
     /// correlations add to those of the parameters; and the correlations fit the residuals, from
     /// which a fraction `from_residuals` of the estimate comes, too well.
-    pub(crate) fn inflation(&self, independent: f64, from_residuals: f64) -> f64 {
+    pub fn inflation(&self, independent: f64, from_residuals: f64) -> f64 {
         let fraction = (self.estimated_correlations / independent).min(0.9);
         (1.0 + fraction) * (1.0 + from_residuals * fraction / (1.0 - fraction))
     }
@@ -213,7 +209,7 @@ impl Noise {
     ///
     /// Sizes and correlations come from one sum: channels whose noise is almost the same determine
     /// most by their difference, which a size that is a few percent off would spoil.
-    pub(crate) fn estimate<'a>(&mut self, windows: impl Iterator<Item = (&'a [f64], f64)> + Clone) {
+    pub fn estimate<'a>(&mut self, windows: impl Iterator<Item = (&'a [f64], f64)> + Clone) {
         let (mut count, mut weights) = (0.0, f64::MIN_POSITIVE);
         for (_, weight) in windows.clone() {
             count += 1.0;
@@ -226,7 +222,7 @@ impl Noise {
     /// Estimates standard deviations from medians of the residuals of some windows, while outliers
     /// are not identified yet: outliers do not move medians. Correlations stay as they are, because
     /// outliers would dominate them.
-    pub(crate) fn estimate_from_medians<'a>(
+    pub fn estimate_from_medians<'a>(
         &mut self,
         windows: impl Iterator<Item = (&'a [f64], f64)> + Clone,
     ) {
@@ -345,7 +341,7 @@ impl Noise {
 
 /// Writes the root mean square of each channel's measurements, taken over all channels of its kind:
 /// an upper bound of its noise before there are residuals.
-pub(crate) fn target_sizes(equations: &[Equation], kinds: &[usize], sizes: &mut [f64]) {
+pub fn target_sizes(equations: &[Equation], kinds: &[usize], sizes: &mut [f64]) {
     sizes.fill(0.0);
     for equation in equations {
         for (square, row) in sizes.iter_mut().zip(&equation.rows) {

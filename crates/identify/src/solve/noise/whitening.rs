@@ -8,7 +8,7 @@ use super::Noise;
 /// noise without correlation, as after [`Noise::whiten`], which solves a triangular system for each
 /// window.
 #[derive(Clone, Debug)]
-pub(crate) struct Whitening {
+pub struct Whitening {
     channels: usize,
     /// Lower triangular matrix, row by row.
     factors: Vec<f64>,
@@ -16,7 +16,7 @@ pub(crate) struct Whitening {
 
 impl Whitening {
     /// Inverts the root of the covariance.
-    pub(crate) fn new(noise: &Noise) -> Self {
+    pub fn new(noise: &Noise) -> Self {
         let channels = noise.channels();
         let mut inverse = DMatrix::<f64>::identity(channels, channels);
         noise.root.solve_lower_triangular_mut(&mut inverse);
@@ -39,13 +39,13 @@ impl Whitening {
     }
 
     /// Returns the factor of a channel in a whitened row.
-    pub(crate) fn factor(&self, row: usize, channel: usize) -> f64 {
+    pub fn factor(&self, row: usize, channel: usize) -> f64 {
         self.factors[row * self.channels + channel]
     }
 
     /// Writes the whitened rows of a window, one for each channel.
     #[inline(always)]
-    pub(crate) fn apply<const N: usize>(&self, rows: &[[f64; N]], whitened: &mut [[f64; N]]) {
+    pub fn apply<const N: usize>(&self, rows: &[[f64; N]], whitened: &mut [[f64; N]]) {
         for (channel, whitened) in whitened.iter_mut().enumerate() {
             let mut sum = [0.0; N];
             for (&factor, row) in self.factors(channel).iter().zip(rows) {
@@ -61,7 +61,7 @@ impl Whitening {
 
     /// Returns the squared Mahalanobis distance of a window's residuals, one for each channel.
     #[inline(always)]
-    pub(crate) fn squared_distance(&self, residuals: &[f64]) -> f64 {
+    pub fn squared_distance(&self, residuals: &[f64]) -> f64 {
         let whitened = |channel| -> f64 {
             let pairs = self.factors(channel).iter().zip(residuals);
             pairs.map(|(factor, residual)| factor * residual).sum()

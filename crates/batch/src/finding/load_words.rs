@@ -1,0 +1,211 @@
+//! Findings about the load in words: its sign, and what the model does not explain.
+
+use tactid_dynamics::Reader;
+use tactid_dynamics::words::{decimals_of, general, listed, percent};
+use tactid_identify::Method;
+
+use super::{Finding, UnexplainedLoad};
+
+/// Fraction of the load above which a residual is hardly ever friction.
+const LARGEST_FRICTION: f64 = 0.7;
+
+/// What a method measures of the payload.
+fn load_of(method: Method) -> &'static str {
+    match method {
+        Method::Tactile => "wrench",
+        Method::Effort => "effort",
+        Method::JointSensing | Method::Combined { .. } => "load",
+    }
+}
+
+pub(super) fn gravity(
+    better: &[f64; 3],
+    residual_ratio: f64,
+    method: Method,
+    reader: Reader,
+) -> String {
+    let what = if better.iter().any(|&entry| entry != 0.0) {
+        "Gravity of the opposite sign"
+    } else {
+        "No gravity at all"
+    };
+    // Without the sign of zero.
+    let [x, y, z] = better.map(|entry| general(entry + 0.0, 6));
+    format!(
+        "{what}, ({x}, {y}, {z}) m/s², explains the {} far better than the given one (its \
+         residuals are {} as large): check the sign of {} and the axes of the world.",
+        load_of(method),
+        percent(residual_ratio),
+        reader.option("gravity")
+    )
+}
+
+pub(super) fn negative_mass(method: Method, or_gravity: bool, reader: Reader) -> String {
+    let online = reader == Reader::Online;
+    let gravity = || reader.option("gravity");
+    if method == Method::Effort {
+        // The torque of the links is in the efforts, so that a sign is only one cause.
+        let mut sign = "the opposite sign of the effort".to_owned();
+        if online {
+            sign += " (negate `effort` before `push`)";
+        } else if or_gravity {
+            // With a calibration, where the sign of gravity is known, this option is refused.
+            sign += &format!(" ({} with a minus sign)", reader.option("effort_gain"));
+        }
+        if or_gravity {
+            sign += &format!(" or of gravity ({})", gravity());
+        }
+        return format!(
+            "The identified mass is negative. Possible causes are {sign}, another order of the \
+             joints, and a body at or below the tip that the URDF has and the robot does not."
+        );
+    }
+    let is_tactile = method == Method::Tactile;
+    let hint = if is_tactile && !online {
+        format!(" ({})", reader.option("wrench_acts_on"))
+    } else {
+        String::new()
+    };
+    let remedy = if is_tactile && online {
+        ": negate `wrench` before `push`"
+    } else {
+        ""
+    };
+    let or_gravity = if or_gravity {
+        format!(", or of gravity ({}),", gravity())
+    } else {
+        String::new()
+    };
+    format!(
+        "The identified mass is negative: the opposite sign of the {}{hint}{or_gravity} would \
+         explain the data{remedy}.",
+        load_of(method)
+    )
+}
+
+pub(super) fn unexplained(load: &UnexplainedLoad, reader: Reader) -> String {
+    let UnexplainedLoad {
+        residual_rms,
+        load_rms,
+        noise_rms,
+        ..
+    } = *load;
+    let what = match &load.joint {
+        Some(joint) => format!("the effort of {joint}"),
+        None => "the load".to_owned(),
+    };
+    // A channel that measures nothing at all has no load.
+    let share = if load_rms == 0.0 {
+        format!("{what}, which is zero")
+    } else {
+        format!("{:.0} % of {what}", 100.0 * residual_rms / load_rms)
+    };
+    let times = residual_rms / noise_rms.max(1e-300);
+    let beyond = if times < 1e4 {
+        format!("{times:.0} times the noise")
+    } else {
+        "far beyond the noise".to_owned()
+    };
+    let decimals = decimals_of(residual_rms);
+    format!(
+        "The model does not explain {share} (rms {residual_rms:.decimals$} of \
+         {load_rms:.decimals$} {}, {beyond}), and the intervals do not contain this error. {}",
+        load.unit,
+        reason(load, reader)
+    )
+}
+
+/// Returns the usual reasons of a load that is not explained.
+fn reason(load: &UnexplainedLoad, reader: Reader) -> String {
+    let text = match load.method {
+        Method::Tactile => {
+            "Check the frame of the sensor and how it is mounted, the tip, gravity and the pose of \
+             the base, and the order, signs and units of the joints."
+        }
+        Method::JointSensing => {
+            "Check the inertias of the links, the frame of the base's motion, and whether anything \
+             outside acts on the robot."
+        }
+        Method::Combined { .. } => {
+            "Identify from each source alone to see which one contradicts the model; with efforts, \
+             friction in the joints is the usual reason."
+        }
+        Method::Effort if load.joint.is_some() => {
+            "Check the order of the joints (two joints with large errors are often exchanged), \
+             their signs and units, and that the calibration is of this robot. Friction that has \
+             changed is usually smaller: warm the gears, or calibrate anew."
+        }
+        // Of a load of zero, too.
+        Method::Effort if load.residual_rms > LARGEST_FRICTION * load.load_rms => {
+            "Friction of a geared arm can be as large as its load. Calibrate the arm with a \
+             recording without payload (`tactid calibrate`), which finds friction and corrects the \
+             links. If that does not help, check the order of the joints, their signs and units, \
+             and the gains of the efforts."
+        }
+        Method::Effort if load.has_unloaded => {
+            "The unloaded recording does not remove it: check that both recordings have the same \
+             speed and temperature, and the gains of the efforts."
+        }
+        Method::Effort => {
+            let remedy = match reader {
+                Reader::Online => {
+                    "subtract the efforts of the same motion without the payload before `push`"
+                        .to_owned()
+                }
+                _ => format!(
+                    "use {}, a recording of the same motion without the payload",
+                    reader.option("unloaded")
+                ),
+            };
+            return format!(
+                "Friction in the joints is the usual reason, then wrong inertias of the links or \
+                 gains of the efforts: {remedy}."
+            );
+        }
+    };
+    text.to_owned()
+}
+
+/// Says which channels never change, and whether they are left out.
+pub(super) fn constant_channels(finding: &Finding) -> String {
+    let Finding::ConstantChannels {
+        source,
+        frame,
+        channels,
+        is_zero,
+        is_left_out,
+        without_moments,
+    } = finding
+    else {
+        return String::new();
+    };
+    if *is_left_out {
+        let were = if channels.len() > 1 { "were" } else { "was" };
+        let when = if *is_zero {
+            "in all samples"
+        } else {
+            "in the beginning, but not later"
+        };
+        return format!(
+            "{source}: {} in `{frame}` measured nothing (zero, or no number, {when}), and {were} \
+             left out{}.",
+            listed(channels),
+            if *without_moments {
+                ", and all other moments with them, because those about the tip are not known"
+            } else {
+                ""
+            }
+        );
+    }
+    let value = if *is_zero { "zero" } else { "constant" };
+    let (are, them) = if channels.len() > 1 {
+        ("are", "them")
+    } else {
+        ("is", "it")
+    };
+    format!(
+        "{source}: {} in `{frame}` {are} exactly {value} in all samples, as of a sensor that does \
+         not measure {them}. The estimate takes {them} for measured.",
+        listed(channels)
+    )
+}

@@ -1,0 +1,132 @@
+//! The fits behind a result: to windows of the smoothed motion, and to the motion itself.
+
+use tactid_identify::equations::Equation;
+use tactid_identify::{HistoryPoint, IdentifyError, KnownBodies, PayloadEstimate, values_of_body};
+
+use super::{BatchIdentifier, Solution};
+use crate::fit::{Delay, Fit, FitOptions, least_squares};
+use crate::history::history;
+use crate::other_load::{Parts, leave_out};
+use crate::trajectory::{MotionEstimate, choose};
+
+/// Fits of a recording.
+pub(super) struct Fits<'a> {
+    /// Fits to windows, without a known mass and with it.
+    of_windows: [&'a Fit; 2],
+    /// The fit where the motion was estimated with the payload.
+    of_motion: Option<Fit>,
+    pub(super) motion: MotionEstimate,
+}
+
+impl Fits<'_> {
+    /// The fit that is reported.
+    pub(super) fn of_all(&self) -> &Fit {
+        self.of_motion.as_ref().unwrap_or(self.of_windows[1])
+    }
+
+    /// The fit that is reported where no mass is known.
+    pub(super) fn without_mass(&self) -> &Fit {
+        self.of_motion.as_ref().unwrap_or(self.of_windows[0])
+    }
+}
+
+impl BatchIdentifier {
+    /// Estimates the motion together with the payload where that is more precise than the fits to
+    /// windows, and the fit shows nothing unknown beside the payload.
+    pub(super) fn fits<'a>(
+        &self,
+        solution: &'a Solution<'_>,
+        with_known_mass: Option<&'a Fit>,
+    ) -> Fits<'a> {
+        let fit = &solution.found.fit;
+        let windows = fit.weights.len();
+        let causes = solution.explanation.as_ref();
+        let causes = causes.map_or(&[][..], |found| &found.causes);
+        let is_plain = fit.null_space.directions().is_empty()
+            && solution.channels.offsets == 0
+            && solution.other_load.is_none()
+            && causes.is_empty()
+            && !(0..windows).any(|window| fit.is_outlier(window));
+        let (motion, found) = if is_plain {
+            let mut bins = self.bins.clone();
+            bins.finish();
+            let smoothed = (&fit.parameters, &fit.covariance);
+            choose(&bins, self.stream.model(), smoothed)
+        } else {
+            (MotionEstimate::Smoothed, None)
+        };
+        let of_motion = found.map(|found| Fit {
+            parameters: found.parameters,
+            covariance: found.covariance,
+            metric: found.metric,
+            bread: found.of_white_noise,
+            independent: found.freedom,
+            ..fit.clone()
+        });
+        Fits {
+            of_windows: [fit, with_known_mass.unwrap_or(fit)],
+            of_motion,
+            motion,
+        }
+    }
+
+    /// Fits the parameters with the mass of the payload, where that is known.
+    pub(super) fn with_known_mass(
+        &self,
+        solution: &Solution<'_>,
+        known: &KnownBodies,
+    ) -> Result<Option<Fit>, IdentifyError> {
+        let Some(mass) = self.settings.known_mass else {
+            return Ok(None);
+        };
+        let options = FitOptions {
+            known_mass: Some(known.mass_of_load(mass)),
+            used: solution.other_load.map(Parts::is_rest),
+            ..solution.found.values.options(&solution.channels)
+        };
+        let equations = &solution.found.equations;
+        let fit = least_squares::fit(equations, options);
+        let mut fit = fit.ok_or_else(|| self.stream.too_few_windows(equations.len()))?;
+        leave_out(solution.other_load, &mut fit);
+        Ok(Some(fit))
+    }
+
+    /// Returns the estimate over time, whose last point is the `result`.
+    pub(super) fn history(
+        &self,
+        equations: &[Equation],
+        fits: &Fits<'_>,
+        known: &KnownBodies,
+        result: &PayloadEstimate,
+    ) -> Vec<HistoryPoint> {
+        let bounding_box = self.settings.bounding_box.as_ref();
+        let with_motion = fits.of_motion.is_some();
+        // The factors that widen a result are those of its own fit.
+        let of_result = (!with_motion).then_some(&result.std_devs);
+        let mut points = history(
+            equations,
+            fits.of_windows[1],
+            known,
+            bounding_box,
+            of_result,
+        );
+        if let Some(last) = points.last_mut().filter(|_| with_motion) {
+            (last.values, last.std_devs) = (values_of_body(&result.body), result.std_devs);
+        }
+        points
+    }
+
+    /// Estimates the delay of the load with the weights of a fit without it.
+    pub(super) fn remaining_delay(&self, solution: &Solution<'_>) -> Option<Delay> {
+        if !self.settings.delay {
+            return None;
+        }
+        let options = FitOptions {
+            delay: true,
+            weights_of: Some(&solution.found.fit),
+            ..solution.found.values.options(&solution.channels)
+        };
+        let delay = least_squares::fit(&solution.found.equations, options)?.delay;
+        delay.filter(|delay| delay.delay_s.is_finite())
+    }
+}

@@ -1,0 +1,276 @@
+//! Means of the raw samples over short bins, of which a trajectory is estimated.
+
+use tactid_dynamics::{BaseKind, Manipulator};
+use tactid_identify::equations::{Continuation, EquationSettings, Sample};
+
+use super::{MotionEstimate, SETTINGS};
+
+/// Where the channels of a bin are: positions and velocities of the joints, pose and velocities of
+/// the base (position, velocity, quaternion, angular velocity), efforts, and wrenches.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Layout {
+    pub(super) joints: usize,
+    pub(super) sensors: usize,
+}
+
+impl Layout {
+    /// Channels of a joint's position and velocity, or, after the joints, of those of the base.
+    pub(super) fn channels_of(self, coordinate: usize) -> [usize; 2] {
+        match coordinate.checked_sub(self.joints) {
+            None => [coordinate, coordinate + self.joints],
+            Some(axis) => [self.position() + axis, self.position() + 3 + axis],
+        }
+    }
+
+    /// First channel of the base's position, followed by its velocity.
+    pub(super) fn position(self) -> usize {
+        2 * self.joints
+    }
+
+    /// First channel of the base's quaternion x, y, z, w.
+    pub(super) fn quaternion(self) -> usize {
+        self.position() + 6
+    }
+
+    /// First channel of the base's angular velocity in the inertial frame.
+    pub(super) fn angular_velocity(self) -> usize {
+        self.quaternion() + 4
+    }
+
+    /// First channel of the joint efforts.
+    pub(super) fn effort(self) -> usize {
+        self.angular_velocity() + 3
+    }
+
+    /// First channel of the wrenches, force and moment of each sensor.
+    pub(super) fn wrenches(self) -> usize {
+        self.effort() + self.joints
+    }
+
+    /// Number of coordinates: the joints, the position of the base, and its quaternion.
+    pub(super) fn coordinates(self) -> usize {
+        self.joints + 3 + 4
+    }
+
+    /// Number of channels.
+    pub(super) fn count(self) -> usize {
+        self.wrenches() + 6 * self.sensors
+    }
+}
+
+/// The mean of the samples of a bin.
+#[derive(Clone, Debug)]
+pub(super) struct Bin {
+    /// Mean time of the samples, s.
+    pub(super) time_s: f64,
+    /// Mean square distance of the times from their mean, s².
+    pub(super) spread_s2: f64,
+    /// Means of the channels, in the order of the [`Layout`].
+    pub(super) values: Vec<f64>,
+}
+
+/// Sums over the samples of a bin, relative to the first of them.
+#[derive(Clone, Debug)]
+struct Sums {
+    count: f64,
+    first_s: f64,
+    times_s: f64,
+    squares_s2: f64,
+    values: Vec<f64>,
+}
+
+/// Bins of all samples of a recording of a free-floating robot, stretch by stretch.
+#[derive(Clone, Debug)]
+pub(crate) struct SampleBins {
+    layout: Layout,
+    continuation: Continuation,
+    length_s: f64,
+    /// Bins of each stretch without gaps; empty where samples lack what a trajectory needs.
+    stretches: Vec<Vec<Bin>>,
+    sums: Sums,
+    /// Channels of the last sample.
+    last: Vec<f64>,
+    count: usize,
+    /// Why a trajectory cannot be estimated together with the payload.
+    unsuited: Option<MotionEstimate>,
+}
+
+impl SampleBins {
+    /// Creates the bins of a robot with so many wrench sensors. They stay empty where they have no
+    /// use, `given` as the reason or among those of the settings.
+    pub(crate) fn new(
+        robot: &Manipulator,
+        sensors: usize,
+        settings: &EquationSettings,
+        given: Option<MotionEstimate>,
+    ) -> Self {
+        let joints = robot.dof();
+        let layout = Layout { joints, sensors };
+        let length_s = 1.0 / (SETTINGS.bins_of_interval * SETTINGS.knots_hz);
+        let gains = &settings.effort_gain_std_dev;
+        let has_others = settings.wrench_offset
+            || settings.unknowns.any()
+            || settings.unmeasured != [false; 6]
+            || settings.shared_noise_s >= length_s
+            || settings.method.uses_effort() && gains.iter().any(|std_dev| *std_dev > 0.0);
+        let is_for_others = robot.base_kind() != BaseKind::Floating || joints == 0 || has_others;
+        let unsuited = is_for_others.then_some(MotionEstimate::Smoothed);
+        Self {
+            layout,
+            continuation: Continuation::new(robot),
+            length_s,
+            stretches: Vec::new(),
+            sums: Sums {
+                count: 0.0,
+                first_s: 0.0,
+                times_s: 0.0,
+                squares_s2: 0.0,
+                values: vec![0.0; layout.count()],
+            },
+            last: vec![0.0; layout.count()],
+            count: 0,
+            unsuited: unsuited.or(given),
+        }
+    }
+
+    /// Where the channels are.
+    pub(super) fn layout(&self) -> Layout {
+        self.layout
+    }
+
+    /// Returns the bins in sections whose motions are estimated one after another, which bounds the
+    /// memory: stretches without gaps, and equal pieces of those that are too long.
+    pub(super) fn sections(&self) -> Vec<Vec<&[Bin]>> {
+        let most = SETTINGS.section / self.layout.coordinates().pow(2);
+        let mut room = 0;
+        let mut sections: Vec<Vec<&[Bin]>> = Vec::new();
+        for stretch in &self.stretches {
+            let pieces = stretch.len().div_ceil(most).max(1);
+            for piece in stretch.chunks(stretch.len().div_ceil(pieces).max(1)) {
+                match sections.last_mut() {
+                    Some(section) if piece.len() <= room => section.push(piece),
+                    _ => {
+                        sections.push(vec![piece]);
+                        room = most;
+                    }
+                }
+                room -= piece.len();
+            }
+        }
+        sections
+    }
+
+    /// Why a trajectory cannot be estimated together with the payload, as far as settings and
+    /// samples show it at once.
+    pub(super) fn unsuited(&self) -> Option<MotionEstimate> {
+        self.unsuited
+    }
+
+    /// Adds a sample whose slices fit the robot; `starts` where it follows a gap.
+    pub(crate) fn push(&mut self, sample: &Sample<'_>, starts: bool) {
+        if self.unsuited.is_none() {
+            self.unsuited = self.unsuited_by(sample);
+        }
+        if self.unsuited.is_some() {
+            self.stretches.clear();
+            return;
+        }
+        if starts || self.stretches.is_empty() {
+            self.finish();
+            self.stretches.push(Vec::new());
+        } else if sample.time_s - self.sums.first_s >= self.length_s {
+            self.finish();
+        }
+        self.set_last(sample);
+        let sums = &mut self.sums;
+        if sums.count == 0.0 {
+            sums.first_s = sample.time_s;
+        }
+        let since_s = sample.time_s - sums.first_s;
+        sums.count += 1.0;
+        sums.times_s += since_s;
+        sums.squares_s2 += since_s * since_s;
+        for (sum, value) in sums.values.iter_mut().zip(&self.last) {
+            *sum += value;
+        }
+    }
+
+    /// Returns what a sample lacks, or that there are too many already.
+    fn unsuited_by(&self, sample: &Sample<'_>) -> Option<MotionEstimate> {
+        let base = &sample.base;
+        if sample.joint_velocity.len() != self.layout.joints {
+            Some(MotionEstimate::NoVelocities)
+        } else if base.acceleration.is_some() || base.angular_acceleration.is_some() {
+            Some(MotionEstimate::Smoothed)
+        } else {
+            (self.count >= SETTINGS.most_bins).then_some(MotionEstimate::TooLong)
+        }
+    }
+
+    /// Ends the bin.
+    pub(crate) fn finish(&mut self) {
+        let sums = &mut self.sums;
+        let Some(stretch) = self.stretches.last_mut().filter(|_| sums.count > 0.0) else {
+            return;
+        };
+        let weight = sums.count.recip();
+        let mean_s = sums.times_s * weight;
+        stretch.push(Bin {
+            time_s: sums.first_s + mean_s,
+            spread_s2: (sums.squares_s2 * weight - mean_s * mean_s).max(0.0),
+            values: sums.values.iter().map(|sum| sum * weight).collect(),
+        });
+        self.count += 1;
+        (sums.count, sums.times_s, sums.squares_s2) = (0.0, 0.0, 0.0);
+        sums.values.fill(0.0);
+    }
+
+    /// Writes the channels of a sample. Angles and the sign of the quaternion continue those of the
+    /// sample before.
+    fn set_last(&mut self, sample: &Sample<'_>) {
+        let layout = self.layout;
+        let joints = layout.joints;
+        let positions = self.continuation.push(sample.time_s, sample.joint_position);
+        let base = &sample.base;
+        let rotation = base.pose.rotation.coords;
+        let last = &mut self.last;
+        let before = &last[layout.quaternion()..layout.angular_velocity()];
+        let along: f64 = rotation.iter().zip(before).map(|(a, b)| a * b).sum();
+        let rotation = rotation * 1f64.copysign(along);
+        last[..joints].copy_from_slice(positions);
+        last[joints..2 * joints].copy_from_slice(sample.joint_velocity);
+        let of_base = base.pose.translation.vector.iter().chain(&base.velocity);
+        let of_base = of_base.chain(&rotation).chain(&base.angular_velocity);
+        let (effort, wrenches) = (layout.effort(), layout.wrenches());
+        for (place, value) in last[layout.position()..effort].iter_mut().zip(of_base) {
+            *place = *value;
+        }
+        let efforts = last[effort..wrenches].iter_mut().zip(sample.joint_effort);
+        efforts.for_each(|(place, value)| *place = *value);
+        for (place, wrench) in last[wrenches..].chunks_exact_mut(6).zip(sample.wrenches) {
+            place[..3].copy_from_slice(wrench.force.as_slice());
+            place[3..].copy_from_slice(wrench.moment.as_slice());
+        }
+    }
+}
+
+/// Replaces the means of a stretch by values at the mean times: a mean differs from them by half of
+/// the second derivative times the spread of the times.
+pub(super) fn values_at_times(bins: &mut [Bin]) {
+    let means: Vec<Bin> = bins.to_vec();
+    let count = bins.len();
+    if count < 3 {
+        return;
+    }
+    for (k, bin) in bins.iter_mut().enumerate() {
+        let middle = k.clamp(1, count - 2);
+        let [a, b, c] = [0, 1, 2].map(|i| &means[middle - 1 + i]);
+        let (before_s, after_s) = (b.time_s - a.time_s, c.time_s - b.time_s);
+        let factor = bin.spread_s2 / (before_s + after_s);
+        for (channel, value) in bin.values.iter_mut().enumerate() {
+            let rise = (c.values[channel] - b.values[channel]) / after_s;
+            let rise_before = (b.values[channel] - a.values[channel]) / before_s;
+            *value -= factor * (rise - rise_before);
+        }
+    }
+}

@@ -1,0 +1,229 @@
+//! Where motion and payload at once would be wrong, or have no advantage, and what it does with
+//! what is known of sensors.
+
+use std::f64::consts::TAU;
+
+use rand::{RngExt, SeedableRng, rngs::SmallRng};
+use rand_distr::StandardNormal;
+use tactid_batch::{BatchIdentifier, BatchResult, BatchSettings, Finding, MotionEstimate};
+use tactid_dynamics::MassProperties;
+use tactid_identify::nalgebra::{Matrix3, Vector3};
+use tactid_identify::{EquationSettings, Method, values_of_body};
+
+use crate::common::{Experiment, Instant, Noise, SENSORS, TOOL};
+
+const COMBINED: Method = Method::Combined { effort: true };
+
+fn experiment() -> Experiment {
+    Experiment {
+        duration_s: 1.5,
+        ..Experiment::default()
+    }
+}
+
+/// Noise on every channel but the pose of the base, with which no source outdoes the others.
+fn noisy(instants: &[Instant], seed: u64) -> Vec<Instant> {
+    let noise = Noise {
+        wrench: [0.2, 0.02],
+        effort: 0.05,
+        ..Noise::fraction(0.003)
+    };
+    let mut random = SmallRng::seed_from_u64(seed);
+    let drawn = instants
+        .iter()
+        .map(|instant| noise.on(instant, &mut random));
+    drawn.collect()
+}
+
+fn solve(instants: &[Instant], equations: EquationSettings) -> BatchResult {
+    solve_with(instants, equations, BatchSettings::default())
+}
+
+fn solve_with(
+    instants: &[Instant],
+    equations: EquationSettings,
+    settings: BatchSettings,
+) -> BatchResult {
+    let robot = experiment().robot();
+    let mut identifier = BatchIdentifier::new(&robot, TOOL, &SENSORS, equations, settings).unwrap();
+    for instant in instants {
+        identifier.push(&instant.sample()).unwrap();
+    }
+    identifier.solve().unwrap()
+}
+
+fn with(method: Method) -> EquationSettings {
+    EquationSettings {
+        method,
+        ..EquationSettings::default()
+    }
+}
+
+/// Measured accelerations of the base decide how it accelerates, and not velocities that lag.
+#[test]
+fn accelerations_that_are_measured_are_used() {
+    let exact = experiment().run();
+    let (lag, count) = (40, exact.len());
+    let mut random = SmallRng::seed_from_u64(3);
+    let mut lagging = noisy(&exact, 3);
+    for k in lag..count - 1 {
+        let step_s = exact[k + 1].time_s - exact[k - 1].time_s;
+        let [before, after] = [&exact[k - 1].base, &exact[k + 1].base];
+        let mut noise = |size: f64| -> Vector3<f64> {
+            Vector3::from_fn(|_, _| size * random.sample::<f64, _>(StandardNormal))
+        };
+        let base = &mut lagging[k].base;
+        let slow = &exact[k - lag].base;
+        base.velocity = slow.velocity;
+        base.pose.translation = slow.pose.translation;
+        base.acceleration = Some((after.velocity - before.velocity) / step_s + noise(1e-3));
+        let turning = (after.angular_velocity - before.angular_velocity) / step_s;
+        base.angular_acceleration = Some(turning + noise(1e-3));
+    }
+    let found = solve(&lagging[lag..count - 1], with(Method::JointSensing));
+    let error_kg = found.estimate.body.mass_kg - 100.0;
+    assert!(
+        error_kg.abs() < 3.0 * found.estimate.std_devs[0],
+        "{error_kg}"
+    );
+    assert_eq!(found.fit.motion, MotionEstimate::Smoothed);
+}
+
+/// What is found about the mass agrees with the interval of the mass.
+#[test]
+fn a_light_payload_is_held() {
+    let body = MassProperties {
+        mass_kg: 0.08,
+        center_of_mass: Vector3::new(0.1, 0.0, 0.0),
+        inertia: Matrix3::identity() * 0.004,
+    };
+    let light = Experiment {
+        swap: Some((-1.0, body)),
+        ..experiment()
+    };
+    let exact = light.run();
+    for seed in 0..8 {
+        let found = solve(&noisy(&exact, seed), with(Method::JointSensing));
+        let is_empty = found
+            .findings
+            .iter()
+            .any(|finding| matches!(finding, Finding::NothingHeld { .. }));
+        let mass = found.linear.parameters[0];
+        let std_dev = found.linear.covariance[(0, 0)].sqrt();
+        assert_eq!(is_empty, mass.abs() < 3.0 * std_dev, "{mass} {std_dev}");
+    }
+}
+
+/// The proportions of known noise weigh the channels: a joint whose effort is given as a hundred
+/// times as noisy hardly counts.
+#[test]
+fn known_noise_weighs_channels() {
+    let mut instants = noisy(&experiment().run(), 5);
+    let mut effort_noise = vec![0.05; 8];
+    effort_noise[3] = 5.0;
+    let equations = EquationSettings {
+        effort_noise,
+        ..with(Method::Effort)
+    };
+    let before = solve(&instants, equations.clone());
+    assert_eq!(before.fit.motion, MotionEstimate::WithPayload);
+    let mut random = SmallRng::seed_from_u64(8);
+    for instant in &mut instants {
+        instant.effort[3] += 0.05 * random.sample::<f64, _>(StandardNormal);
+    }
+    let after = solve(&instants, equations);
+    assert_eq!(after.fit.motion, MotionEstimate::WithPayload);
+    let [one, other] = [before, after].map(|found| {
+        (
+            values_of_body(&found.estimate.body),
+            found.estimate.std_devs,
+        )
+    });
+    for k in 0..10 {
+        let moved = (one.0[k] - other.0[k]).abs() / one.1[k];
+        assert!(moved < 0.03, "{k}: {moved}");
+    }
+}
+
+/// One channel of the load that no model explains is enough.
+#[test]
+fn one_unexplained_channel_is_enough() {
+    let mut instants = noisy(&experiment().run(), 4);
+    for instant in &mut instants {
+        instant.effort[3] += 0.07 * (TAU * 5.0 * instant.time_s).sin();
+    }
+    let found = solve(&instants, with(COMBINED));
+    assert_eq!(found.fit.motion, MotionEstimate::Unexplained);
+}
+
+/// Velocities that are zero because nobody measures them are not taken for measurements.
+#[test]
+fn velocities_of_zero_beside_a_motion_are_not_measured() {
+    let instants = noisy(&experiment().run(), 6);
+    let mut of_joints = instants.clone();
+    let mut of_base = instants.clone();
+    let mut of_rotation = instants;
+    for k in 0..of_joints.len() {
+        of_joints[k].velocity.fill(0.0);
+        of_base[k].base.velocity = Vector3::zeros();
+        of_rotation[k].base.angular_velocity = Vector3::zeros();
+    }
+    for instants in [of_joints, of_base, of_rotation] {
+        let found = solve(&instants, with(COMBINED));
+        assert_eq!(found.fit.motion, MotionEstimate::NoVelocities);
+    }
+}
+
+/// Uncertain gains, and reasons that samples do not show, keep windows.
+#[test]
+fn settings_keep_windows() {
+    let instants = noisy(&experiment().run(), 6);
+    let equations = EquationSettings {
+        effort_gain_std_dev: vec![0.05],
+        ..with(Method::Effort)
+    };
+    let found = solve(&instants, equations);
+    assert_eq!(found.fit.motion, MotionEstimate::Smoothed);
+    for reason in [MotionEstimate::GivenCutoff, MotionEstimate::NoVelocities] {
+        let settings = BatchSettings {
+            smoothed: Some(reason),
+            ..BatchSettings::default()
+        };
+        let found = solve_with(&instants, with(COMBINED), settings);
+        assert_eq!(found.fit.motion, reason);
+    }
+}
+
+/// Few samples do not determine splines. Otherwise splines are used, also with a gap, and with
+/// angles that start again after a turn, unless the recording is too long.
+#[test]
+fn splines_need_some_samples() {
+    let motion = |step_s: f64, duration_s: f64, cutoff_hz: f64| {
+        let rare = Experiment {
+            duration_s,
+            step_s,
+            ..experiment()
+        };
+        let equations = EquationSettings {
+            cutoff_hz,
+            ..with(COMBINED)
+        };
+        let found = solve(&noisy(&rare.run(), 6), equations);
+        found.fit.motion
+    };
+    assert_eq!(motion(1.0 / 22.0, 3.0, 2.0), MotionEstimate::TooFew);
+    assert_eq!(motion(1.0 / 50.0, 3.0, 2.0), MotionEstimate::WithPayload);
+    assert_eq!(motion(1.0 / 50.0, 121.0, 2.0), MotionEstimate::TooLong);
+    let mut apart = noisy(&experiment().run(), 6);
+    let mut pieces = apart.clone();
+    pieces.retain(|instant| instant.time_s.rem_euclid(0.42) < 0.3);
+    let found = solve(&pieces, with(COMBINED));
+    assert_eq!(found.fit.motion, MotionEstimate::TooFew);
+    apart.retain(|instant| !(0.6..0.75).contains(&instant.time_s));
+    for instant in &mut apart {
+        let angle = &mut instant.position[0];
+        *angle = (*angle + 3.0).rem_euclid(TAU) - 3.0;
+    }
+    let found = solve(&apart, with(COMBINED));
+    assert_eq!(found.fit.motion, MotionEstimate::WithPayload);
+}
