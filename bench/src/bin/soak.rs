@@ -24,7 +24,9 @@ use rand_distr::StandardNormal;
 use tactid_dynamics::{
     FrameMotion, InertialParameters, Manipulator, MassProperties, Wrench, wrench_regressor,
 };
-use tactid_identify::{BaseState, EquationSettings, HALF_WIDTH_95, Identifier, PushOutcome, Sample, values_of_body};
+use tactid_identify::{
+    BaseState, EquationSettings, HALF_WIDTH_95, Identifier, PushOutcome, Sample, values_of_body,
+};
 
 /// Time from one sample to the next, s.
 const PERIOD_S: f64 = 1e-3;

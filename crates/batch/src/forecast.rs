@@ -4,7 +4,7 @@ use nalgebra::{SMatrix, SVector, SymmetricEigen};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use tactid_identify::equations::Equation;
-use tactid_identify::solve::uncertainty::{HALF_WIDTH_95, largest_of_kind, value_jacobian};
+use tactid_identify::solve::{HALF_WIDTH_95, largest_of_kind, value_jacobian};
 
 use crate::fit::Fit;
 use crate::fit::normal_equations::NormalEquations;

@@ -3,13 +3,14 @@
 use nalgebra::{SMatrix, SVector};
 use tactid_identify::equations::Equation;
 use tactid_identify::equations::window::NOISE_CORRELATION;
-use tactid_identify::solve::uncertainty::{std_devs, values_of};
-use tactid_identify::solve::widening::widened;
-use tactid_identify::{BoundingBox, HistoryPoint, KnownBodies};
+use tactid_identify::solve::{std_devs, values_of};
+use tactid_identify::{BoundingBox, KnownBodies};
 
+use crate::HistoryPoint;
 use crate::diagnosis::nearest_consistent;
 use crate::fit::Fit;
 use crate::fit::normal_equations::NormalEquations;
+use crate::solve::widened;
 
 /// Most points of a history.
 const MAX_POINTS: usize = 600;

@@ -9,13 +9,11 @@ use tactid_dynamics::{InertialParameters, Manipulator};
 use tactid_identify::equations::{
     Channels, Equation, EquationSettings, EquationStream, PushOutcome, Sample, Unknowns,
 };
-use tactid_identify::solve::PrincipalMoments;
-use tactid_identify::solve::report::{Posterior, Report, body_of, estimate};
-use tactid_identify::solve::uncertainty::{ValueStdDevs, is_mass_known};
-use tactid_identify::solve::widening::widened;
+use tactid_identify::solve::{ValueStdDevs, is_mass_known};
+use tactid_identify::solve::{body_of, estimate};
 use tactid_identify::{
-    BoundingBox, HistoryPoint, IdentifyError, KnownBodies, KnownMass, KnownTool, Method,
-    PayloadEstimate, PriorKnowledge, WeightEstimate, is_physical,
+    BoundingBox, IdentifyError, KnownBodies, KnownMass, KnownTool, Method, PayloadEstimate,
+    is_physical,
 };
 
 use self::fits::Fits;
@@ -35,7 +33,11 @@ use crate::other_load::{Parts, leave_out};
 use crate::report::FitReport;
 use crate::rests::{hides_offset, is_one_attitude, rests};
 use crate::shown_offset::identified;
+use crate::solve::PrincipalMoments;
+use crate::solve::widened;
+use crate::solve::{Posterior, Report};
 use crate::trajectory::{MotionEstimate, SampleBins};
+use crate::{HistoryPoint, PriorKnowledge, WeightEstimate};
 
 /// Prior knowledge and options of the batch identifier. By default nothing is known.
 #[derive(Clone, Debug, Default, PartialEq)]

@@ -12,6 +12,7 @@
 
 #![cfg_attr(test, allow(clippy::unwrap_used, clippy::expect_used, clippy::panic))]
 
+mod attitudes;
 mod contact;
 pub mod diagnosis;
 mod equation_batch;
@@ -26,10 +27,13 @@ mod online_findings;
 mod other_load;
 mod poses;
 pub mod preview;
+mod prior;
+mod recorded_values;
 mod report;
 mod rests;
 mod serial;
 mod shown_offset;
+pub mod solve;
 mod trajectory;
 
 pub use contact::{ContactSample, LoadEstimate, RecordedContact, RecordedWrenches};
@@ -44,6 +48,9 @@ pub use identifier::{BatchIdentifier, BatchResult, BatchSettings};
 pub use linear_estimate::{LinearEstimate, SharedErrors};
 pub use online_findings::online_findings;
 pub use poses::RestIdentifier;
+pub use prior::PriorKnowledge;
+pub use recorded_values::{GravityEstimate, HistoryPoint, WeightEstimate};
 pub use report::FitReport;
 pub use serial::Table;
+pub use solve::PrincipalMoments;
 pub use trajectory::MotionEstimate;

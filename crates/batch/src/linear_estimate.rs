@@ -4,11 +4,11 @@ use nalgebra::{Dyn, OMatrix, SMatrix, SVector, U10};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use tactid_identify::KnownBodies;
-use tactid_identify::solve::pseudo_inverse::{information, pseudo_inverse};
-use tactid_identify::solve::subspace::Vector;
+use tactid_identify::solve::Vector;
 
 use crate::fit::{Fit, GainErrors};
 use crate::serial;
+use crate::solve::{information, pseudo_inverse};
 
 /// What one recording says about the payload: a point in the ten linear parameters, the information
 /// on them, and its errors.

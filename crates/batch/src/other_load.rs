@@ -10,14 +10,14 @@ use std::ops::Range;
 use nalgebra::{DMatrix, DVector};
 use tactid_identify::checks::{BEYOND_NOISE, MODEL_ERROR};
 use tactid_identify::equations::{Equation, EquationStream, Row, WRENCH};
-use tactid_identify::solve::spectrum::Spectrum;
-use tactid_identify::solve::weights::OUTLIER;
+use tactid_identify::solve::OUTLIER;
 
 use crate::diagnosis::LEAST_WINDOWS;
 use crate::finding::{Finding, OtherLoad};
 use crate::fit::Fit;
 use crate::fit::least_squares::MAX_PASSES;
 use crate::report::{HELD_OUT_EVERY, VALIDATION_SECTIONS as SECTIONS};
+use crate::solve::Spectrum;
 
 /// Least information in the rest, relative to that in all of the recording, in each direction of
 /// the unknowns: any load would explain what is not excited there.

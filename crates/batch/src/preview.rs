@@ -4,7 +4,7 @@ use std::borrow::Cow;
 
 use nalgebra::{SMatrix, SVector, Vector3};
 use tactid_identify::equations::{Channels, Equation, Row, Unknowns, WRENCH, window};
-use tactid_identify::solve::noise;
+use tactid_identify::solve::target_sizes;
 
 use crate::diagnosis::FAR_BETTER;
 use crate::fit::products::{Products, WIDTH, WideRow};
@@ -122,7 +122,7 @@ pub fn coarse_delay(
         .ceil()
         .min(equations.len() as f64 / 2.0) as i64;
     let mut sizes = [0.0; 6];
-    noise::target_sizes(equations, &[3, 3], &mut sizes);
+    target_sizes(equations, &[3, 3], &mut sizes);
     let has_offset = channels.offsets > 0;
     let pairs = |gravity_scale| Pairs::new(equations, stride_s, &sizes, gravity_scale, has_offset);
     let upside_down = pairs(-1.0).mean_square_residual(0);

@@ -2,15 +2,16 @@
 
 use schemars::JsonSchema;
 use serde::Serialize;
+use tactid_identify::WrenchOffset;
 use tactid_identify::equations::{Channel, Channels, Equation, OffsetFrame, window};
 use tactid_identify::serial::TenValues;
-use tactid_identify::{GravityEstimate, WeightEstimate, WrenchOffset};
 
 use crate::equation_batch::EquationBatch;
 use crate::fit::further::FurtherValues;
 use crate::fit::{CONVERGED_ENOUGH, Fit, FitOptions, least_squares};
 use crate::serial::Table;
 use crate::trajectory::MotionEstimate;
+use crate::{GravityEstimate, WeightEstimate};
 
 /// Number of sections of a recording, of which some are held out for validation.
 pub(super) const VALIDATION_SECTIONS: usize = 25;

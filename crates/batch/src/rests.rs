@@ -1,10 +1,9 @@
 //! Recordings that consist of rests.
 
 use nalgebra::{Matrix3, Vector3};
-use tactid_identify::equations::{
-    Attitudes, Equation, EquationStream, Geometry, SAME_ATTITUDE_RAD, WRENCH,
-};
+use tactid_identify::equations::{Equation, EquationStream, Geometry, WRENCH};
 
+use crate::attitudes::{Attitudes, SAME_ATTITUDE_RAD};
 use crate::finding::Rests;
 use crate::hypotheses::SLIGHT;
 

@@ -27,7 +27,6 @@ mod effort_intervals;
 mod findings;
 mod further_unknowns;
 mod little_motion;
-mod masses;
 mod online_findings;
 mod poses;
 mod poses_assumptions;

@@ -5,11 +5,11 @@ use tactid_dynamics::{
     BaseKind, FrameId, JointKind, JointMotion, Manipulator, ModelFinding, StateError, Workspace,
     inverse_dynamics,
 };
+use tactid_identify::equations::Instant;
 
 use super::description::LinkDescription;
 use super::settings::CalibrationSettings;
 use crate::CalibrateError;
-use tactid_identify::equations::Instant;
 
 /// Velocities of all friction terms, rad/s or m/s. A calibration uses the plain Coulomb term (the
 /// last), or a step, what presliding and the Stribeck effect leave, and the curvature of the

@@ -2,6 +2,9 @@
 
 use std::ops::ControlFlow;
 
+use tactid_dynamics::words::three_digits;
+use tactid_identify::IdentifyError;
+
 use super::arm::PLAIN;
 use super::contradiction::contradiction;
 use super::fit::{MOVES, fit};
@@ -14,7 +17,6 @@ use super::report::{CalibrationResult, report};
 use super::settings::CalibrationSettings;
 use super::similar_robot::doubtful_links;
 use crate::CalibrateError;
-use tactid_identify::{IdentifyError, three_digits};
 
 /// Fewest windows of a calibration: 3 s at 2 Hz.
 const MIN_WINDOWS: usize = 20;

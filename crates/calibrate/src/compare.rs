@@ -1,8 +1,9 @@
 //! Measured and modelled efforts of a recording.
 
+use tactid_identify::solve::Vector;
+
 use super::recording::EffortRecording;
 use super::rows::EffortModel;
-use tactid_identify::solve::Vector;
 
 /// Measured and modelled efforts of W windows and n joints, each W x n, by window, in N m or N.
 #[derive(Clone, Debug, PartialEq)]

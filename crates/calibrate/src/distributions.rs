@@ -2,7 +2,6 @@
 
 use statrs::distribution::{ContinuousCDF, FisherSnedecor, StudentsT};
 use statrs::function::gamma::checked_gamma_ur;
-
 use tactid_identify::solve::HALF_WIDTH_95;
 
 /// Returns the probability of a chi-square of at least `chi_square`; 1 without degrees of freedom.

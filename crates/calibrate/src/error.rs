@@ -1,7 +1,8 @@
 //! Errors of a calibration and of what is identified with it.
 
+use tactid_dynamics::words::three_digits;
 use tactid_dynamics::{ModelError, StateError};
-use tactid_identify::{IdentifyError, three_digits};
+use tactid_identify::IdentifyError;
 use thiserror::Error;
 
 /// Why an arm cannot be calibrated, or a calibration cannot be used.

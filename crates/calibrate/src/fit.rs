@@ -1,6 +1,7 @@
 //! Fit of an arm's model to recordings: unknowns, noise and scales of the prior, by friction terms.
 
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
+use tactid_dynamics::words::three_digits;
 
 use super::arm::{Arm, PLAIN, WIDTHS};
 use super::delay::LONGEST;
@@ -17,7 +18,6 @@ use super::scale::{KnownScale, scale_direction};
 use super::settings::CalibrationSettings;
 use super::solver::{Block, NormalEquations, Prior, Problem};
 use crate::CalibrateError;
-use tactid_identify::three_digits;
 
 /// Number of passes. Noise and prior change by less than a percent in the last.
 const PASSES: usize = 8;

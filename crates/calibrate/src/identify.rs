@@ -3,14 +3,14 @@
 use tactid_batch::diagnosis::{
     CONTRADICTION, mass_finding, nearest_consistent, nothing_held, without_repetition,
 };
+use tactid_batch::solve::information;
+use tactid_batch::solve::widened;
 use tactid_batch::{
     BatchResult, BatchSettings, Finding, FitReport, GainErrors, LinearEstimate, MotionEstimate,
     SharedErrors, Table, UnexplainedLoad,
 };
 use tactid_identify::equations::{Channel, window};
-use tactid_identify::solve::information;
 use tactid_identify::solve::value_jacobian;
-use tactid_identify::solve::widened;
 use tactid_identify::solve::{Matrix, Vector};
 use tactid_identify::{
     IdentifyError, KnownBodies, KnownMass, Method, PayloadEstimate, fingerprint,
@@ -184,7 +184,7 @@ impl Solution<'_> {
         let consistent = nearest.parameters;
         let weighing = mass.map(|mass| known.mass_of_payload(mass));
         let wide = widened(&covariance, nearest.widening, weighing);
-        let posterior = tactid_identify::solve::Posterior {
+        let posterior = tactid_batch::solve::Posterior {
             parameters: consistent,
             covariance: wide,
             null_space: &best.null_space,

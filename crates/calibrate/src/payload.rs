@@ -2,7 +2,6 @@
 
 use nalgebra::{Matrix3, SVector, Vector3};
 use tactid_dynamics::{InertialParameters, MassProperties};
-
 use tactid_identify::IdentifyError;
 
 /// What is known of the payload that an arm holds in a recording for its calibration.

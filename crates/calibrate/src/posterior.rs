@@ -2,8 +2,8 @@
 
 use nalgebra::{DMatrix, DVector, SMatrix, SymmetricEigen};
 use tactid_batch::GainErrors;
+use tactid_batch::solve::{Excitation, Spectrum};
 use tactid_identify::KnownMass;
-use tactid_identify::solve::{Excitation, Spectrum};
 use tactid_identify::solve::{Matrix, NullSpace, Vector};
 
 use super::change::{ArmErrors, Change, Changes};

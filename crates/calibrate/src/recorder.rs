@@ -3,14 +3,14 @@
 use std::sync::Arc;
 
 use tactid_dynamics::Manipulator;
+use tactid_identify::equations::window::Windows;
+use tactid_identify::equations::{BaseState, MotionStep, MotionStream, PushOutcome, Sample};
 
 use super::arm::{Arm, ArmColumns};
 use super::delay::EffortWindow;
 use super::recording::EffortRecording;
 use super::settings::CalibrationSettings;
 use crate::CalibrateError;
-use tactid_identify::equations::window::Windows;
-use tactid_identify::equations::{BaseState, MotionStep, MotionStream, PushOutcome, Sample};
 
 /// Longest time, as a fraction of the longest time without a gap, after which a sample counts even
 /// where it repeats the one before: a robot at rest must not look like a gap.

@@ -2,11 +2,12 @@
 
 use std::sync::Arc;
 
+use tactid_identify::equations::window;
+
 use super::arm::{Arm, JointColumns};
 use super::delay::{EffortMoments, EffortWindow};
 use super::description::{Difference, first_difference};
 use crate::CalibrateError;
-use tactid_identify::equations::window;
 
 /// Window means of one recording of joint efforts: measured efforts and the columns of their model.
 ///

@@ -1,11 +1,11 @@
 //! The equation of one joint in one window, linearised about the present unknowns.
 
 use nalgebra::DMatrix;
+use tactid_identify::solve::Vector;
 
 use super::arm::JointColumns;
 use super::layout::{Group, Layout};
 use super::recording::EffortRecording;
-use tactid_identify::solve::Vector;
 
 /// What the columns depend on beside the unknowns: their order, and the size of the torques.
 #[derive(Clone, Debug)]

@@ -2,7 +2,6 @@
 
 use nalgebra::Vector3;
 use tactid_dynamics::BaseKind;
-
 use tactid_identify::{IdentifyError, Range};
 
 /// Range of [`CalibrationSettings::gain_std_dev`].

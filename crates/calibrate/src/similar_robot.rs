@@ -3,6 +3,8 @@
 //! Where efforts count as torques, links of any mass fit them, and the description of a similar
 //! robot leaves no residual.
 
+use tactid_identify::HALF_WIDTH_95;
+
 use super::contradiction::{Assumption, Contradiction};
 use super::fit::Fitted;
 use super::recording::EffortRecording;
@@ -10,7 +12,6 @@ use super::report::LinkCalibration;
 use super::rows::dot;
 use super::student::WIDENING;
 use crate::CalibrateError;
-use tactid_identify::HALF_WIDTH_95;
 
 /// Ratio of fitted to described torques beyond which the description is doubtful: a judgement.
 /// Published masses are off by tens of percent; a UR10 needs more than twice the torques of a UR5.

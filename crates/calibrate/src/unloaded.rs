@@ -1,9 +1,10 @@
 //! Which unloaded recordings update a calibration.
 
+use tactid_identify::solve::HALF_WIDTH_95;
+
 use super::posterior::Posterior;
 use super::recording::EffortRecording;
 use crate::CalibrateError;
-use tactid_identify::solve::HALF_WIDTH_95;
 
 /// Unloaded recordings hold a payload if its mass is more than this number of standard deviations,
 /// and the mean squares of the residuals without it are more than this multiple of those with it.

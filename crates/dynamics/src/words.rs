@@ -14,6 +14,13 @@ const LONGEST_NAME: usize = 200;
 /// Half of a 95 % interval in standard deviations.
 pub const HALF_WIDTH_95: f64 = 1.96;
 
+/// Returns a number rounded to three significant digits, for a message.
+#[must_use]
+pub fn three_digits(value: f64) -> f64 {
+    // Every float in this format is a number again.
+    format!("{value:.2e}").parse().unwrap_or(value)
+}
+
 /// Returns a number with so many significant figures, without trailing zeros, and with an exponent
 /// where it is very large or small, as `%g` of C has it.
 ///

@@ -1,3 +1,4 @@
+use tactid_dynamics::words::three_digits;
 use tactid_dynamics::{ModelError, StateError};
 use tactid_nlms::SettingError;
 use thiserror::Error;
@@ -93,19 +94,11 @@ impl From<SettingError> for IdentifyError {
 
 /// Returns all digits of a number for a message, with an exponent where it is very large or very
 /// small.
-#[must_use]
-pub fn digits(value: f64) -> String {
+fn digits(value: f64) -> String {
     let size = value.abs();
     if value.is_finite() && size != 0.0 && !(1e-5..1e16).contains(&size) {
         format!("{value:e}")
     } else {
         format!("{value}")
     }
-}
-
-/// Returns a number rounded to three significant digits, for a message.
-#[must_use]
-pub fn three_digits(value: f64) -> f64 {
-    // Every float in this format is a number again.
-    format!("{value:.2e}").parse().unwrap_or(value)
 }

@@ -96,17 +96,16 @@ pub use equations::{
     ActsOn, BaseState, Channel, Channels, EffortContent, EquationSettings, EquationStream,
     MotionRows, PushOutcome, Sample, SubtractedLoad, Unknowns, WORLD, states_of_poses,
 };
-pub use error::{IdentifyError, digits, three_digits};
+pub use error::IdentifyError;
 pub use fingerprint::fingerprint;
 pub use known_bodies::{KnownBodies, KnownTool};
 pub use method::Method;
 pub use online::{Identifier, OnlineSettings, RecentEquations, Snapshot};
-pub use prior::{BoundingBox, KnownMass, PriorKnowledge};
+pub use prior::{BoundingBox, KnownMass};
 pub use range::Range;
 pub use result::{
-    GravityEstimate, HistoryPoint, KINDS, Observability, PayloadEstimate, VALUE_NAMES,
-    WeightEstimate, WrenchOffset, body_of_values, is_physical, serialize_body, serialize_composite,
-    subtract_known_body, values_of_body,
+    KINDS, Observability, PayloadEstimate, VALUE_NAMES, WrenchOffset, body_of_values, is_physical,
+    serialize_body, serialize_composite, values_of_body,
 };
 pub use sampling::Sampling;
-pub use solve::{HALF_WIDTH_95, PrincipalMoments, largest_of_kind, value_jacobian};
+pub use solve::{HALF_WIDTH_95, largest_of_kind, value_jacobian};

@@ -34,7 +34,7 @@ impl KnownMass {
     /// # Errors
     /// Returns [`IdentifyError::Option`] if the mass is not from 1e-12 to 1e12 kg, or its standard
     /// deviation is negative or more than 1e12 kg.
-    fn check(&self) -> Result<(), IdentifyError> {
+    pub fn check(&self) -> Result<(), IdentifyError> {
         if !MASSES_KG.contains(&self.mass_kg) {
             let expected = "a positive number of kg, from 1e-12 to 1e12";
             return Err(IdentifyError::out_of_range(
@@ -69,28 +69,6 @@ impl KnownMass {
     pub fn agrees_with(&self, estimated_kg: f64, std_devs: f64) -> bool {
         let tolerance_kg = (std_devs * self.std_dev_kg).max(SAME_MASS * self.mass_kg);
         (estimated_kg - self.mass_kg).abs() <= tolerance_kg
-    }
-}
-
-/// What is known of the payload besides the measurements. By default nothing is.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct PriorKnowledge {
-    /// Mass of the payload from a scale. It counts once, however many recordings there are.
-    pub known_mass: Option<KnownMass>,
-    /// A box in the frame of the estimate that contains the whole payload.
-    pub bounding_box: Option<BoundingBox>,
-}
-
-impl PriorKnowledge {
-    /// Checks that the values are in range.
-    ///
-    /// # Errors
-    /// Returns [`IdentifyError::Option`] if the mass is not positive, its standard deviation is
-    /// negative, or the box has no volume.
-    pub fn check(&self) -> Result<(), IdentifyError> {
-        self.known_mass.map_or(Ok(()), |mass| mass.check())?;
-        self.bounding_box
-            .map_or(Ok(()), |given| given.check("bounding_box"))
     }
 }
 

@@ -179,40 +179,6 @@ impl WrenchOffset {
     }
 }
 
-/// Gravity whose direction was identified.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, JsonSchema)]
-pub struct GravityEstimate {
-    /// Gravitational acceleration in the inertial frame, m/s². Its size is that of the given one.
-    pub values: [f64; 3],
-    /// Standard deviations of the values, m/s², infinite where the motion does not determine the
-    /// direction.
-    pub std_devs: [f64; 3],
-}
-
-/// The body whose weight was subtracted from the wrenches.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, JsonSchema)]
-pub struct WeightEstimate {
-    /// Mass, kg, then centre of mass in the end-effector frame, m.
-    pub values: [f64; 4],
-    /// Standard deviations of the values, kg and m, infinite where the motion does not determine a
-    /// value.
-    pub std_devs: [f64; 4],
-    /// The gravity, in world axes, m/s², along which the weight was subtracted by a controller that
-    /// does not know how its base is mounted; `None` where that is gravity itself.
-    pub along_m_s2: Option<[f64; 3]>,
-}
-
-/// The estimate at one time of a recording.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct HistoryPoint {
-    /// Time on the clock of the samples, s.
-    pub time_s: f64,
-    /// The ten values, in the order and the units of [`PayloadEstimate::values`].
-    pub values: [f64; 10],
-    /// Standard deviations of the values: infinite where a value was not determined yet.
-    pub std_devs: [f64; 10],
-}
-
 /// Serialises force, N, and moment, N m, as one sequence.
 fn serialize_wrench<S: Serializer>(wrench: &Wrench, serializer: S) -> Result<S::Ok, S::Error> {
     let (f, n) = (&wrench.force, &wrench.moment);
@@ -269,34 +235,4 @@ pub fn body_of_values(values: &[f64; 10]) -> MassProperties {
 #[must_use]
 pub fn is_physical(body: &MassProperties) -> bool {
     InertialParameters::from(*body).is_physical_within(BOUNDARY)
-}
-
-/// Subtracts a known body, such as the gripper, from an identified one, and returns the rest; both
-/// are in the same frame.
-///
-/// Where the masses are equal nothing remains, and the result is a body without mass and inertia,
-/// which is not physical.
-#[must_use]
-pub fn subtract_known_body(
-    composite: &MassProperties,
-    known: &InertialParameters,
-) -> MassProperties {
-    let remaining = InertialParameters::from(*composite) - *known;
-    remaining
-        .mass_properties()
-        .unwrap_or(body_of_values(&[0.0; 10]))
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    /// Of a body that is the known one nothing remains, instead of the whole body.
-    #[test]
-    fn nothing_remains_of_a_body_without_itself() {
-        let known = body_of_values(&[2.0, 0.1, 0.0, 0.2, 0.3, 0.0, 0.0, 0.3, 0.0, 0.3]);
-        let rest = subtract_known_body(&known, &known.into());
-        assert_eq!(values_of_body(&rest), [0.0; 10]);
-        assert!(!is_physical(&rest));
-    }
 }

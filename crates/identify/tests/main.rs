@@ -10,6 +10,7 @@ mod handling;
 
 mod contact_or_payload;
 mod identifier;
+mod masses;
 mod motion_rows;
 mod multi_cutoff;
 mod no_allocation;

@@ -10,8 +10,9 @@ use tactid_options::{Kind, Value, read_as};
 
 use crate::arm_calibration::ArmCalibration;
 use crate::{RecordingError, unit_quaternion};
+use tactid_dynamics::words::three_digits;
 use tactid_dynamics::{BaseKind, MassProperties};
-use tactid_identify::{body_of_values, three_digits, values_of_body};
+use tactid_identify::{body_of_values, values_of_body};
 
 /// How equations become parameters.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]

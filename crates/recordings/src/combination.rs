@@ -1,8 +1,8 @@
 //! One payload from the results of several recordings.
 
 use serde::Deserialize;
-use tactid_batch::{Finding as Data, LinearEstimate};
-use tactid_identify::{BoundingBox, KnownMass, PriorKnowledge};
+use tactid_batch::{Finding as Data, LinearEstimate, PriorKnowledge};
+use tactid_identify::{BoundingBox, KnownMass};
 
 use crate::combine::{Combination, combine_estimates};
 use crate::{Finding, Identification, RecordingError, ShapePrior};

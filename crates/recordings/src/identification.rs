@@ -4,15 +4,13 @@ use schemars::JsonSchema;
 use serde::{Serialize, Serializer};
 use tactid_batch::diagnosis::LEAST_WINDOWS;
 use tactid_batch::{
-    BatchIdentifier, BatchResult, Delay, Finding as Data, FitReport, Forecast, Hypothesis,
-    LinearEstimate, LoadEstimate,
+    BatchIdentifier, BatchResult, Delay, Finding as Data, FitReport, Forecast, HistoryPoint,
+    Hypothesis, LinearEstimate, LoadEstimate, PrincipalMoments,
 };
 use tactid_calibrate::{ArmChange, MotionShortage};
 use tactid_dynamics::words::HALF_WIDTH_95;
 use tactid_dynamics::{InertialParameters, Notice, Severity, Subject};
-use tactid_identify::{
-    BoundingBox, HistoryPoint, KnownMass, PayloadEstimate, PrincipalMoments, serial::TenValues,
-};
+use tactid_identify::{BoundingBox, KnownMass, PayloadEstimate, serial::TenValues};
 
 use crate::ShapeFit;
 use crate::plan::Plan;

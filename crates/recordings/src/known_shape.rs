@@ -5,7 +5,8 @@ use std::io::{ErrorKind, Read};
 use std::path::Path;
 
 use nalgebra::Isometry3;
-use tactid_identify::{Range, three_digits};
+use tactid_dynamics::words::three_digits;
+use tactid_identify::Range;
 use tactid_options::{Kind, Value, read_as};
 use tactid_shapes::{Mesh, ShapePrior, Solid, Tolerance};
 

@@ -154,9 +154,10 @@ pub use split::{Segment, split_log, split_ranges};
 pub use tactid_batch::{
     ContactSample, Delay, FitReport, Forecast, LinearEstimate, LoadEstimate, RecordedWrenches,
 };
+pub use tactid_batch::{HistoryPoint, PrincipalMoments, PriorKnowledge};
 pub use tactid_identify::{
-    ActsOn, BoundingBox, EffortContent, HALF_WIDTH_95, HistoryPoint, KnownMass, Method,
-    Observability, PayloadEstimate, PrincipalMoments, PriorKnowledge, VALUE_NAMES,
+    ActsOn, BoundingBox, EffortContent, HALF_WIDTH_95, KnownMass, Method, Observability,
+    PayloadEstimate, VALUE_NAMES,
 };
 pub use tactid_options::{Declaration, Kind, Use};
 pub use tactid_shapes::ShapePrior;

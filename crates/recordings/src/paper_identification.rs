@@ -3,7 +3,8 @@
 use schemars::JsonSchema;
 use serde::Serialize;
 use tactid_dynamics::{InertialParameters, MassProperties};
-use tactid_identify::{Sample, is_physical, subtract_known_body, values_of_body};
+use tactid_identify::solve::body_of;
+use tactid_identify::{Sample, is_physical, values_of_body};
 
 use crate::paper::{PaperEstimate, PaperFilter, PaperSettings, SingularValues};
 use crate::plan::Plan;
@@ -114,7 +115,9 @@ impl PaperRun {
     /// Returns a body without the known tool that it contains.
     fn without_tool(&self, body: MassProperties) -> MassProperties {
         let tool = self.known_tool.map(InertialParameters::from);
-        tool.map_or(body, |tool| subtract_known_body(&body, &tool))
+        tool.map_or(body, |tool| {
+            body_of((InertialParameters::from(body) - tool).as_vector())
+        })
     }
 }
 

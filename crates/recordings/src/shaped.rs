@@ -1,8 +1,8 @@
 //! Results with what the shape of the payload says.
 
-use tactid_batch::LinearEstimate;
+use tactid_batch::{LinearEstimate, PriorKnowledge};
 use tactid_dynamics::InertialParameters;
-use tactid_identify::{PayloadEstimate, PriorKnowledge};
+use tactid_identify::PayloadEstimate;
 use tactid_shapes::ShapePrior;
 
 use crate::combine::combine_estimates;

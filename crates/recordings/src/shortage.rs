@@ -1,8 +1,9 @@
 //! Why a recording gives too little for an estimate: stamps of another clock or unit, times that do
 //! not increase, gaps, samples that come too seldom, damage.
 
+use tactid_dynamics::words::three_digits;
 use tactid_identify::equations::window;
-use tactid_identify::{EquationStream, IdentifyError, three_digits};
+use tactid_identify::{EquationStream, IdentifyError};
 
 use crate::error::RecordingError;
 use crate::fault::FaultKind;

@@ -1,8 +1,9 @@
 //! One payload from several recordings that were identified with one calibration.
 
+use tactid_batch::PriorKnowledge;
 use tactid_batch::{BatchSettings, LinearEstimate};
 use tactid_calibrate::{Calibration, EffortRecording};
-use tactid_identify::{HALF_WIDTH_95, PriorKnowledge};
+use tactid_identify::HALF_WIDTH_95;
 use tactid_recordings::{Combination, combine_estimates};
 
 use crate::effort_arm::{World, calibrated, payload, record, values};

@@ -6,9 +6,9 @@ use serde::{Deserialize, Serialize};
 use tactid_identify::contact::{Entries, Parts};
 use tactid_identify::equations::Equation;
 use tactid_identify::equations::window::{NOISE_BANDWIDTH, NOISE_CORRELATION, PRODUCT_CORRELATION};
-use tactid_identify::solve::offsets::joint_covariance;
-use tactid_identify::solve::subspace::{LEVER_ARM_M, Vector};
-use tactid_identify::solve::uncertainty::students_widening;
+use tactid_identify::solve::joint_covariance;
+use tactid_identify::solve::students_widening;
+use tactid_identify::solve::{LEVER_ARM_M, Vector};
 
 use crate::fit::Fit;
 

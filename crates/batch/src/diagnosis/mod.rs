@@ -6,6 +6,9 @@ mod signs;
 mod unexplained;
 
 use nalgebra::{SMatrix, SVector};
+use tactid_identify::equations::{Equation, EquationStream};
+use tactid_identify::solve::project;
+use tactid_identify::{BoundingBox, KnownBodies};
 
 pub use self::known_mass::{mass_finding, without_repetition};
 pub(crate) use self::signs::mass_findings;
@@ -17,10 +20,6 @@ use crate::finding::Finding;
 use crate::fit::further::FurtherValues;
 use crate::fit::{Fit, FitOptions, least_squares};
 use crate::hypotheses::{Explanation, explanation};
-use tactid_identify::BoundingBox;
-use tactid_identify::KnownBodies;
-use tactid_identify::equations::{Equation, EquationStream};
-use tactid_identify::solve::consistency::project;
 
 /// Distance of a value from zero in standard deviations up to which it may be zero: exceeded by
 /// chance once in 370.

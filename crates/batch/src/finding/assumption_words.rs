@@ -4,10 +4,9 @@ use std::f64::consts::PI;
 
 use tactid_dynamics::Reader;
 use tactid_dynamics::words::{general, listed, percent, with_interval};
-use tactid_identify::solve::subspace::is_out_of_reach;
-use tactid_identify::solve::uncertainty::HALF_WIDTH_95;
+use tactid_identify::solve::HALF_WIDTH_95;
 
-use super::{CHANNELS, CONTRADICTION, Hypothesis, MOST_LEFT, WrongAssumption};
+use super::{CHANNELS, CONTRADICTION, Hypothesis, MOST_LEFT, WrongAssumption, is_out_of_reach};
 
 /// Says which assumption the data contradict, what they show instead, and what to do.
 pub(super) fn wrong_assumption(found: &WrongAssumption, reader: Reader) -> String {

@@ -14,13 +14,12 @@ use std::borrow::Cow;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use tactid_dynamics::{ModelFinding, Notice, Reader, Severity, Subject};
-
-use tactid_identify::Method;
-use tactid_identify::Sampling;
 use tactid_identify::checks::{
     EffortsBeyondLimits, PositionJumps, PositionsBeyondLimits, TwistContradiction,
     VelocityContradiction,
 };
+use tactid_identify::solve::LEVER_ARM_M;
+use tactid_identify::{Method, Sampling};
 
 pub use self::other_load::OtherLoad;
 pub use self::resting_poses::{FarCenter, NextAttitude, OutlyingPose, RestingPoses, Rests};
@@ -399,4 +398,10 @@ impl Notice for Finding {
     fn words(&self, reader: Reader) -> String {
         words::sentences(self, reader)
     }
+}
+
+/// Returns whether a distance from the tool frame, m, is certainly one at which an arm has no
+/// sensor and holds nothing: beyond two lever arms, 2 m.
+pub(crate) fn is_out_of_reach(distance_m: f64, half_width_m: f64) -> bool {
+    distance_m - half_width_m > 2.0 * LEVER_ARM_M
 }

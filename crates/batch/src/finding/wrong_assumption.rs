@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use tactid_identify::solve::uncertainty::HALF_WIDTH_95;
+use tactid_identify::solve::HALF_WIDTH_95;
 
 use super::{LARGEST_MASS_CHANGE, LARGEST_SHIFT_M};
 

@@ -5,7 +5,7 @@ use tactid_identify::equations::window::NOISE_CORRELATION;
 use tactid_identify::equations::{
     Channels, Equation, Geometry, Row, Unknowns, WRENCH, acceleration_columns,
 };
-use tactid_identify::solve::subspace::{EIGENVALUE_RATIO, QUANTITY_FRACTION};
+use tactid_identify::solve::{EIGENVALUE_RATIO, QUANTITY_FRACTION};
 
 use super::Fit;
 use super::rows::{DELAY, TARGET};

@@ -15,11 +15,11 @@ use std::borrow::Cow;
 
 use nalgebra::{Matrix6, SMatrix, Vector3, Vector4, Vector6};
 use tactid_identify::equations::{Channels, Equation, Geometry, Unknowns};
-use tactid_identify::{GravityEstimate, WeightEstimate};
 
 use super::elimination::{Elimination, inverse_of_determined, tangents, weight_columns};
 use super::least_squares::{self, MAX_PASSES};
 use super::{CONVERGED_ENOUGH, Fit, FitOptions};
+use crate::{GravityEstimate, WeightEstimate};
 
 /// A fit with further unknowns.
 pub(crate) struct FurtherFit<'a> {

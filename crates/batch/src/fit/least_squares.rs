@@ -7,11 +7,10 @@ mod whitened;
 use nalgebra::{DMatrix, DVector, Dyn, SMatrix, SVector, Vector3};
 use tactid_identify::equations::window::NOISE_CORRELATION;
 use tactid_identify::equations::{Channels, Equation};
-use tactid_identify::solve::noise::{Noise, RESIDUAL_ROUNDING, Whitening};
-use tactid_identify::solve::offsets::{MeanRow, Offsets};
-use tactid_identify::solve::spectrum::Spectrum;
-use tactid_identify::solve::subspace::{Vector, bounded_lengths};
-use tactid_identify::solve::weights::{rare_distance, robust_weight};
+use tactid_identify::solve::{MeanRow, Offsets};
+use tactid_identify::solve::{Noise, RESIDUAL_ROUNDING, Whitening};
+use tactid_identify::solve::{Vector, bounded_lengths};
+use tactid_identify::solve::{rare_distance, robust_weight};
 use whitened::ProductsOfRows;
 
 use super::normal_equations::mass_information;
@@ -19,6 +18,7 @@ use super::products::{Products, WIDTH, WideRow};
 use super::rows::{DELAY, FitRows, TARGET, UNKNOWNS, remainder};
 use super::vector_unit::Computation;
 use super::{Delay, Fit, FitOptions, GainErrors};
+use crate::solve::Spectrum;
 
 /// Most passes of reweighting. The noise estimated from the residuals settles in a few.
 pub(crate) const MAX_PASSES: usize = 20;

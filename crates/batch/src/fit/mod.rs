@@ -13,15 +13,15 @@ use nalgebra::{Dyn, OMatrix, RowSVector, SMatrix, SVector, U10};
 use schemars::JsonSchema;
 use serde::Serialize;
 use tactid_identify::equations::{Channels, Equation, OffsetFrame, Row};
-use tactid_identify::solve::noise::Noise;
-use tactid_identify::solve::offsets::Offsets;
-use tactid_identify::solve::spectrum::Excitation;
-use tactid_identify::solve::subspace::NullSpace;
-use tactid_identify::solve::uncertainty::{std_dev, value_jacobian};
-use tactid_identify::solve::weights::OUTLIER;
+use tactid_identify::solve::Noise;
+use tactid_identify::solve::NullSpace;
+use tactid_identify::solve::OUTLIER;
+use tactid_identify::solve::Offsets;
+use tactid_identify::solve::{std_dev, value_jacobian};
 use tactid_identify::{KnownMass, WrenchOffset};
 
 use self::normal_equations::NormalEquations;
+use crate::solve::Excitation;
 
 /// Step of a pass, in standard deviations, below which parameters that are reported have converged.
 const CONVERGED: f64 = 1e-5;

@@ -4,13 +4,13 @@ use nalgebra::{SMatrix, SVector, U10};
 use tactid_identify::KnownMass;
 use tactid_identify::equations::window::NOISE_CORRELATION;
 use tactid_identify::equations::{Equation, Row};
-use tactid_identify::solve::noise::Whitening;
-use tactid_identify::solve::offsets::Centering;
-use tactid_identify::solve::spectrum::Spectrum;
+use tactid_identify::solve::Centering;
+use tactid_identify::solve::Whitening;
 
 use super::products::{Products, WIDTH, WideRow};
 use super::rows::TARGET;
 use super::{Fit, GainErrors};
+use crate::solve::Spectrum;
 
 /// Returns the weight of a row whose target is a known mass among the whitened rows of windows,
 /// 1/kg². It is enlarged, because the rows of neighbouring windows share samples and are

@@ -20,7 +20,7 @@ mod sections;
 use nalgebra::{DMatrix, DVector, SymmetricEigen};
 use neighbours::ProductsOfNeighbours;
 use tactid_identify::equations::window::NOISE_CORRELATION;
-use tactid_identify::solve::noise::VARIANCE_FLOOR;
+use tactid_identify::solve::VARIANCE_FLOOR;
 
 use super::products::{Products, WIDTH, WideRow};
 use super::vector_unit::Computation;

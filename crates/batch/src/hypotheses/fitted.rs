@@ -1,7 +1,7 @@
 //! The parameters and the differences from some assumptions that explain the windows best.
 
 use nalgebra::{DMatrix, DVector, SymmetricEigen, Vector6};
-use tactid_identify::solve::subspace::EIGENVALUE_RATIO;
+use tactid_identify::solve::EIGENVALUE_RATIO;
 
 use super::model::{Model, Sums, first_column_of};
 use super::windows::{SLIGHT, Windows};

@@ -21,9 +21,12 @@ mod report;
 mod windows;
 
 use nalgebra::Vector3;
+use tactid_identify::equations::{Equation, EquationStream, Unknowns};
+use tactid_identify::solve::HALF_WIDTH_95;
 
 use self::fitted::Fitted;
 use self::model::Model;
+pub(crate) use self::report::value_change;
 use self::report::{Cause, Change};
 pub(crate) use self::windows::SLIGHT;
 use self::windows::Windows;
@@ -32,8 +35,6 @@ use crate::finding::{
 };
 use crate::fit::Fit;
 use crate::fit::further::FurtherValues;
-use tactid_identify::equations::{Equation, EquationStream, Unknowns};
-use tactid_identify::solve::uncertainty::HALF_WIDTH_95;
 
 /// What is material: the least decrease of the mean square of the residuals by a cause, relative to
 /// what stays and to the errors of a sound model. A cause that decreases it by a twentieth is

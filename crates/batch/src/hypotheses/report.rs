@@ -4,9 +4,7 @@ use nalgebra::{Matrix6, Rotation3, SMatrix, SVector, UnitQuaternion};
 use tactid_identify::VALUE_NAMES;
 use tactid_identify::checks::{BEYOND_NOISE, MODEL_ERROR};
 use tactid_identify::equations::EquationStream;
-use tactid_identify::solve::uncertainty::{
-    self, HALF_WIDTH_95, propagated, std_devs, value_jacobian, values_of,
-};
+use tactid_identify::solve::{HALF_WIDTH_95, propagated, std_devs, value_jacobian, values_of};
 
 use super::fitted::Fitted;
 use super::windows::Windows;
@@ -41,7 +39,7 @@ pub(super) fn causes(
     [given, found]: [&Fitted; 2],
     causes: &[Cause],
 ) -> Vec<WrongAssumption> {
-    let value_change = value_change(reported, found, measurements);
+    let value_change = change_of(reported, found, measurements);
     let covariance = found.parameter_covariance(measurements);
     let [mass_change, shift_m] = changes(given, found, measurements).map(Change::least);
     let report = |cause: &Cause| {
@@ -132,9 +130,9 @@ fn intervals(
     Some((values_of(parameters)?, half_widths))
 }
 
-/// Returns the [change of the values](uncertainty::value_change) between a fit and that with the
-/// causes; zero for a mass of zero.
-fn value_change(given: &Fit, found: &Fitted, measurements: f64) -> f64 {
+/// Returns the [change of the values](value_change) between a fit and that with the causes; zero for
+/// a mass of zero.
+fn change_of(given: &Fit, found: &Fitted, measurements: f64) -> f64 {
     let parameters = &found.model.parameters;
     let covariance = found.parameter_covariance(measurements);
     let of_given = std_devs(&given.parameters, &given.covariance, &given.null_space).std_devs;
@@ -143,7 +141,15 @@ fn value_change(given: &Fit, found: &Fitted, measurements: f64) -> f64 {
     let old = values_of(&given.parameters).zip(Some(of_given));
     let new = values_of(parameters).zip(of_found);
     old.zip(new)
-        .map_or(0.0, |(old, new)| uncertainty::value_change([old, new]))
+        .map_or(0.0, |(old, new)| value_change([old, new]))
+}
+
+/// Returns the largest change of a value between two fits, relative to half of its interval, the
+/// larger one of both, given the ten values of each fit with their standard deviations. Values that
+/// one of them does not determine do not count.
+pub(crate) fn value_change([old, new]: [([f64; 10], [f64; 10]); 2]) -> f64 {
+    let change = |k: usize| (new.0[k] - old.0[k]).abs() / (HALF_WIDTH_95 * old.1[k].max(new.1[k]));
+    (0..10).map(change).fold(0.0, f64::max)
 }
 
 /// What the data show of a cause, an entry for each of its values.

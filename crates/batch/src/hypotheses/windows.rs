@@ -3,7 +3,7 @@
 use nalgebra::{Isometry3, Matrix3, Matrix6, SMatrix, SVector, Vector3, Vector6};
 use tactid_dynamics::{FrameMotion, JointMotion};
 use tactid_identify::equations::{Equation, EquationStream, Geometry, MotionRows, WRENCH};
-use tactid_identify::solve::subspace::least_signal_of_columns;
+use tactid_identify::solve::least_signal_of_columns;
 
 use crate::fit::Fit;
 

@@ -1,9 +1,10 @@
 //! The fits behind a result: to windows of the smoothed motion, and to the motion itself.
 
 use tactid_identify::equations::Equation;
-use tactid_identify::{HistoryPoint, IdentifyError, KnownBodies, PayloadEstimate, values_of_body};
+use tactid_identify::{IdentifyError, KnownBodies, PayloadEstimate, values_of_body};
 
 use super::{BatchIdentifier, Solution};
+use crate::HistoryPoint;
 use crate::fit::{Delay, Fit, FitOptions, least_squares};
 use crate::history::history;
 use crate::other_load::{Parts, leave_out};

@@ -2,15 +2,15 @@
 
 use nalgebra::{Matrix4, Matrix6, SMatrix, Vector3};
 use tactid_identify::equations::{WRENCH, acceleration_columns};
-use tactid_identify::solve::pseudo_inverse::pseudo_inverse;
-use tactid_identify::solve::subspace::{EIGENVALUE_RATIO, Matrix, Vector};
-use tactid_identify::solve::uncertainty::{std_dev, value_jacobian};
+use tactid_identify::solve::{EIGENVALUE_RATIO, Matrix, Vector};
+use tactid_identify::solve::{std_dev, value_jacobian};
 use tactid_identify::{KINDS, VALUE_NAMES};
 
 use super::fit::RestFit;
 use super::pose_fit::set_angles;
 use crate::finding::NextAttitude;
 use crate::fit::elimination::tangents;
+use crate::solve::pseudo_inverse;
 
 /// Returns which of 26 directions of gravity adds most information on mass and centre of mass: the
 /// largest determinant of the information of both (D-optimality). `map` maps wrenches in the tool

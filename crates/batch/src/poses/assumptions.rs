@@ -6,7 +6,7 @@ use nalgebra::Vector2;
 use tactid_identify::KINDS;
 use tactid_identify::equations::window::WindowMean;
 use tactid_identify::equations::{Equation, EquationStream, Model, Unknowns};
-use tactid_identify::solve::uncertainty::{HALF_WIDTH_95, value_change, values_of};
+use tactid_identify::solve::{HALF_WIDTH_95, values_of};
 
 use super::fit::{ANGLES, RestFit};
 use super::outliers::{WithoutOutliers, chance_beyond};
@@ -14,7 +14,7 @@ use super::pose_fit::Poses;
 use crate::diagnosis::{CONTRADICTION, wrong_assumptions};
 use crate::finding::{Hypothesis, WrongAssumption};
 use crate::fit::{FitOptions, further};
-use crate::hypotheses::MATERIAL;
+use crate::hypotheses::{MATERIAL, value_change};
 
 /// Returns the equation of a pose in the tool frame: that of a window whose samples are all the
 /// last instant of the model.

@@ -1,11 +1,10 @@
 //! A centre of mass that shows another unit of the moments.
 
 use tactid_identify::KINDS;
-use tactid_identify::solve::subspace::is_out_of_reach;
-use tactid_identify::solve::uncertainty::HALF_WIDTH_95;
+use tactid_identify::solve::HALF_WIDTH_95;
 
 use super::fit::RestFit;
-use crate::finding::FarCenter;
+use crate::finding::{FarCenter, is_out_of_reach};
 
 /// Returns the centre of mass, where it is certainly farther from the origin of the tool frame,
 /// which is called `frame`, than that of anything that an arm holds.

@@ -4,18 +4,16 @@ use nalgebra::{Matrix2, Matrix3, RowSVector, SMatrix, Vector2, Vector3, Vector6}
 use statrs::distribution::{ContinuousCDF, FisherSnedecor, Normal, StudentsT};
 use tactid_identify::KINDS;
 use tactid_identify::equations::{Row, WRENCH};
-use tactid_identify::solve::noise::ZERO_SIZE;
-use tactid_identify::solve::pseudo_inverse::{
-    INVERSE_ROUNDING, PseudoInverse, normalized, pseudo_inverse,
-};
-use tactid_identify::solve::spectrum::{Excitation, Spectrum};
-use tactid_identify::solve::subspace::{EIGENVALUE_RATIO, LEVER_ARM_M, Matrix, NullSpace, Vector};
-use tactid_identify::solve::uncertainty::{HALF_WIDTH_95, std_dev, value_jacobian};
+use tactid_identify::solve::ZERO_SIZE;
+use tactid_identify::solve::{EIGENVALUE_RATIO, LEVER_ARM_M, Matrix, NullSpace, Vector};
+use tactid_identify::solve::{HALF_WIDTH_95, std_dev, value_jacobian};
 
 use super::Rows;
 use super::visits::{CHANNEL_KINDS, Visit, grams, less, means, means_of_attitudes};
 use crate::fit::CONVERGED_ENOUGH;
 use crate::fit::least_squares::MAX_PASSES;
+use crate::solve::{Excitation, Spectrum};
+use crate::solve::{INVERSE_ROUNDING, PseudoInverse, normalized, pseudo_inverse};
 
 /// The places of the two small angles of gravity, where its direction is unknown, among the columns
 /// of a row. They are those of two entries of the inertia, which has no column at rest.

@@ -24,11 +24,10 @@ use nalgebra::Vector3;
 use tactid_dynamics::{FrameMotion, Manipulator, Notice, Severity};
 use tactid_identify::checks::PositionMonitor;
 use tactid_identify::equations::{
-    Attitudes, Equation, EquationSettings, EquationStream, Geometry, Instant, Model, Row, Sample,
-    Unknowns, WRENCH, are_same_attitude,
+    Equation, EquationSettings, EquationStream, Geometry, Instant, Model, Row, Sample, Unknowns,
+    WRENCH,
 };
-use tactid_identify::solve::report::{Posterior, Report};
-use tactid_identify::solve::subspace::Matrix;
+use tactid_identify::solve::Matrix;
 use tactid_identify::{IdentifyError, KnownBodies, KnownTool, Method, PayloadEstimate};
 
 use self::advice::next_attitude;
@@ -36,11 +35,13 @@ use self::assumptions::{causes, equation_at_rest, is_far_better, mean};
 use self::far_center::far_center;
 use self::outliers::{WithoutOutliers, without_outliers};
 use self::pose_fit::Poses;
+use crate::attitudes::{Attitudes, are_same_attitude};
 use crate::diagnosis::{mass_findings, nearest_consistent};
 use crate::finding::{Finding, RestingPoses};
 use crate::fit::GainErrors;
 use crate::linear_estimate::{LinearEstimate, SharedErrors};
 use crate::serial::Table;
+use crate::solve::{Posterior, Report};
 use crate::trajectory::MotionEstimate;
 use crate::{BatchResult, FitReport};
 

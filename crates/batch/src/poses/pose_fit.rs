@@ -1,15 +1,15 @@
 //! Fits of poses, with gravity in a given direction or in one that they show.
 
 use nalgebra::{RowSVector, SMatrix, Vector3};
-use tactid_identify::GravityEstimate;
 use tactid_identify::equations::{
     Equation, Geometry, OffsetFrame, Unknowns, WRENCH, acceleration_columns,
 };
-use tactid_identify::solve::subspace::{Matrix, Vector};
+use tactid_identify::solve::{Matrix, Vector};
 
 use super::Rows;
 use super::fit::{ANGLES, RestFit};
 use super::visits::Visit;
+use crate::GravityEstimate;
 use crate::fit::CONVERGED_ENOUGH;
 use crate::fit::elimination::tangents;
 use crate::fit::further::{of_second_order, static_gravity, turned};

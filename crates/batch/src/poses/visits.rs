@@ -3,7 +3,7 @@
 use std::ops::Range;
 
 use tactid_identify::equations::{Row, WRENCH};
-use tactid_identify::solve::subspace::{Matrix, Vector};
+use tactid_identify::solve::{Matrix, Vector};
 
 use super::Rows;
 

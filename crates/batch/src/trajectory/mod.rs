@@ -16,11 +16,11 @@ mod segment;
 mod smoothing;
 mod spline;
 
-pub(crate) use self::bins::SampleBins;
-pub(crate) use self::choice::choose;
-
 use schemars::JsonSchema;
 use serde::Serialize;
+
+pub(crate) use self::bins::SampleBins;
+pub(crate) use self::choice::choose;
 
 /// How the motion that is measured entered an estimate.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, JsonSchema)]

@@ -7,7 +7,6 @@
 //! a linear regression that knows no robot: [`Equation`]s, and the [`Channels`] that say what each
 //! of their rows measures.
 
-mod attitudes;
 mod channels;
 pub mod clock_watch;
 mod continuation;
@@ -28,7 +27,6 @@ mod sources;
 mod stream;
 pub mod window;
 
-pub use attitudes::{Attitudes, SAME_ATTITUDE_RAD, are_same_attitude};
 pub use channels::{Channel, Channels, KnownNoise, WRENCH};
 pub use continuation::Continuation;
 pub(crate) use continuation::{Step, are_angles};

@@ -133,7 +133,7 @@ pub struct Sample<'a> {
 }
 
 impl Sample<'_> {
-    /// Whether all numbers are [measurable](is_measurable).
+    /// Whether all numbers are measurable, see [`EquationStream::push`](crate::EquationStream::push).
     pub fn is_measurable(&self) -> bool {
         let joints = [self.joint_position, self.joint_velocity, self.joint_effort];
         let wrenches = self.wrenches.iter();

@@ -62,7 +62,7 @@ pub struct EquationSettings {
     /// A known load that was subtracted from the sum of the wrenches before they were recorded, as
     /// controllers do for their configured payload; it is added again. Default: none.
     pub subtracted: Option<SubtractedLoad>,
-    /// What else of the wrenches is unknown, for [`BatchIdentifier`](crate::BatchIdentifier) and
+    /// What else of the wrenches is unknown, for `BatchIdentifier` and
     /// [`Method::Tactile`] alone. Default: nothing.
     pub unknowns: Unknowns,
     /// Standard deviations of the white noise of one sample of each wrench sensor, in the sensor's
@@ -86,7 +86,7 @@ pub struct EquationSettings {
     /// Standard deviation of the relative error of the gain of each joint effort, 0.05 for 5 %: one
     /// entry for all joints, or one each in the robot's order. The errors of different joints are
     /// independent. Empty (the default): the gains are exact. A gain is wrong at all times alike,
-    /// so its error never averages out; [`BatchIdentifier`](crate::BatchIdentifier) adds it to the
+    /// so its error never averages out; `BatchIdentifier` adds it to the
     /// intervals, and [`Identifier`](crate::Identifier) does not use it.
     pub effort_gain_std_dev: Vec<f64>,
 }

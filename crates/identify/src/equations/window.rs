@@ -7,7 +7,8 @@
 use std::f64::consts::PI;
 
 use super::sample::is_measurable;
-use crate::{IdentifyError, three_digits};
+use crate::IdentifyError;
+use tactid_dynamics::words::three_digits;
 
 /// Number of windows that overlap: one begins at each third of the length. The weights of
 /// overlapping windows then sum to a constant, so that every instant counts the same.

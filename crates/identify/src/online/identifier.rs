@@ -15,7 +15,7 @@ use super::stage::Stage;
 use super::staged_update::StagedUpdate;
 use crate::checks::SampleChecks;
 use crate::equations::{EquationSettings, EquationStream, PushOutcome, Sample, clock_watch::Order};
-use crate::solve::report::estimate;
+use crate::solve::estimate;
 use crate::solve::subspace::Matrix;
 use crate::{ActsOn, IdentifyError, KnownTool, PayloadEstimate, Range};
 

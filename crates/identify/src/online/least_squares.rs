@@ -56,7 +56,7 @@ impl WindowWeights {
 ///
 /// Rows are weighted by the noise that their innovations show, and whitened across channels. The triangular factor
 /// of all rows gives the least-squares solution to rounding. The bias from noise in the motion is corrected as the
-/// half-differences show it, as in [`BatchIdentifier`](crate::BatchIdentifier). A window with a rare innovation has a
+/// half-differences show it, as in `BatchIdentifier`. A window with a rare innovation has a
 /// lower robust weight; several in a row show a payload change, after which the estimate starts again. Nothing is
 /// allocated after construction.
 ///

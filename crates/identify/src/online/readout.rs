@@ -5,8 +5,8 @@ use tactid_dynamics::MassProperties;
 use super::least_squares::OnlineLeastSquares;
 use crate::KnownBodies;
 use crate::result::{is_physical, values_of_body};
+use crate::solve::body_of;
 use crate::solve::consistency::ProjectionTracker;
-use crate::solve::report::body_of;
 use crate::solve::subspace::{Matrix, Vector};
 use crate::solve::uncertainty::{ValueStdDevs, std_devs, widened};
 

@@ -70,15 +70,6 @@ pub(crate) fn intervals(
     bounded.intervals
 }
 
-/// Returns the 95 % intervals of principal moments of inertia, which are not negative.
-pub(crate) fn moment_intervals(moments: &[f64; 3], std_devs: &[f64; 3]) -> [Interval; 3] {
-    std::array::from_fn(|k| {
-        let half_width = HALF_WIDTH_95 * std_devs[k];
-        let least = (moments[k] - half_width).max(moments[k].min(0.0));
-        [least, moments[k] + half_width]
-    })
-}
-
 /// Intervals that become shorter.
 struct Bounded<'a> {
     values: &'a [f64; 10],

@@ -1,25 +1,26 @@
 //! What the least-squares solvers share: the noise model, offsets, observable and unobservable
-//! directions, physical consistency, prior knowledge and error propagation. Nothing here knows a
-//! robot.
+//! directions, physical consistency and error propagation. Nothing here knows a robot.
 
-pub mod consistency;
-pub mod information;
-pub mod intervals;
-pub mod noise;
-pub mod offsets;
-pub mod principal_moments;
-pub mod pseudo_inverse;
-pub mod report;
-pub mod spectrum;
-pub mod subspace;
-pub mod uncertainty;
-pub mod weights;
-pub mod widening;
+pub(crate) mod consistency;
+pub(crate) mod information;
+mod intervals;
+pub(crate) mod noise;
+pub(crate) mod offsets;
+mod report;
+pub(crate) mod subspace;
+pub(crate) mod uncertainty;
+pub(crate) mod weights;
 
-pub use principal_moments::PrincipalMoments;
-pub use pseudo_inverse::{PseudoInverse, information, normalized, pseudo_inverse, with_variance};
-pub use report::{Posterior, Report};
-pub use spectrum::{Excitation, Spectrum};
-pub use subspace::{Matrix, NullSpace, Vector};
-pub use uncertainty::{HALF_WIDTH_95, is_mass_known, largest_of_kind, value_jacobian, values_of};
-pub use widening::widened;
+pub use consistency::{Projection, project};
+pub use noise::{Noise, RESIDUAL_ROUNDING, VARIANCE_FLOOR, Whitening, ZERO_SIZE, target_sizes};
+pub use offsets::{Centering, MeanRow, Offsets, joint_covariance};
+pub use report::{body_of, estimate};
+pub use subspace::{
+    EIGENVALUE_RATIO, LEVER_ARM_M, Matrix, NullSpace, QUANTITY_FRACTION, VARIANCE_RATIO, Vector,
+    bounded_lengths, least_signal, least_signal_of_columns,
+};
+pub use uncertainty::{
+    HALF_WIDTH_95, ValueStdDevs, is_mass_known, largest_of_kind, propagated, std_dev, std_devs,
+    students_widening, value_jacobian, values_of,
+};
+pub use weights::{OUTLIER, rare_distance, robust_weight};

@@ -1,99 +1,15 @@
-//! From a posterior of the linear parameters to what a user reads: the only place where an estimate
+//! From values and their standard deviations to what a user reads: the only place where an estimate
 //! is made.
 
 use std::sync::Arc;
 
 use tactid_dynamics::{InertialParameters, MassProperties};
 
-use super::PrincipalMoments;
 use super::intervals::intervals;
-use super::subspace::{Matrix, NullSpace, Vector};
-use super::uncertainty::{ValueStdDevs, observability, std_devs, value_jacobian};
-use crate::prior::{BoundingBox, PriorKnowledge};
-use crate::result::{PayloadEstimate, body_of_values, is_physical, values_of_body};
-
-/// What a solver knows of the linear parameters of a payload.
-#[derive(Clone, Copy, Debug)]
-pub struct Posterior<'a> {
-    /// Parameters of the payload, which are physically consistent where its mass is positive.
-    pub parameters: Vector,
-    /// Covariance of the parameters. What it contains in unobservable directions does not count.
-    pub covariance: Matrix,
-    /// The unobservable directions.
-    pub null_space: &'a NullSpace,
-    /// Factors on the standard deviations of the [ten values](crate::VALUE_NAMES), for what is
-    /// uncertain beyond the covariance; 1 where nothing is.
-    pub factors: [f64; 10],
-}
-
-/// What a user reads of a posterior.
-#[derive(Clone, Debug)]
-pub struct Report {
-    /// The payload with its uncertainty. It counts no windows, samples or gaps.
-    pub estimate: PayloadEstimate,
-    /// Principal moments of inertia of the payload; `None` where its mass is zero.
-    pub principal_moments: Option<PrincipalMoments>,
-}
-
-impl Posterior<'_> {
-    /// Returns the payload in `frame`, given what is known of it beforehand.
-    ///
-    /// A factor does not make a known mass less certain than the covariance or its weighing does,
-    /// and an exact mass that is kept has the standard deviation zero.
-    #[must_use]
-    pub fn report(&self, frame: &str, prior: &PriorKnowledge) -> Report {
-        let of_values = std_devs(&self.parameters, &self.covariance, self.null_space);
-        let mut widened = of_values;
-        for (std_dev, factor) in widened.std_devs.iter_mut().zip(self.factors) {
-            *std_dev *= factor;
-        }
-        if let Some(mass) = prior.known_mass {
-            let is_exact = mass.std_dev_kg == 0.0 && mass.agrees_with(self.parameters[0], 0.0);
-            let largest_kg = mass.std_dev_kg.max(of_values.std_devs[0]);
-            widened.std_devs[0] = if is_exact {
-                0.0
-            } else {
-                widened.std_devs[0].min(largest_kg)
-            };
-        }
-        // The moments depend on all entries of the inertia.
-        let of_inertia = self.factors[4..].iter().fold(1.0, |a, b| f64::max(a, *b));
-        let covariance = self.covariance * of_inertia.powi(2);
-        let body = body_of(&self.parameters);
-        let bounding_box = prior.bounding_box.as_ref();
-        Report {
-            estimate: PayloadEstimate {
-                covariance: Some(self.widened_covariance().data.0),
-                ..estimate(
-                    frame.into(),
-                    body,
-                    is_physical(&body),
-                    &widened,
-                    bounding_box,
-                )
-            },
-            principal_moments: PrincipalMoments::with_std_devs(
-                &self.parameters,
-                &covariance,
-                self.null_space,
-            ),
-        }
-    }
-}
-
-impl Posterior<'_> {
-    /// Returns the covariance of the parameters with the factors on the standard deviations of the
-    /// ten values.
-    fn widened_covariance(&self) -> Matrix {
-        let slopes = value_jacobian(&self.parameters);
-        let inverse = slopes.and_then(|slopes| Some((slopes, slopes.try_inverse()?)));
-        let Some((slopes, inverse)) = inverse.filter(|_| self.factors != [1.0; 10]) else {
-            return self.covariance;
-        };
-        let wide = inverse * Matrix::from_diagonal(&self.factors.into()) * slopes;
-        wide * self.covariance * wide.transpose()
-    }
-}
+use super::subspace::Vector;
+use super::uncertainty::{ValueStdDevs, observability};
+use crate::prior::BoundingBox;
+use crate::result::{PayloadEstimate, body_of_values, values_of_body};
 
 /// Returns the estimate of a body with these standard deviations of its ten values, in `frame`. It
 /// counts no windows, samples or gaps.
@@ -127,4 +43,20 @@ pub fn estimate(
 pub fn body_of(parameters: &Vector) -> MassProperties {
     let properties = InertialParameters::from_vector(*parameters).mass_properties();
     properties.unwrap_or_else(|| body_of_values(&[0.0; 10]))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::result::is_physical;
+
+    /// Of a body that is the known one nothing remains, instead of the whole body.
+    #[test]
+    fn nothing_remains_of_a_body_without_itself() {
+        let known = body_of_values(&[2.0, 0.1, 0.0, 0.2, 0.3, 0.0, 0.0, 0.3, 0.0, 0.3]);
+        let known = InertialParameters::from(known);
+        let rest = body_of((known - known).as_vector());
+        assert_eq!(values_of_body(&rest), [0.0; 10]);
+        assert!(!is_physical(&rest));
+    }
 }

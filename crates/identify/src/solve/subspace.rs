@@ -8,7 +8,7 @@
 //!
 //! | information | unobservable where it is | reason |
 //! |---|---|---|
-//! | eigenvalue, batch ([`Spectrum`](super::spectrum::Spectrum)) | at most [`EIGENVALUE_RATIO`] of the largest, in scaled parameters, before the bias correction | below, the entries of the Gram matrix are rounding |
+//! | eigenvalue, batch (`Spectrum` of `tactid-batch`) | at most [`EIGENVALUE_RATIO`] of the largest, in scaled parameters, before the bias correction | below, the entries of the Gram matrix are rounding |
 //! | | at most [`LEAST_SIGNAL`] of the noise of the motion in it, or at most [`CHANCE`] times the scatter of that noise's power | noise alone excites it: its estimate would be biased, and noise of any size |
 //! | column and pivot, online ([`Information`](super::information::Information)) | as little as that | the same |
 //! | pivot, online | at most [`PIVOT_ROUNDING`] of the information of the rows on the parameter alone | below, the subtraction of the other parameters leaves rounding |
@@ -53,7 +53,7 @@ pub(crate) const PIVOT_ROUNDING: f64 = 1e-10;
 pub const QUANTITY_FRACTION: f64 = 1e-3;
 
 /// Ratio to the largest variance in scaled parameters.
-pub(crate) const VARIANCE_RATIO: f64 = 1e-13;
+pub const VARIANCE_RATIO: f64 = 1e-13;
 
 /// Standard deviations of an information that noise alone may leave in a direction by chance.
 const CHANCE: f64 = 4.0;
@@ -67,7 +67,7 @@ const CHANCE: f64 = 4.0;
 /// difference of `k` directions is chosen from all combinations of them and exceeds zero by `√(2k)`
 /// standard deviations (the edge of the spectrum of an F matrix to first order in `k / n`; Wachter
 /// 1980, Annals of Statistics 8, 937).
-pub(crate) fn least_signal(windows: usize, others: usize) -> f64 {
+pub fn least_signal(windows: usize, others: usize) -> f64 {
     let independent = windows.max(1) as f64 / PRODUCT_CORRELATION;
     let chance = (CHANCE + (2.0 * others as f64).sqrt()) * 2.0 / independent.sqrt();
     chance.max(LEAST_SIGNAL)
@@ -98,12 +98,6 @@ pub(crate) fn is_observable_pivot(pivot: f64, of_noise: f64, alone: f64, plausib
 /// differ, rounding fills the mass or the inertia, and what the mass and the inertia show together
 /// is far above this arm or far below it.
 pub const LEVER_ARM_M: f64 = 1.0;
-
-/// Returns whether a distance from the tool frame, m, is certainly one at which an arm has no
-/// sensor and holds nothing: beyond two lever arms, 2 m.
-pub fn is_out_of_reach(distance_m: f64, half_width_m: f64) -> bool {
-    distance_m - half_width_m > 2.0 * LEVER_ARM_M
-}
 
 /// Returns the lengths of the columns of the parameters, at least `least` of what is usual for
 /// their kind (mass, first moments, inertia). The result depends on units by [`LEVER_ARM_M`] alone.
@@ -174,7 +168,7 @@ impl NullSpace {
     /// A quantity that is not quite across a direction is as uncertain as that: at rest in one
     /// attitude, a centre of mass somewhere on a vertical line is elsewhere across an axis of the
     /// tool that is not quite horizontal.
-    pub(crate) fn with_extents(
+    pub fn with_extents(
         mut self,
         mass_kg: f64,
         reach_m: f64,

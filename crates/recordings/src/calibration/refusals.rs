@@ -2,8 +2,8 @@
 
 use tactid_batch::Finding as DataFinding;
 use tactid_calibrate::CalibrateError;
+use tactid_dynamics::words::three_digits;
 use tactid_identify::checks::PositionsBeyondLimits;
-use tactid_identify::three_digits;
 
 use crate::{Finding, RecordingError};
 

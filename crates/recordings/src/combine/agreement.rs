@@ -3,10 +3,10 @@
 use schemars::JsonSchema;
 use serde::Serialize;
 use tactid_batch::Disagreement;
+use tactid_batch::solve::{PseudoInverse, pseudo_inverse};
 use tactid_identify::VALUE_NAMES;
 use tactid_identify::serial::TenValues;
 use tactid_identify::solve::{Matrix, Vector};
-use tactid_identify::solve::{PseudoInverse, pseudo_inverse};
 use tactid_identify::solve::{value_jacobian, values_of};
 
 use super::between::Variation;

@@ -2,7 +2,8 @@
 
 use nalgebra::SymmetricEigen;
 use tactid_batch::LinearEstimate;
-use tactid_identify::solve::{Matrix, normalized};
+use tactid_batch::solve::normalized;
+use tactid_identify::solve::Matrix;
 
 use crate::RecordingError;
 

@@ -42,6 +42,17 @@ mod term;
 
 use schemars::JsonSchema;
 use serde::Serialize;
+use tactid_batch::Finding as Data;
+use tactid_batch::diagnosis::nearest_consistent;
+use tactid_batch::solve::with_variance;
+use tactid_batch::solve::{Posterior, PrincipalMoments, Report};
+use tactid_batch::{GainErrors, LinearEstimate, PriorKnowledge, SharedErrors};
+use tactid_calibrate::distributions::students_factor;
+use tactid_identify::serial::TenValues;
+use tactid_identify::solve::value_jacobian;
+use tactid_identify::solve::{Matrix, Vector};
+use tactid_identify::{KnownMass, PayloadEstimate};
+use tactid_shapes::ShapePrior;
 
 use self::agreement::Comparison;
 pub use self::agreement::{Agreement, RunDistance, ValueDifference};
@@ -51,20 +62,6 @@ pub use self::shape::ShapeFit;
 use self::shape::with_shape;
 use self::term::{Pooled, Term};
 use crate::{Finding, RecordingError};
-use tactid_batch::Finding as Data;
-use tactid_batch::GainErrors;
-use tactid_batch::LinearEstimate;
-use tactid_batch::SharedErrors;
-use tactid_batch::diagnosis::nearest_consistent;
-use tactid_calibrate::distributions::students_factor;
-use tactid_identify::PayloadEstimate;
-use tactid_identify::serial::TenValues;
-use tactid_identify::solve::value_jacobian;
-use tactid_identify::solve::with_variance;
-use tactid_identify::solve::{Matrix, Vector};
-use tactid_identify::solve::{Posterior, PrincipalMoments, Report};
-use tactid_identify::{KnownMass, PriorKnowledge};
-use tactid_shapes::ShapePrior;
 
 /// Standard deviation of a run's parameters, relative to a body of the payload's size, below which
 /// runs are not compared: exact samples give the payload to 1e-7.
@@ -109,7 +106,7 @@ pub struct Combination {
 /// ```
 /// use tactid_identify::nalgebra::{SMatrix, SVector};
 /// use tactid_batch::LinearEstimate;
-/// use tactid_identify::PriorKnowledge;
+/// use tactid_batch::PriorKnowledge;
 /// use tactid_recordings::combine_estimates;
 ///
 /// // 2 kg, 0.1 m in front of the flange, with standard deviations of 1 %; the third recording has a gain of 1.1.

@@ -4,10 +4,10 @@ use nalgebra::{SMatrix, SVector, SymmetricEigen};
 use schemars::JsonSchema;
 use serde::Serialize;
 use tactid_batch::GainErrors;
+use tactid_batch::solve::{PseudoInverse, pseudo_inverse, with_variance};
 use tactid_calibrate::distributions::f_p;
 use tactid_identify::serial::TenValues;
 use tactid_identify::solve::{Matrix, Vector};
-use tactid_identify::solve::{PseudoInverse, pseudo_inverse, with_variance};
 use tactid_identify::solve::{is_mass_known, value_jacobian};
 use tactid_shapes::ShapePrior;
 

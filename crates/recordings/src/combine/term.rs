@@ -2,9 +2,9 @@
 
 use std::collections::BTreeMap;
 
+use tactid_batch::solve::{PseudoInverse, pseudo_inverse};
 use tactid_batch::{GainErrors, LinearEstimate};
 use tactid_identify::solve::{Matrix, Vector};
-use tactid_identify::solve::{PseudoInverse, pseudo_inverse};
 
 /// A point in the ten parameters with its weight and its errors: what one run says, or several
 /// together.

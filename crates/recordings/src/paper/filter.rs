@@ -6,11 +6,11 @@ use nalgebra::SVector;
 use schemars::JsonSchema;
 use serde::Serialize;
 use tactid_batch::Finding;
-use tactid_dynamics::{Manipulator, MassProperties, symmetric_matrix};
+use tactid_dynamics::{InertialParameters, Manipulator, MassProperties, symmetric_matrix};
 use tactid_identify::equations::{Equation, EquationSettings, EquationStream, PushOutcome, Sample};
+use tactid_identify::solve::body_of;
 use tactid_identify::{
-    IdentifyError, Method, Observability, body_of_values, is_physical, subtract_known_body,
-    values_of_body,
+    IdentifyError, Method, Observability, body_of_values, is_physical, values_of_body,
 };
 use tactid_nlms::{Estimator, Nlms, PAPER_ALPHA, PAPER_BETA};
 
@@ -282,7 +282,7 @@ impl PaperFilter {
         let gripper = self.stream.gripper_to_subtract();
         self.latest = match gripper {
             Some(gripper) => Latest {
-                body: subtract_known_body(&identified, &gripper),
+                body: body_of((InertialParameters::from(identified) - gripper).as_vector()),
                 composite: Some(identified),
             },
             None => Latest {

@@ -6,8 +6,8 @@
 //! windows since each place where the present segment may have begun, of which the best are kept.
 
 use nalgebra::SVector;
+use tactid_dynamics::words::three_digits;
 use tactid_identify::equations::Equation;
-use tactid_identify::three_digits;
 
 use super::sums::{CHANNELS, Line, Lines, Sums, UNKNOWNS, Variances, residuals};
 use crate::RecordingError;

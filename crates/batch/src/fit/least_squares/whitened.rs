@@ -1,7 +1,7 @@
 //! The whitened rows of a fit, of one window after another.
 
 use nalgebra::SVector;
-use tactid_identify::solve::noise::Whitening;
+use tactid_identify::solve::Whitening;
 
 use super::ReweightedLeastSquares;
 use crate::fit::products::{Products, WIDTH, WideRow};

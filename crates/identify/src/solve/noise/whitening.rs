@@ -5,7 +5,7 @@ use nalgebra::DMatrix;
 use super::Noise;
 
 /// The inverse of a root of the noise's covariance across the channels. Rows times it have unit
-/// noise without correlation, as after [`Noise::whiten`], which solves a triangular system for each
+/// noise without correlation, as after `Noise::whiten`, which solves a triangular system for each
 /// window.
 #[derive(Clone, Debug)]
 pub struct Whitening {

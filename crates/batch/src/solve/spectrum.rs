@@ -4,8 +4,7 @@ use nalgebra::allocator::Allocator;
 use nalgebra::{
     DMatrix, DefaultAllocator, DimDiff, DimSub, Dyn, OMatrix, OVector, SymmetricEigen, U1,
 };
-
-use super::subspace::{
+use tactid_identify::solve::{
     EIGENVALUE_RATIO, NullSpace, QUANTITY_FRACTION, Vector, least_signal, least_signal_of_columns,
 };
 
@@ -301,7 +300,7 @@ mod tests {
     use nalgebra::U10;
 
     use super::*;
-    use crate::solve::subspace::Matrix;
+    use tactid_identify::solve::Matrix;
 
     /// A faint direction is observable, but not where noise of the motion is the larger part of it,
     /// or may be by chance.

@@ -4,10 +4,7 @@ use nalgebra::{Matrix3, SMatrix, SVector, SymmetricEigen};
 use schemars::JsonSchema;
 use serde::Serialize;
 use tactid_dynamics::InertialParameters;
-
-use super::intervals::moment_intervals;
-use super::subspace::NullSpace;
-use super::uncertainty::{HALF_WIDTH_95, std_dev, value_jacobian};
+use tactid_identify::solve::{HALF_WIDTH_95, NullSpace, std_dev, value_jacobian};
 
 /// The three principal moments of inertia about the centre of mass.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, JsonSchema)]
@@ -85,6 +82,15 @@ fn std_devs(moments: &[f64; 3], variances: &Matrix3<f64>) -> [f64; 3] {
         (false, true) => [size(0, 1), size(1, 3), size(1, 3)],
         (true, true) => [size(0, 3); 3],
     }
+}
+
+/// Returns the 95 % intervals of principal moments of inertia, which are not negative.
+fn moment_intervals(moments: &[f64; 3], std_devs: &[f64; 3]) -> [[f64; 2]; 3] {
+    std::array::from_fn(|k| {
+        let half_width = HALF_WIDTH_95 * std_devs[k];
+        let least = (moments[k] - half_width).max(moments[k].min(0.0));
+        [least, moments[k] + half_width]
+    })
 }
 
 #[cfg(test)]

@@ -1,12 +1,11 @@
 //! Inverses of matrices that have a null space.
 
 use nalgebra::SymmetricEigen;
-
-use super::subspace::{Matrix, NullSpace, VARIANCE_RATIO, Vector};
+use tactid_identify::solve::{Matrix, NullSpace, VARIANCE_RATIO, Vector};
 
 /// Ratio of an eigenvalue to the largest one, in parameters scaled to an information of one each,
 /// at and below which a direction is unobservable: above the rounding of an inverted covariance.
-pub const INVERSE_ROUNDING: f64 = 1e-12;
+pub(crate) const INVERSE_ROUNDING: f64 = 1e-12;
 
 /// Returns a symmetric matrix in units in which its diagonal is one where it is positive.
 #[must_use]

@@ -1,7 +1,7 @@
 //! Larger standard deviations of linear parameters.
 
-use super::subspace::Matrix;
-use crate::prior::KnownMass;
+use tactid_identify::KnownMass;
+use tactid_identify::solve::Matrix;
 
 /// Returns the covariance of linear parameters with standard deviations that are larger by a
 /// factor. That of a known mass does not grow beyond that of its weighing.

@@ -1,0 +1,15 @@
+//! What the solvers of whole recordings share: observable directions by eigenvalues, inverses with a
+//! null space, principal moments, and the report of a posterior.
+
+mod posterior;
+mod principal_moments;
+mod pseudo_inverse;
+mod spectrum;
+mod widening;
+
+pub use posterior::{Posterior, Report};
+pub use principal_moments::PrincipalMoments;
+pub(crate) use pseudo_inverse::INVERSE_ROUNDING;
+pub use pseudo_inverse::{PseudoInverse, information, normalized, pseudo_inverse, with_variance};
+pub use spectrum::{Excitation, Spectrum};
+pub use widening::widened;
