@@ -7,10 +7,10 @@ use rand::{RngExt, SeedableRng, rngs::SmallRng};
 use rand_distr::StandardNormal;
 use tactid_batch::{BatchIdentifier, BatchResult, BatchSettings, Finding, MotionEstimate};
 use tactid_dynamics::MassProperties;
-use tactid_identify::nalgebra::{Matrix3, Vector3};
+use tactid_identify::nalgebra::{Matrix3, UnitQuaternion, Vector3};
 use tactid_identify::{EquationSettings, Method, values_of_body};
 
-use crate::common::{Experiment, Instant, Noise, SENSORS, TOOL};
+use crate::common::{Experiment, Instant, Noise, SENSORS, TOOL, errors_percent, payload};
 
 const COMBINED: Method = Method::Combined { effort: true };
 
@@ -59,33 +59,118 @@ fn with(method: Method) -> EquationSettings {
     }
 }
 
-/// Measured accelerations of the base decide how it accelerates, and not velocities that lag.
-#[test]
-fn accelerations_that_are_measured_are_used() {
-    let exact = experiment().run();
-    let (lag, count) = (40, exact.len());
-    let mut random = SmallRng::seed_from_u64(3);
-    let mut lagging = noisy(&exact, 3);
-    for k in lag..count - 1 {
+/// Standard deviations of the noise of the linear and the angular acceleration, m/s² and rad/s².
+const OF_ACCELERATIONS: [f64; 2] = [1e-3; 2];
+
+/// Sets the accelerations of the base that are measured, linear and angular, to those of the exact
+/// motion with noise. The first and the last instant have none and go.
+fn accelerated(
+    instants: &[Instant],
+    exact: &[Instant],
+    are_measured: [bool; 2],
+    random: &mut SmallRng,
+) -> Vec<Instant> {
+    let mut accelerated = instants.to_vec();
+    for k in 1..exact.len() - 1 {
         let step_s = exact[k + 1].time_s - exact[k - 1].time_s;
         let [before, after] = [&exact[k - 1].base, &exact[k + 1].base];
-        let mut noise = |size: f64| -> Vector3<f64> {
-            Vector3::from_fn(|_, _| size * random.sample::<f64, _>(StandardNormal))
+        let mut noise = |std_dev: f64| -> Vector3<f64> {
+            Vector3::from_fn(|_, _| std_dev * random.sample::<f64, _>(StandardNormal))
         };
-        let base = &mut lagging[k].base;
-        let slow = &exact[k - lag].base;
-        base.velocity = slow.velocity;
-        base.pose.translation = slow.pose.translation;
-        base.acceleration = Some((after.velocity - before.velocity) / step_s + noise(1e-3));
+        let linear = (after.velocity - before.velocity) / step_s + noise(OF_ACCELERATIONS[0]);
         let turning = (after.angular_velocity - before.angular_velocity) / step_s;
-        base.angular_acceleration = Some(turning + noise(1e-3));
+        let angular = turning + noise(OF_ACCELERATIONS[1]);
+        let base = &mut accelerated[k].base;
+        base.acceleration = are_measured[0].then_some(linear);
+        base.angular_acceleration = are_measured[1].then_some(angular);
     }
-    let found = solve(&lagging[lag..count - 1], with(Method::JointSensing));
-    let error_kg = found.estimate.body.mass_kg - 100.0;
-    assert!(
-        error_kg.abs() < 3.0 * found.estimate.std_devs[0],
-        "{error_kg}"
-    );
+    accelerated.remove(0);
+    accelerated.pop();
+    accelerated
+}
+
+/// Returns instants with noise of 1 mm and 1 mrad on the pose of the base, and of 2 mm/s and 2 mrad/s
+/// on its velocities.
+fn with_noisy_base(mut instants: Vec<Instant>, seed: u64) -> Vec<Instant> {
+    let mut random = SmallRng::seed_from_u64(50 + seed);
+    for Instant { base, .. } in &mut instants {
+        let mut noise = |std_dev: f64| {
+            Vector3::from_fn(|_, _| std_dev * random.sample::<f64, _>(StandardNormal))
+        };
+        base.pose.translation.vector += noise(1e-3);
+        base.pose.rotation = UnitQuaternion::from_scaled_axis(noise(1e-3)) * base.pose.rotation;
+        base.velocity += noise(2e-3);
+        base.angular_velocity += noise(2e-3);
+    }
+    instants
+}
+
+/// Measured accelerations of the base, linear, angular or both, make errors and standard deviations
+/// smaller, and the intervals hold the truth.
+#[test]
+fn accelerations_that_are_measured_help() {
+    let exact = experiment().run();
+    let truth = values_of_body(&payload());
+    let measured = [[false, false], [true, false], [false, true], [true, true]];
+    let [mut errors, mut sizes] = [[0.0; 4]; 2];
+    let (mut held, mut all) = (0, 0);
+    for seed in 0..6 {
+        let instants = with_noisy_base(noisy(&exact, seed), seed);
+        for (k, are_measured) in measured.into_iter().enumerate() {
+            let mut random = SmallRng::seed_from_u64(100 + seed);
+            let instants = accelerated(&instants, &exact, are_measured, &mut random);
+            let found = solve(&instants, with(Method::JointSensing));
+            assert_eq!(found.fit.motion, MotionEstimate::WithPayload);
+            let values = values_of_body(&found.estimate.body);
+            for ((value, truth), std_dev) in values.iter().zip(truth).zip(found.estimate.std_devs) {
+                held += u32::from((value - truth).abs() < 1.96 * std_dev);
+                all += 1;
+                sizes[k] += std_dev.ln();
+            }
+            let of_body = errors_percent(&found.estimate.body);
+            errors[k] += of_body.iter().map(|error| error * error).sum::<f64>();
+        }
+    }
+    for [without, linear, angular, both] in [errors, sizes] {
+        assert!(linear.max(angular) < without, "{errors:?} {sizes:?}");
+        assert!(both < linear.min(angular), "{errors:?} {sizes:?}");
+    }
+    assert!(held * 100 > all * 93, "{held} of {all}");
+}
+
+/// Poses and velocities that lag behind measured accelerations contradict them. Windows then follow
+/// the accelerations.
+#[test]
+fn accelerations_are_preferred_to_velocities_that_lag() {
+    let exact = experiment().run();
+    for lag in [5, 20, 40] {
+        let mut random = SmallRng::seed_from_u64(3);
+        let mut lagging = noisy(&exact, 3);
+        for (instant, slow) in lagging[lag..].iter_mut().zip(&exact) {
+            instant.base.velocity = slow.base.velocity;
+            instant.base.pose.translation = slow.base.pose.translation;
+        }
+        let instants = accelerated(&lagging[lag..], &exact[lag..], [true; 2], &mut random);
+        let found = solve(&instants, with(Method::JointSensing));
+        assert_eq!(found.fit.motion, MotionEstimate::Unexplained, "{lag}");
+        let error_kg = found.estimate.body.mass_kg - 100.0;
+        assert!(
+            error_kg.abs() < 3.0 * found.estimate.std_devs[0],
+            "{lag}: {error_kg}"
+        );
+    }
+}
+
+/// Accelerations that only some samples have keep windows.
+#[test]
+fn accelerations_of_some_samples_keep_windows() {
+    let exact = experiment().run();
+    let mut random = SmallRng::seed_from_u64(3);
+    let mut instants = accelerated(&noisy(&exact, 3), &exact, [true; 2], &mut random);
+    for instant in &mut instants[700..] {
+        instant.base.acceleration = None;
+    }
+    let found = solve(&instants, with(Method::JointSensing));
     assert_eq!(found.fit.motion, MotionEstimate::Smoothed);
 }
 

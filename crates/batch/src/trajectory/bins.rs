@@ -1,16 +1,21 @@
 //! Means of the raw samples over short bins, of which a trajectory is estimated.
 
+use std::ops::Range;
+
 use tactid_dynamics::{BaseKind, Manipulator};
 use tactid_identify::equations::{Continuation, EquationSettings, Sample};
 
 use super::{MotionEstimate, SETTINGS};
 
 /// Where the channels of a bin are: positions and velocities of the joints, pose and velocities of
-/// the base (position, velocity, quaternion, angular velocity), efforts, and wrenches.
+/// the base (position, velocity, quaternion, angular velocity), its accelerations as far as they are
+/// measured (linear, angular), efforts, and wrenches.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Layout {
     pub(super) joints: usize,
     pub(super) sensors: usize,
+    /// Whether the linear and the angular acceleration of the base are measured.
+    pub(super) has_accelerations: [bool; 2],
 }
 
 impl Layout {
@@ -37,9 +42,24 @@ impl Layout {
         self.quaternion() + 4
     }
 
-    /// First channel of the joint efforts.
+    /// Channels of the base's linear and angular acceleration in the inertial frame, none where
+    /// they are not measured.
+    pub(super) fn accelerations(self) -> [Range<usize>; 2] {
+        let first = self.angular_velocity() + 3;
+        let [linear, angular] = self.has_accelerations.map(|has| 3 * usize::from(has));
+        let middle = first + linear;
+        [first..middle, middle..middle + angular]
+    }
+
+    /// Channel of the second derivative of half the square of the quaternion, which is zero, beside
+    /// a measured angular acceleration, which does not determine it.
+    pub(super) fn lengthening(self) -> Option<usize> {
+        self.has_accelerations[1].then_some(self.accelerations()[1].end)
+    }
+
+    /// First channel of the joint efforts, after those of the motion.
     pub(super) fn effort(self) -> usize {
-        self.angular_velocity() + 3
+        self.accelerations()[1].end + usize::from(self.has_accelerations[1])
     }
 
     /// First channel of the wrenches, force and moment of each sensor.
@@ -105,7 +125,11 @@ impl SampleBins {
         given: Option<MotionEstimate>,
     ) -> Self {
         let joints = robot.dof();
-        let layout = Layout { joints, sensors };
+        let layout = Layout {
+            joints,
+            sensors,
+            has_accelerations: [false; 2],
+        };
         let length_s = 1.0 / (SETTINGS.bins_of_interval * SETTINGS.knots_hz);
         let gains = &settings.effort_gain_std_dev;
         let has_others = settings.wrench_offset
@@ -175,6 +199,12 @@ impl SampleBins {
             self.stretches.clear();
             return;
         }
+        if self.stretches.is_empty() {
+            self.layout.has_accelerations = has_accelerations(sample);
+            let count = self.layout.count();
+            self.sums.values.resize(count, 0.0);
+            self.last.resize(count, 0.0);
+        }
         if starts || self.stretches.is_empty() {
             self.finish();
             self.stretches.push(Vec::new());
@@ -197,10 +227,10 @@ impl SampleBins {
 
     /// Returns what a sample lacks, or that there are too many already.
     fn unsuited_by(&self, sample: &Sample<'_>) -> Option<MotionEstimate> {
-        let base = &sample.base;
+        let is_first = self.stretches.is_empty();
         if sample.joint_velocity.len() != self.layout.joints {
             Some(MotionEstimate::NoVelocities)
-        } else if base.acceleration.is_some() || base.angular_acceleration.is_some() {
+        } else if !is_first && has_accelerations(sample) != self.layout.has_accelerations {
             Some(MotionEstimate::Smoothed)
         } else {
             (self.count >= SETTINGS.most_bins).then_some(MotionEstimate::TooLong)
@@ -241,6 +271,8 @@ impl SampleBins {
         last[joints..2 * joints].copy_from_slice(sample.joint_velocity);
         let of_base = base.pose.translation.vector.iter().chain(&base.velocity);
         let of_base = of_base.chain(&rotation).chain(&base.angular_velocity);
+        let accelerations = base.acceleration.iter().chain(&base.angular_acceleration);
+        let of_base = of_base.chain(accelerations.flat_map(|vector| vector.iter()));
         let (effort, wrenches) = (layout.effort(), layout.wrenches());
         for (place, value) in last[layout.position()..effort].iter_mut().zip(of_base) {
             *place = *value;
@@ -252,6 +284,12 @@ impl SampleBins {
             place[3..].copy_from_slice(wrench.moment.as_slice());
         }
     }
+}
+
+/// Returns whether a sample has the linear and the angular acceleration of the base.
+fn has_accelerations(sample: &Sample<'_>) -> [bool; 2] {
+    let base = &sample.base;
+    [base.acceleration, base.angular_acceleration].map(|measured| measured.is_some())
 }
 
 /// Replaces the means of a stretch by values at the mean times: a mean differs from them by half of

@@ -250,7 +250,7 @@ impl Problem {
                     .for_each(|(sum, of_bin)| *sum += of_bin);
             }
             let segment = &self.segments[index];
-            let rows = of_motion[5].end + of_dynamics.len();
+            let rows = self.layout.effort() + of_dynamics.len();
             scatter.add(&scores, rows, segment.coefficients.len());
         }
         let bins = scatter.bins();
@@ -272,19 +272,24 @@ impl Problem {
     }
 }
 
-/// Channels of the motion by quantity: positions and velocities of the joints, and position,
-/// velocity, rotation and angular velocity of the base.
-fn quantities(layout: Layout) -> [Range<usize>; 6] {
+/// Channels of the motion by quantity: positions and velocities of the joints, position, velocity,
+/// rotation and angular velocity of the base, and its accelerations as far as they are measured.
+fn quantities(layout: Layout) -> Vec<Range<usize>> {
     let (joints, position) = (layout.joints, layout.position());
     let (quaternion, angular_velocity) = (layout.quaternion(), layout.angular_velocity());
-    [
+    let [linear, angular] = layout.accelerations();
+    let mut quantities = vec![
         0..joints,
         joints..position,
         position..position + 3,
         position + 3..quaternion,
         quaternion..angular_velocity,
-        angular_velocity..layout.effort(),
-    ]
+        angular_velocity..linear.start,
+        linear,
+        angular,
+    ];
+    quantities.retain(|channels| !channels.is_empty());
+    quantities
 }
 
 /// Returns whether so many bins determine splines: one interval has six of them.

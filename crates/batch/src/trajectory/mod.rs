@@ -30,11 +30,11 @@ pub enum MotionEstimate {
     /// the joints and the base.
     WithPayload,
     /// The motion was smoothed before, sample by sample, because one estimate of both is not for
-    /// this problem: the base is fixed or has no joints, its accelerations are measured, channels
-    /// of the wrenches are not measured or interpolated, the mass is known, an offset, a subtracted
-    /// weight or the direction of gravity is unknown, gains of efforts are uncertain, a direction
-    /// of the parameters is not excited, an assumption is wrong, or some of the recording has
-    /// another load or outliers.
+    /// this problem: the base is fixed or has no joints, only some samples have its accelerations,
+    /// channels of the wrenches are not measured or interpolated, the mass is known, an offset, a
+    /// subtracted weight or the direction of gravity is unknown, gains of efforts are uncertain, a
+    /// direction of the parameters is not excited, an assumption is wrong, or some of the recording
+    /// has another load or outliers.
     #[default]
     Smoothed,
     /// The motion was smoothed before, because velocities of the joints or of the base are not
@@ -52,7 +52,7 @@ pub enum MotionEstimate {
     /// The motion was smoothed before, because it has frequencies that splines do not follow.
     TooFast,
     /// The motion was smoothed before, because splines and payload leave more of the measurements
-    /// than their noise: the model has errors.
+    /// than their noise: the model has errors, or measured accelerations contradict odometry.
     Unexplained,
     /// The motion was smoothed before, because its noise is so small that the result is at least as
     /// precise.

@@ -1,12 +1,12 @@
 //! All rows of one bin in units of their noise: those of the measured motion, and those of the
 //! dynamics.
 
-use nalgebra::{DMatrix, DVector};
+use nalgebra::{DMatrix, DVector, SMatrix};
 
 use super::bins::Layout;
 use super::bordered::Bordered;
 use super::dynamics::Linearised;
-use super::segment::{Derivatives, Segment, imaginary, quaternions};
+use super::segment::{Derivatives, Segment, base_motion, imaginary, quaternions};
 use super::smoothing::rotation_residuals;
 
 /// Standard deviations of the channels of the motion, and the whitening of those of the dynamics.
@@ -65,6 +65,7 @@ impl BinRows {
             }
         }
         rows.set_rotation(values, at, layout);
+        rows.set_accelerations(values, at, layout);
         for (channel, std_dev) in weights.of_motion.iter().enumerate() {
             rows.by_state.row_mut(channel).unscale_mut(*std_dev);
             rows.by_parameters.row_mut(channel).unscale_mut(*std_dev);
@@ -109,6 +110,41 @@ impl BinRows {
             self.by_state[(of_length, first + k)] = q[k];
         }
         self.by_parameters[(of_length, last)] = 0.5 * (1.0 - q.norm_squared());
+    }
+
+    /// Sets the rows of the measured accelerations of the base, in their units, and beside those of
+    /// an angular acceleration that of the quaternion's length.
+    fn set_accelerations(&mut self, values: &[f64], at: &Derivatives, layout: Layout) {
+        let [q, rate, second] = quaternions(at);
+        let present = base_motion(at);
+        let present = [present.acceleration, present.angular_acceleration];
+        let (coordinates, last) = (layout.coordinates(), self.by_parameters.ncols() - 1);
+        let [linear, angular] = layout.accelerations();
+        let turning = angular.start;
+        for (axis, row) in linear.clone().enumerate() {
+            self.by_state[(row, 2 * coordinates + layout.joints + axis)] = 1.0;
+        }
+        for (channels, present) in [linear, angular].into_iter().zip(present) {
+            for (channel, present) in channels.zip(&present) {
+                self.by_parameters[(channel, last)] = values[channel] - present;
+            }
+        }
+        let Some(of_length) = layout.lengthening() else {
+            return;
+        };
+        let by_turning = [
+            imaginary(&second) * -2.0,
+            SMatrix::zeros(),
+            imaginary(&q) * 2.0,
+        ];
+        for (order, by_length) in [second, rate * 2.0, q].iter().enumerate() {
+            let column = (order + 1) * coordinates - 4;
+            let mut place = self.by_state.fixed_view_mut::<3, 4>(turning, column);
+            place.copy_from(&by_turning[order]);
+            let mut place = self.by_state.fixed_view_mut::<1, 4>(of_length, column);
+            place.tr_copy_from(by_length);
+        }
+        self.by_parameters[(of_length, last)] = -q.dot(&second) - rate.norm_squared();
     }
 
     /// Adds what the rows say of the coefficients to the matrix of the normal equations.

@@ -88,7 +88,33 @@ pub(super) fn smooth(segments: &mut [Segment], layout: Layout) -> Option<Vec<f64
         [std_devs[channel], std_devs[rate]] = smooth_group(segments, &group)?;
     }
     smooth_rotation(segments, layout, &mut std_devs)?;
+    let [linear, angular] = layout.accelerations();
+    for channel in linear.chain(angular.clone()) {
+        std_devs[channel] = noise_of_acceleration(segments, channel)?;
+    }
+    if let Some(channel) = layout.lengthening() {
+        // Were it less certain than the turning, a slightly turned quaternion would mix both, and
+        // the steps would not converge.
+        std_devs[channel] = 0.5 * std_devs[angular].iter().fold(0.0, |a: f64, &b| a.max(b));
+    }
     Some(std_devs)
+}
+
+/// Returns the standard deviation of the noise of a measured acceleration: what splines through its
+/// own values leave. It does not depend on poses and velocities, so that these can contradict it.
+fn noise_of_acceleration(segments: &[Segment], channel: usize) -> Option<f64> {
+    let (mut left, mut squares, mut freedom, mut bins) = (0.0, 0.0, 0.0, 0.0);
+    for segment in segments {
+        let count = segment.bins.len();
+        let values = segment.bins.iter().map(|bin| bin.values[channel]);
+        let values = DMatrix::from_iterator(count, 1, values);
+        squares += values.norm_squared();
+        left += residuals(segment, values)?.norm_squared();
+        freedom += segment.freedom() * count as f64;
+        bins += count as f64;
+    }
+    let least = SETTINGS.accuracy.powi(2) * squares / bins;
+    Some((left / freedom + least + f64::MIN_POSITIVE.sqrt()).sqrt())
 }
 
 /// Sets the splines of the base's quaternion, and its standard deviations.
@@ -232,10 +258,13 @@ pub(super) fn unfollowed(
     let (of_turns, of_rates) = (layout.quaternion(), layout.angular_velocity());
     let (left, noise) = sum(of_turns..of_rates);
     // A small turn changes a quaternion by half of it.
-    let of_rotation = [(left, 4.0 * noise), sum(of_rates..layout.effort())];
+    let [linear, angular] = layout.accelerations();
+    let of_rotation = [(left, 4.0 * noise), sum(of_rates..linear.start)];
+    let of_acceleration = |channel: usize| [(std_devs[channel].powi(2), variance(channel)); 2];
     let pairs = (0..layout.joints + 3).map(of_coordinate);
     let mut reason = None;
-    for pairs in pairs.chain([of_rotation]) {
+    let accelerations = (linear.start..angular.end).map(of_acceleration);
+    for pairs in pairs.chain([of_rotation]).chain(accelerations) {
         // A channel that is zero throughout measures nothing.
         let is_left = |(left, noise): (f64, f64)| {
             noise > 0.0 && left * FAR_BETTER > noise.max(f64::MIN_POSITIVE.sqrt())
