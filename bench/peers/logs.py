@@ -27,7 +27,8 @@ def comparisons() -> list[Comparison]:
 def by_tactid() -> Contender:
     """The command line of tactid."""
     command = Command([str(Path(sys.executable).with_name("tactid")), "identify", log(), "--json"])
-    return Contender(command, in_sizes(parameters(json.loads(command.printed())["estimate"])))
+    estimate = json.loads(command.printed())["estimate"]
+    return Contender(command, in_sizes(parameters(estimate["values"])))
 
 
 def by_script() -> Contender:
@@ -72,9 +73,9 @@ def in_sizes(estimate: Array) -> Array:
     return estimate / np.repeat([kind.max() for kind in kinds], [1, 3, 6])
 
 
-def parameters(estimate: dict) -> Array:
-    """The ten parameters of an estimate of the JSON."""
-    com = list(estimate["com"].values())
-    xx, xy, xz, yy, yz, zz = estimate["inertia"].values()
+def parameters(values: dict) -> Array:
+    """The ten parameters of the values of an estimate in JSON."""
+    com = list(values["com"].values())
+    xx, xy, xz, yy, yz, zz = values["inertia"].values()
     inertia = [[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]]
-    return tactid.MassProperties(mass=estimate["mass"], com=com, inertia=inertia).parameters
+    return tactid.MassProperties(mass=values["mass"], com=com, inertia=inertia).parameters
