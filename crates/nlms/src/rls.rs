@@ -146,10 +146,15 @@ impl<const N: usize> Rls<N> {
     }
 
     /// Returns the [square root of the information](Self::information_root) of the rows and of the
-    /// small weights on the initial values, which is regular: its diagonal is positive.
+    /// small weights on the initial values, which is regular: its diagonal is positive. With it
+    /// come the [parameters](Estimator::parameters), which follow from it.
     #[must_use]
-    pub fn regularised_root(&self) -> SMatrix<f64, N, N> {
-        self.of_all_rows().regularised(&self.start).root()
+    pub fn regularised(&self) -> (SMatrix<f64, N, N>, SVector<f64, N>) {
+        let regular = self.of_all_rows().regularised(&self.start);
+        let found = regular.solve();
+        // Rows that are minute beside their targets have solutions beyond the largest number.
+        let is_finite = found.iter().all(|entry| entry.is_finite());
+        (regular.root(), if is_finite { found } else { self.start })
     }
 
     /// Returns the sum of the squared residuals of all rows at the least-squares solution.
@@ -194,13 +199,7 @@ impl<const N: usize> Estimator<N> for Rls<N> {
     }
 
     fn parameters(&self) -> SVector<f64, N> {
-        let found = self.of_all_rows().regularised(&self.start).solve();
-        // Rows that are minute beside their targets have solutions beyond the largest number.
-        if found.iter().all(|entry| entry.is_finite()) {
-            found
-        } else {
-            self.start
-        }
+        self.regularised().1
     }
 
     fn counts(&self) -> Counts {

@@ -47,8 +47,7 @@ impl<const N: usize> SquareRootInformation<N> {
     /// that the parameter has its initial value: `R` is then regular. The weight is relative to the
     /// column of the parameter, so that the units of the parameters do not matter.
     pub(crate) fn regularised(&self, start: &SVector<f64, N>) -> Self {
-        let mut regular = self.clone();
-        for k in 0..N {
+        let mut rows: [_; N] = std::array::from_fn(|k| {
             let size = self.column_size(k);
             let weight = if size > 0.0 {
                 START_WEIGHT * size
@@ -57,8 +56,10 @@ impl<const N: usize> SquareRootInformation<N> {
             };
             let mut row = SVector::zeros();
             row[k] = weight;
-            regular.update(&row, weight * start[k]);
-        }
+            (row, weight * start[k])
+        });
+        let mut regular = self.clone();
+        regular.update_all(&mut rows);
         regular
     }
 

@@ -189,11 +189,11 @@ impl AccumulatedRows {
             self.offset_scores = scores;
         }
         let root = self.solved.information_root();
-        self.inverse_root = inverse_of_upper(&self.solved.regularised_root()).transpose();
+        let (regular_root, biased) = self.solved.regularised();
+        self.inverse_root = inverse_of_upper(&regular_root).transpose();
         let plausible = self.plausible_size(&self.scales());
         let information = Information::new(&root, &self.noise, self.windows, plausible);
         let parameters = if information.is_complete() {
-            let biased = self.solved.parameters();
             biased + information.solve(&(self.noise * biased - self.noise_targets))
         } else {
             // Both sides are reduced by what the start contributes.
