@@ -1,8 +1,8 @@
 //! Motion of frames in the inertial frame, along the chain of bodies that carries them.
 
-use nalgebra::{Isometry3, Vector3, Vector6};
+use nalgebra::{Isometry3, UnitQuaternion, Vector3, Vector6};
 
-use crate::placement::{MovingPlacement, Placement};
+use crate::placement::{MovingPlacement, Placement, quaternion};
 use crate::recursion::{BodyModel, BodyState, JointModel};
 use crate::vector::Vec3;
 use crate::{
@@ -69,6 +69,19 @@ impl Workspace {
         self.base_placement().followed_by(&on_base).pose()
     }
 
+    /// Returns `world_from_frame`, the rotation of a frame in the inertial frame: that of its
+    /// [`pose`](Self::pose), in less time.
+    #[must_use]
+    pub fn rotation(&self, frame: FrameId) -> UnitQuaternion<f64> {
+        let fixed = &self.frames[self.robot.position(frame)];
+        let (mut rotation, mut index) = (fixed.rotation, fixed.body);
+        while index != 0 {
+            rotation = &self.states[index].rotation * &rotation;
+            index = self.bodies[index].parent;
+        }
+        quaternion(&(&self.states[0].rotation * &rotation))
+    }
+
     /// Returns `a_from_b`, the pose of frame `b` in frame `a`. The cost is one pass over the bodies
     /// above either frame that do not carry the other.
     #[must_use]
@@ -85,6 +98,9 @@ impl Workspace {
     /// [`relative_pose`](Self::relative_pose), in less time.
     #[must_use]
     pub fn wrench_in_frame(&self, a: FrameId, b: FrameId, wrench: &Wrench) -> Wrench {
+        if a == b {
+            return *wrench;
+        }
         let [a, b] = [a, b].map(|frame| &self.frames[self.robot.position(frame)]);
         let common = self.common_body(a.body, b.body);
         let mut wrench = b.placement().transform_wrench(wrench);

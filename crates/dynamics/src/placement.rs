@@ -162,12 +162,17 @@ impl Placement {
 
     /// Returns the pose.
     pub(crate) fn pose(&self) -> Isometry3<f64> {
-        let rotation = Rotation3::from_matrix_unchecked(Matrix3::from(&self.rotation));
         Isometry3::from_parts(
             Translation3::from(Vector3::from(self.position)),
-            UnitQuaternion::from_rotation_matrix(&rotation),
+            quaternion(&self.rotation),
         )
     }
+}
+
+/// Returns the quaternion of a rotation.
+pub(crate) fn quaternion(rotation: &Mat3<f64>) -> UnitQuaternion<f64> {
+    let rotation = Rotation3::from_matrix_unchecked(Matrix3::from(rotation));
+    UnitQuaternion::from_rotation_matrix(&rotation)
 }
 
 impl MovingPlacement {

@@ -3,7 +3,7 @@
 
 use std::iter;
 
-use nalgebra::{Isometry3, Vector3};
+use nalgebra::{UnitQuaternion, Vector3};
 use tactid_dynamics::{
     FrameId, InertialParameters, JointMotion, Manipulator, ModelError, ModelFinding, StateError,
     Workspace, inverse_dynamics, motion_under_gravity,
@@ -282,8 +282,8 @@ impl Model {
     }
 
     /// The sum of the wrenches at the last instant in the tool frame, the terms of its motion, and
-    /// the pose of the tool in the inertial frame; `None` where the method uses no wrenches.
-    pub(crate) fn wrench_terms(&self) -> Option<(&[f64], &[f64], Isometry3<f64>)> {
+    /// the rotation of the tool in the inertial frame; `None` where the method uses no wrenches.
+    pub(crate) fn wrench_terms(&self) -> Option<(&[f64], &[f64], UnitQuaternion<f64>)> {
         if !matches!(self.sources.first(), Some(Source::Wrench(_))) {
             return None;
         }
@@ -291,7 +291,7 @@ impl Model {
         Some((
             &self.entries[..WRENCH],
             terms,
-            self.workspace.pose(self.tool),
+            self.workspace.rotation(self.tool),
         ))
     }
 
