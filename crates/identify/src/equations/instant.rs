@@ -6,8 +6,11 @@ use tactid_dynamics::{FrameMotion, Wrench};
 use super::differentiation::{CachedWeights, MAX_NODES, Weights};
 use super::sample::{BaseState, Sample};
 
-/// Number of joints whose values are summed together.
-const LANES: usize = 4;
+/// Number of joints, or of other columns, whose values are summed together.
+pub(crate) const LANES: usize = 4;
+
+/// What a polynomial is fitted to of the motion of a base.
+pub(crate) type BaseVectors = [Vector4<f64>; 3];
 
 /// A copy of a sample, which a polynomial is fitted to.
 #[derive(Clone, Debug)]
@@ -17,7 +20,7 @@ pub(crate) struct StoredSample {
     base: BaseState,
     /// Quaternion of the base's rotation, its angular velocity and its velocity, padded to four
     /// entries. The quaternion has the sign that is nearest to the previous sample's.
-    base_vectors: [Vector4<f64>; 3],
+    base_vectors: BaseVectors,
     /// Joint values, padded with zeros to whole vectors.
     joint_position: Vec<Vector4<f64>>,
     joint_velocity: Vec<Vector4<f64>>,
@@ -42,20 +45,19 @@ impl StoredSample {
         }
     }
 
-    /// Returns the quaternion of the base's rotation, with the sign nearest to the previous
-    /// sample's.
-    pub(crate) fn base_rotation(&self) -> Vector4<f64> {
-        self.base_vectors[0]
+    /// Returns the vectors of the base's motion.
+    pub(crate) fn base_vectors(&self) -> &BaseVectors {
+        &self.base_vectors
     }
 
     /// Copies a sample whose slices have the right lengths; those that may be empty are empty or
-    /// have the right length. `rotation_before` is the [`base_rotation`](Self::base_rotation) of
-    /// the sample before.
-    pub(crate) fn set(&mut self, sample: &Sample<'_>, rotation_before: &Vector4<f64>) {
+    /// have the right length. `before` are the [`base_vectors`](Self::base_vectors) of the sample
+    /// before.
+    pub(crate) fn set(&mut self, sample: &Sample<'_>, before: &BaseVectors) {
         self.time_s = sample.time_s;
         self.base = sample.base;
         let rotation = sample.base.pose.rotation.coords;
-        let side = 1f64.copysign(rotation.dot(rotation_before));
+        let side = 1f64.copysign(rotation.dot(&before[0]));
         let padded = |vector: &Vector3<f64>| vector.push(0.0);
         self.base_vectors = [
             rotation * side,
@@ -71,6 +73,42 @@ impl StoredSample {
             self.joint_effort.copy_from_slice(sample.joint_effort);
         }
         self.wrenches.copy_from_slice(sample.wrenches);
+    }
+}
+
+impl StoredSample {
+    /// Returns the motion of a base whose rotation and velocities do not change.
+    fn steady_base_motion(&self) -> FrameMotion {
+        let [rotation, angular_velocity, _] = self.base_vectors;
+        self.base_motion([
+            rotation,
+            angular_velocity,
+            Vector4::zeros(),
+            Vector4::zeros(),
+        ])
+    }
+
+    /// Returns the motion of the base, given its smoothed rotation and angular velocity, and its
+    /// differentiated acceleration and angular acceleration, which those that were measured
+    /// replace.
+    fn base_motion(&self, smoothed: [Vector4<f64>; 4]) -> FrameMotion {
+        let [
+            rotation,
+            angular_velocity,
+            acceleration,
+            angular_acceleration,
+        ] = smoothed;
+        let (base, of_angle) = (&self.base, angular_acceleration.xyz());
+        FrameMotion {
+            pose: Isometry3::from_parts(
+                base.pose.translation,
+                UnitQuaternion::new_normalize(rotation.into()),
+            ),
+            velocity: base.velocity,
+            angular_velocity: angular_velocity.xyz(),
+            acceleration: base.acceleration.unwrap_or(acceleration.xyz()),
+            angular_acceleration: base.angular_acceleration.unwrap_or(of_angle),
+        }
     }
 }
 
@@ -90,6 +128,8 @@ pub(crate) struct Nodes<'a> {
     pub(crate) count: usize,
     /// Whether they are every second sample, so that neighbouring instants have none in common.
     pub(crate) are_alternate: bool,
+    /// Whether all have the same rotation and velocities of the base, as where it is bolted down.
+    pub(crate) is_base_steady: bool,
 }
 
 impl<'a> Nodes<'a> {
@@ -150,7 +190,11 @@ impl Instant {
         let times_s = samples.iter().map(|sample| sample.time_s);
         let weights = self.weights.at_middle(times_s);
         self.time_s = center.time_s;
-        self.base = base_motion(samples, weights);
+        self.base = if nodes.is_base_steady {
+            center.steady_base_motion()
+        } else {
+            base_motion(samples, weights)
+        };
         self.joint_effort.copy_from_slice(&center.joint_effort);
         self.wrenches.copy_from_slice(&center.wrenches);
         let is_measured = samples.iter().all(|sample| sample.has_velocity);
@@ -253,7 +297,6 @@ fn motion_of_positions(
 /// those of the middle sample.
 fn base_motion(samples: &[&StoredSample], weights: &Weights) -> FrameMotion {
     let middle = samples[samples.len() / 2];
-    let center = &middle.base;
     let [mut rotation, mut acceleration] = [Vector4::zeros(); 2];
     let [mut angular_velocity, mut angular_acceleration] = [Vector4::zeros(); 2];
     for (k, sample) in samples.iter().enumerate() {
@@ -264,16 +307,10 @@ fn base_motion(samples: &[&StoredSample], weights: &Weights) -> FrameMotion {
         angular_acceleration += (turning - middle.base_vectors[1]) * first;
         acceleration += (velocity - middle.base_vectors[2]) * first;
     }
-    let measured_acceleration = center.acceleration;
-    let measured_angular_acceleration = center.angular_acceleration;
-    FrameMotion {
-        pose: Isometry3::from_parts(
-            center.pose.translation,
-            UnitQuaternion::new_normalize(rotation.into()),
-        ),
-        velocity: center.velocity,
-        angular_velocity: angular_velocity.xyz(),
-        acceleration: measured_acceleration.unwrap_or(acceleration.xyz()),
-        angular_acceleration: measured_angular_acceleration.unwrap_or(angular_acceleration.xyz()),
-    }
+    middle.base_motion([
+        rotation,
+        angular_velocity,
+        acceleration,
+        angular_acceleration,
+    ])
 }

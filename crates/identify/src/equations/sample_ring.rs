@@ -23,6 +23,9 @@ pub(crate) struct SampleRing {
     newest: usize,
     /// Number of valid samples.
     stored: usize,
+    /// Number of samples in a row, the newest the last, whose bases have the same rotation and
+    /// velocities.
+    steady: usize,
     /// Half width of the polynomials' support, s.
     half_width_s: f64,
     /// Number of samples by which an instant lags the newest; `None` before the first of a stretch.
@@ -37,6 +40,7 @@ impl SampleRing {
             samples: std::array::from_fn(|_| StoredSample::new(joints, wrenches)),
             newest: 0,
             stored: 0,
+            steady: 0,
             half_width_s: HALF_WIDTH / (TAU * cutoff_hz),
             lag: None,
         }
@@ -61,9 +65,12 @@ impl SampleRing {
 
     /// Stores a copy of a sample.
     pub(crate) fn push(&mut self, sample: &Sample<'_>) {
-        let rotation_before = self.samples[self.newest].base_rotation();
+        let before = *self.samples[self.newest].base_vectors();
         self.newest = (self.newest + 1) % STORED_SAMPLES;
-        self.samples[self.newest].set(sample, &rotation_before);
+        let newest = &mut self.samples[self.newest];
+        newest.set(sample, &before);
+        let is_same = *newest.base_vectors() == before;
+        self.steady = 1 + if is_same { self.steady } else { 0 };
         self.stored = STORED_SAMPLES.min(self.stored + 1);
     }
 
@@ -98,6 +105,7 @@ impl SampleRing {
             samples: nodes,
             count,
             are_alternate: step == 2,
+            is_base_steady: self.steady >= self.stored,
         })
     }
 
