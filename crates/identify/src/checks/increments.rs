@@ -3,7 +3,10 @@
 use educe::Educe;
 use std::ops::Range;
 
+use nalgebra::Vector4;
+
 use super::BEYOND_NOISE;
+use crate::equations::LANES;
 
 /// Length of an interval, s: long enough for noise to average out, short enough for a motion not to
 /// turn back.
@@ -21,7 +24,8 @@ const CHANGE_ROUGHNESS: f64 = 70.0;
 /// to the variance that one of them adds to a sum.
 const INTEGRAL_ROUGHNESS: f64 = 2.5;
 
-/// Increments of some quantities, the columns, over intervals of a series.
+/// Increments of some quantities over intervals of a series. The quantities are the columns, in
+/// vectors of [`LANES`] of them.
 #[derive(Debug, Educe)]
 #[educe(Clone)]
 pub(super) struct Increments {
@@ -32,9 +36,32 @@ pub(super) struct Increments {
     most: usize,
     /// Number of intervals so far.
     count: usize,
-    /// The interval that has not ended yet.
+    /// The interval that has not ended yet: its increments and their roughness are those of
+    /// `columns`.
     open: Interval,
-    third_differences: ThirdDifferences,
+    columns: Vec<Columns>,
+    /// Number of neighbouring increments so far, at most [`NEIGHBOURS`].
+    neighbours: usize,
+}
+
+/// Sums over the open interval of some columns, and their last increments.
+#[derive(Clone, Copy, Debug)]
+struct Columns {
+    sum: Vector4<f64>,
+    roughness: Vector4<f64>,
+    /// The last increment, and its first and second difference from those before.
+    last: [Vector4<f64>; NEIGHBOURS - 1],
+}
+
+impl Columns {
+    /// Columns without increments.
+    fn zeros() -> Self {
+        Self {
+            sum: Vector4::zeros(),
+            roughness: Vector4::zeros(),
+            last: [Vector4::zeros(); NEIGHBOURS - 1],
+        }
+    }
 }
 
 /// Sums over one interval.
@@ -62,27 +89,22 @@ impl Interval {
             length_s: 0.0,
         }
     }
-
-    /// Returns to the sums of no increment.
-    fn clear(&mut self) {
-        self.increments.fill(0.0);
-        self.roughness.fill(0.0);
-        (self.differences, self.steps, self.length_s) = (0, 0, 0.0);
-    }
 }
 
 impl Increments {
-    /// Creates increments of so many columns. Times between two samples that are longer than
-    /// `max_gap_s` are not bridged. Only the last `most` intervals are kept, if given: then nothing
-    /// is allocated later.
-    pub(super) fn new(columns: usize, max_gap_s: f64, most: Option<usize>) -> Self {
+    /// Creates increments of so many vectors of columns. Times between two samples that are longer
+    /// than `max_gap_s` are not bridged. Only the last `most` intervals are kept, if given: then
+    /// nothing is allocated later.
+    pub(super) fn new(vectors: usize, max_gap_s: f64, most: Option<usize>) -> Self {
+        let interval = Interval::new(LANES * vectors);
         Self {
             max_gap_s,
-            intervals: vec![Interval::new(columns); most.unwrap_or(0)],
+            intervals: vec![interval.clone(); most.unwrap_or(0)],
             most: most.unwrap_or(usize::MAX),
             count: 0,
-            open: Interval::new(columns),
-            third_differences: ThirdDifferences::new(columns),
+            open: interval,
+            columns: vec![Columns::zeros(); vectors],
+            neighbours: 0,
         }
     }
 
@@ -93,37 +115,56 @@ impl Increments {
 
     /// Starts the sums again: the last sample and the next do not belong together.
     pub(super) fn interrupt(&mut self) {
-        self.open.clear();
-        self.third_differences.interrupt();
+        self.clear_open();
+        self.neighbours = 0;
     }
 
-    /// Adds the increments between two neighbouring samples.
-    pub(super) fn push(&mut self, increment: &[f64], duration_s: f64) {
-        let open = &mut self.open;
-        for (sum, value) in open.increments.iter_mut().zip(increment) {
-            *sum += value;
-        }
-        if let Some(thirds) = self.third_differences.push(increment) {
-            for (sum, third) in open.roughness.iter_mut().zip(thirds) {
-                *sum += third * third;
+    /// Adds the increments between two neighbouring samples, a vector for each of
+    /// [`new`](Self::new).
+    pub(super) fn push(&mut self, increment: &[Vector4<f64>], duration_s: f64) {
+        self.neighbours = NEIGHBOURS.min(self.neighbours + 1);
+        let is_rough = self.neighbours == NEIGHBOURS;
+        for (columns, increment) in self.columns.iter_mut().zip(increment) {
+            let [last, first, second] = columns.last;
+            let firsts = increment - last;
+            let seconds = firsts - first;
+            let thirds = seconds - second;
+            columns.last = [*increment, firsts, seconds];
+            columns.sum += increment;
+            if is_rough {
+                columns.roughness += thirds.component_mul(&thirds);
             }
-            open.differences += 1;
         }
-        open.steps += 1;
-        open.length_s += duration_s;
-        if open.length_s >= INTERVAL_S {
+        self.open.differences += u64::from(is_rough);
+        self.open.steps += 1;
+        self.open.length_s += duration_s;
+        if self.open.length_s >= INTERVAL_S {
             self.close_interval();
         }
     }
 
     fn close_interval(&mut self) {
+        let sums = self.open.increments.chunks_mut(LANES);
+        let sums = sums.zip(self.open.roughness.chunks_mut(LANES));
+        for ((increments, roughness), columns) in sums.zip(&self.columns) {
+            increments.copy_from_slice(columns.sum.as_slice());
+            roughness.copy_from_slice(columns.roughness.as_slice());
+        }
         let place = self.count % self.most;
         match self.intervals.get_mut(place) {
             Some(oldest) => oldest.clone_from(&self.open),
             None => self.intervals.push(self.open.clone()),
         }
         self.count += 1;
-        self.open.clear();
+        self.clear_open();
+    }
+
+    /// Returns to the sums of no increment.
+    fn clear_open(&mut self) {
+        (self.open.differences, self.open.steps, self.open.length_s) = (0, 0, 0.0);
+        for columns in &mut self.columns {
+            (columns.sum, columns.roughness) = (Vector4::zeros(), Vector4::zeros());
+        }
     }
 
     /// Returns the rms difference between changes and integrals, relative to the larger rms of the
@@ -171,52 +212,4 @@ fn roughness(intervals: &[Interval], columns: Range<usize>) -> f64 {
         .map(|interval| interval.roughness[columns.clone()].iter().sum::<f64>());
     let differences: u64 = intervals.iter().map(|interval| interval.differences).sum();
     squares.sum::<f64>() / differences.max(1) as f64
-}
-
-/// Third differences of neighbouring increments: the last increment of each column, and its
-/// differences from those before.
-#[derive(Debug, Educe)]
-#[educe(Clone)]
-struct ThirdDifferences {
-    increments: Vec<f64>,
-    firsts: Vec<f64>,
-    seconds: Vec<f64>,
-    thirds: Vec<f64>,
-    /// Number of neighbouring increments so far, at most [`NEIGHBOURS`].
-    count: usize,
-}
-
-impl ThirdDifferences {
-    fn new(columns: usize) -> Self {
-        Self {
-            increments: vec![0.0; columns],
-            firsts: vec![0.0; columns],
-            seconds: vec![0.0; columns],
-            thirds: vec![0.0; columns],
-            count: 0,
-        }
-    }
-
-    /// Adds an increment, and returns the third differences once there are as many increments as
-    /// they need.
-    fn push(&mut self, increment: &[f64]) -> Option<&[f64]> {
-        // Slices of one length let the compiler compute several columns at once.
-        let columns = increment.len().min(self.increments.len());
-        let last = &mut self.increments[..columns];
-        let firsts = &mut self.firsts[..columns];
-        let seconds = &mut self.seconds[..columns];
-        let thirds = &mut self.thirds[..columns];
-        for k in 0..columns {
-            let first = increment[k] - last[k];
-            let second = first - firsts[k];
-            thirds[k] = second - seconds[k];
-            (last[k], firsts[k], seconds[k]) = (increment[k], first, second);
-        }
-        self.count = NEIGHBOURS.min(self.count + 1);
-        (self.count == NEIGHBOURS).then_some(&self.thirds)
-    }
-
-    fn interrupt(&mut self) {
-        self.count = 0;
-    }
 }

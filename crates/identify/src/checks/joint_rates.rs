@@ -3,11 +3,13 @@
 use educe::Educe;
 use std::f64::consts::PI;
 
+use nalgebra::Vector4;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::increments::Increments;
 use super::judge;
+use crate::equations::LANES;
 
 /// What the velocities of a joint seem to be instead of the derivatives of its positions.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
@@ -45,11 +47,12 @@ pub struct JointRates {
     increments: Increments,
     /// Time of the last sample, s, where it has positions and velocities.
     time_s: Option<f64>,
-    position: Vec<f64>,
-    velocity: Vec<f64>,
+    /// Its positions and velocities, padded with zeros to whole vectors.
+    position: Vec<Vector4<f64>>,
+    velocity: Vec<Vector4<f64>>,
     /// Changes of the positions, then integrals of the velocities, from the last sample to this
     /// one.
-    increment: Vec<f64>,
+    increment: Vec<Vector4<f64>>,
 }
 
 impl JointRates {
@@ -58,13 +61,14 @@ impl JointRates {
     /// then nothing is allocated later.
     #[must_use]
     pub fn new(joints: usize, max_gap_s: f64, most: Option<usize>) -> Self {
+        let vectors = joints.div_ceil(LANES);
         Self {
             joints,
-            increments: Increments::new(2 * joints, max_gap_s, most),
+            increments: Increments::new(2 * vectors, max_gap_s, most),
             time_s: None,
-            position: vec![0.0; joints],
-            velocity: vec![0.0; joints],
-            increment: vec![0.0; 2 * joints],
+            position: vec![Vector4::zeros(); vectors],
+            velocity: vec![Vector4::zeros(); vectors],
+            increment: vec![Vector4::zeros(); 2 * vectors],
         }
     }
 
@@ -76,30 +80,36 @@ impl JointRates {
             self.increments.interrupt();
             return;
         }
-        if let Some(before_s) = self.time_s {
-            let duration_s = time_s - before_s;
-            self.set_increment(position, velocity, duration_s);
-            // A jump by more than half a turn is that of an angle which starts again.
-            let has_jump = self.increment[..self.joints]
-                .iter()
-                .any(|change| change.abs() > PI);
-            if self.increments.is_bridged(duration_s) && !has_jump {
-                self.increments.push(&self.increment, duration_s);
-            } else {
-                self.increments.interrupt();
-            }
+        let before_s = self.time_s.replace(time_s);
+        let duration_s = before_s.map_or(0.0, |before_s| time_s - before_s);
+        let has_jump = self.replace(position, velocity, duration_s);
+        if before_s.is_none() {
+            return;
         }
-        self.time_s = Some(time_s);
-        self.position.copy_from_slice(position);
-        self.velocity.copy_from_slice(velocity);
+        if self.increments.is_bridged(duration_s) && !has_jump {
+            self.increments.push(&self.increment, duration_s);
+        } else {
+            self.increments.interrupt();
+        }
     }
 
-    fn set_increment(&mut self, position: &[f64], velocity: &[f64], duration_s: f64) {
-        let (changes, integrals) = self.increment.split_at_mut(self.joints);
-        for k in 0..self.joints {
-            changes[k] = position[k] - self.position[k];
-            integrals[k] = 0.5 * duration_s * (self.velocity[k] + velocity[k]);
+    /// Replaces the last sample, and sets the increment from it to this one. Returns whether a
+    /// position jumps by more than half a turn, as that of an angle which starts again.
+    fn replace(&mut self, position: &[f64], velocity: &[f64], duration_s: f64) -> bool {
+        let (changes, integrals) = self.increment.split_at_mut(self.position.len());
+        let mut largest = Vector4::zeros();
+        for (index, values) in position.chunks(LANES).enumerate() {
+            let at = padded(values);
+            changes[index] = at - self.position[index];
+            largest = largest.sup(&changes[index].abs());
+            self.position[index] = at;
         }
+        for (index, values) in velocity.chunks(LANES).enumerate() {
+            let rate = padded(values);
+            integrals[index] = (self.velocity[index] + rate) * (0.5 * duration_s);
+            self.velocity[index] = rate;
+        }
+        largest.max() > PI
     }
 
     /// Returns each joint whose velocities are not the derivatives of its positions. `names` are
@@ -108,7 +118,7 @@ impl JointRates {
     pub fn contradictions(&self, names: &[&str]) -> Vec<VelocityContradiction> {
         let named = self.joints.min(names.len());
         let difference = |joint: usize, other: usize, scale: f64| {
-            let (change, integral) = (joint, self.joints + other);
+            let (change, integral) = (joint, LANES * self.position.len() + other);
             let columns = (change..change + 1, integral..integral + 1);
             self.increments
                 .relative_difference(columns.0, columns.1, scale)
@@ -136,6 +146,14 @@ impl JointRates {
             })
         };
         (0..named).filter_map(contradiction).collect()
+    }
+}
+
+/// Returns some values, padded with zeros to a whole vector.
+fn padded(values: &[f64]) -> Vector4<f64> {
+    match <&[f64; LANES]>::try_from(values) {
+        Ok(all) => Vector4::from(*all),
+        Err(_) => Vector4::from_fn(|k, _| values.get(k).copied().unwrap_or(0.0)),
     }
 }
 

@@ -6,7 +6,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use tactid_dynamics::Manipulator;
 
-use crate::equations::{Step, are_angles};
+use crate::equations::{SMALL_STEP, Step, are_angles, largest_step};
 
 /// Fewest jumps that show two mixed sources: five samples of the other one.
 const FEWEST_JUMPS: u64 = 10;
@@ -99,26 +99,33 @@ impl StepMonitor {
             return;
         }
         let duration_s = time_s - self.time_s;
+        let follows = duration_s.is_finite() && duration_s > 0.0;
+        if follows && largest_step(&self.last, position) > SMALL_STEP {
+            self.count_steps(time_s, duration_s, position);
+        }
+        self.samples += 1;
+        self.time_s = time_s;
+        self.last.copy_from_slice(position);
+    }
+
+    /// Counts the steps of all joints to the positions at a time, s, after a time since the last
+    /// ones, s.
+    fn count_steps(&mut self, time_s: f64, duration_s: f64, position: &[f64]) {
         let mut largest: Option<FirstJump> = None;
-        if duration_s.is_finite() && duration_s > 0.0 {
-            for (joint, &at) in position.iter().enumerate() {
-                let jump = self.jump(joint, at - self.last[joint], duration_s);
-                let is_larger = |jump: &f64| largest.is_none_or(|other| other.change < *jump);
-                if let Some(change) = jump.filter(is_larger) {
-                    largest = Some(FirstJump {
-                        joint,
-                        time_s,
-                        change,
-                        duration_s,
-                    });
-                }
+        for (joint, &at) in position.iter().enumerate() {
+            let jump = self.jump(joint, at - self.last[joint], duration_s);
+            let is_larger = |jump: &f64| largest.is_none_or(|other| other.change < *jump);
+            if let Some(change) = jump.filter(is_larger) {
+                largest = Some(FirstJump {
+                    joint,
+                    time_s,
+                    change,
+                    duration_s,
+                });
             }
         }
         self.jumped += u64::from(largest.is_some());
         self.first = self.first.or(largest);
-        self.samples += 1;
-        self.time_s = time_s;
-        self.last.copy_from_slice(position);
     }
 
     /// Counts a step of a joint, and returns its size if it is a jump.

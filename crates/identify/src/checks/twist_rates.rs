@@ -1,13 +1,14 @@
 //! The twist of a base, or of a sensor that is carried about, against its pose.
 
 use educe::Educe;
-use nalgebra::{Isometry3, UnitQuaternion, Vector3};
+use nalgebra::{Isometry3, UnitQuaternion, Vector3, Vector4};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::increments::Increments;
 use super::judge;
 use crate::BaseState;
+use crate::equations::LANES;
 
 /// Number of columns of a velocity or an angular velocity.
 const AXES: usize = 3;
@@ -50,7 +51,7 @@ impl TwistRates {
     pub fn new(axes: TwistAxes, max_gap_s: f64, most: Option<usize>) -> Self {
         Self {
             axes,
-            increments: Increments::new(6 * AXES, max_gap_s, most),
+            increments: Increments::new(6, max_gap_s, most),
             last: None,
         }
     }
@@ -79,9 +80,9 @@ impl TwistRates {
             TwistAxes::Body => TwistAxes::World,
         };
         // Linear and angular velocity are judged apart, because their units differ.
-        let contradictions = [0, AXES].into_iter().filter_map(|first| {
+        let contradictions = [0, LANES].into_iter().filter_map(|first| {
             let difference = |hypothesis: usize| {
-                let integral = 2 * AXES * hypothesis + first;
+                let integral = 2 * LANES * hypothesis + first;
                 let (changes, integrals) = (first..first + AXES, integral..integral + AXES);
                 self.increments.relative_difference(changes, integrals, 1.0)
             };
@@ -122,18 +123,20 @@ impl PoseAndTwist {
 
 /// Returns the changes of position and rotation, then the integrals of the
 /// [rates](PoseAndTwist::rates).
-fn increment(before: &PoseAndTwist, current: &PoseAndTwist, duration_s: f64) -> [f64; 6 * AXES] {
-    let mut increment = [0.0; 6 * AXES];
-    let (changes, integrals) = increment.split_at_mut(2 * AXES);
+fn increment(before: &PoseAndTwist, current: &PoseAndTwist, duration_s: f64) -> [Vector4<f64>; 6] {
     let moved = current.pose.translation.vector - before.pose.translation.vector;
     let rotation = current.pose.rotation * before.pose.rotation.inverse();
-    changes[..AXES].copy_from_slice(moved.as_slice());
-    changes[AXES..].copy_from_slice(rotation_vector(&rotation).as_slice());
-    let rates = before.rates.iter().zip(&current.rates);
-    for (integral, (before, current)) in integrals.chunks_exact_mut(AXES).zip(rates) {
-        integral.copy_from_slice((0.5 * duration_s * (before + current)).as_slice());
-    }
-    increment
+    let integral = |k: usize| (before.rates[k] + current.rates[k]) * (0.5 * duration_s);
+    let [velocity, turning, other_velocity, other_turning] = std::array::from_fn(integral);
+    let columns = [
+        moved,
+        rotation_vector(&rotation),
+        velocity,
+        turning,
+        other_velocity,
+        other_turning,
+    ];
+    columns.map(|columns| columns.push(0.0))
 }
 
 /// Squared sine of half an angle below which the first two terms of the arcsine's series are exact

@@ -9,7 +9,7 @@ use tactid_dynamics::{JointKind, Manipulator};
 const FASTEST: f64 = 30.0;
 
 /// Steps below this size are no jumps, rad or m, however short their time: stamps may be late.
-const SMALL_STEP: f64 = 0.3;
+pub(crate) const SMALL_STEP: f64 = 0.3;
 
 /// What a step of a joint is.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -43,6 +43,19 @@ impl Step {
     }
 }
 
+/// Returns the largest magnitude of the changes between the positions of two samples, rad or m. What
+/// is no number counts for nothing.
+pub(crate) fn largest_step(before: &[f64], after: &[f64]) -> f64 {
+    let changes = before
+        .iter()
+        .zip(after)
+        .map(|(before, after)| (after - before).abs());
+    changes.fold(
+        0.0,
+        |largest, change| if change > largest { change } else { largest },
+    )
+}
+
 /// Continues the positions of joints whose angles start again after a turn. Nothing is allocated
 /// after construction.
 #[derive(Clone, Debug)]
@@ -53,6 +66,8 @@ pub struct Continuation {
     last: Vec<f64>,
     /// Turns to add to each position.
     turns: Vec<f64>,
+    /// Whether there are turns to add.
+    has_turned: bool,
     continued: Vec<f64>,
 }
 
@@ -73,6 +88,7 @@ impl Continuation {
             time_s: f64::NEG_INFINITY,
             last: zeros.clone(),
             turns: zeros.clone(),
+            has_turned: false,
             continued: zeros,
         }
     }
@@ -84,18 +100,12 @@ impl Continuation {
             return position;
         }
         let duration_s = time_s - self.time_s;
-        for (joint, (&is_angle, &at)) in self.are_angles.iter().zip(position).enumerate() {
-            let change = at - self.last[joint];
-            if duration_s.is_finite()
-                && change.abs() > PI
-                && let Step::Motion { turns } = Step::of(change, duration_s, is_angle)
-            {
-                self.turns[joint] -= turns;
-            }
+        if duration_s.is_finite() && largest_step(&self.last, position) > PI {
+            self.count_turns(duration_s, position);
         }
         self.time_s = time_s;
         self.last.copy_from_slice(position);
-        if self.turns.iter().all(|turns| *turns == 0.0) {
+        if !self.has_turned {
             return position;
         }
         for (joint, continued) in self.continued.iter_mut().enumerate() {
@@ -104,10 +114,22 @@ impl Continuation {
         &self.continued
     }
 
+    /// Counts the turns that positions leave out after a time since the last ones, s.
+    fn count_turns(&mut self, duration_s: f64, position: &[f64]) {
+        for (joint, (&is_angle, &at)) in self.are_angles.iter().zip(position).enumerate() {
+            let step = Step::of(at - self.last[joint], duration_s, is_angle);
+            if let Step::Motion { turns } = step {
+                self.turns[joint] -= turns;
+            }
+        }
+        self.has_turned = self.turns.iter().any(|turns| *turns != 0.0);
+    }
+
     /// Forgets all positions.
     pub fn clear(&mut self) {
         self.time_s = f64::NEG_INFINITY;
         self.turns.fill(0.0);
+        self.has_turned = false;
     }
 }
 

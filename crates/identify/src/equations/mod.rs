@@ -29,10 +29,11 @@ pub mod window;
 
 pub use channels::{Channel, Channels, KnownNoise, WRENCH};
 pub use continuation::Continuation;
-pub(crate) use continuation::{Step, are_angles};
+pub(crate) use continuation::{SMALL_STEP, Step, are_angles, largest_step};
 pub use equation::{Equation, Row};
 pub use geometry::Geometry;
 pub use instant::Instant;
+pub(crate) use instant::LANES;
 pub use interpolation::{InterpolationAt, interpolation};
 pub use model::Model;
 pub use motion_rows::MotionRows;
