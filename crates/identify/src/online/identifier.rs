@@ -15,7 +15,6 @@ use super::stage::Stage;
 use super::staged_update::StagedUpdate;
 use crate::checks::SampleChecks;
 use crate::equations::{EquationSettings, EquationStream, PushOutcome, Sample, clock_watch::Order};
-use crate::solve::estimate;
 use crate::solve::subspace::Matrix;
 use crate::{ActsOn, IdentifyError, KnownTool, PayloadEstimate, Range};
 
@@ -395,7 +394,7 @@ impl Identifier {
     }
 
     fn estimate_of(&self, readout: &Readout, since_s: f64) -> PayloadEstimate {
-        let (frame, of_values) = (self.frame.clone(), &readout.uncertainty.of_values);
+        let (frame, described) = (self.frame.clone(), &readout.described);
         PayloadEstimate {
             composite: readout.composite,
             windows: self.windows,
@@ -403,7 +402,7 @@ impl Identifier {
             since_s,
             rejected: self.stream.rejected() + self.refused,
             gaps: self.stream.gaps(),
-            ..estimate(frame, readout.body, readout.is_physical, of_values, None)
+            ..described.estimate(frame, readout.body, readout.is_physical)
         }
     }
 

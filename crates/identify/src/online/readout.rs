@@ -5,10 +5,10 @@ use tactid_dynamics::MassProperties;
 use super::least_squares::OnlineLeastSquares;
 use crate::KnownBodies;
 use crate::result::{is_physical, values_of_body};
-use crate::solve::body_of;
 use crate::solve::consistency::ProjectionTracker;
 use crate::solve::subspace::{Matrix, Vector};
 use crate::solve::uncertainty::{ValueStdDevs, std_devs, widened};
+use crate::solve::{Described, body_of};
 
 /// The reported estimate: body, uncertainty and physical consistency.
 #[derive(Clone, Copy, Debug)]
@@ -20,6 +20,8 @@ pub(crate) struct Readout {
     /// Gripper and payload as one body, for the joint-sensing method.
     pub(crate) composite: Option<MassProperties>,
     pub(crate) uncertainty: Uncertainty,
+    /// What the standard deviations say of the body: it changes with them, and not at each sample.
+    pub(crate) described: Described,
 }
 
 /// Uncertainty of the reported body.
@@ -93,6 +95,7 @@ impl Readout {
             uncertainty.of_values.std_devs =
                 widened(&uncertainty.estimate, &reported, &uncertainty.linear);
         }
+        self.described = Described::new(self.body, &self.uncertainty.of_values, None);
     }
 
     fn new(
@@ -102,6 +105,7 @@ impl Readout {
     ) -> Self {
         Self {
             is_physical: is_physical(&body),
+            described: Described::new(body, &uncertainty.of_values, None),
             body,
             composite,
             uncertainty,

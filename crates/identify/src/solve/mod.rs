@@ -14,6 +14,7 @@ pub(crate) mod weights;
 pub use consistency::{Projection, project};
 pub use noise::{Noise, RESIDUAL_ROUNDING, VARIANCE_FLOOR, Whitening, ZERO_SIZE, target_sizes};
 pub use offsets::{Centering, MeanRow, Offsets, joint_covariance};
+pub(crate) use report::Described;
 pub use report::{body_of, estimate};
 pub use subspace::{
     EIGENVALUE_RATIO, LEVER_ARM_M, Matrix, NullSpace, QUANTITY_FRACTION, VARIANCE_RATIO, Vector,

@@ -9,7 +9,7 @@ use super::intervals::intervals;
 use super::subspace::Vector;
 use super::uncertainty::{ValueStdDevs, observability};
 use crate::prior::BoundingBox;
-use crate::result::{PayloadEstimate, body_of_values, values_of_body};
+use crate::result::{Observability, PayloadEstimate, body_of_values, values_of_body};
 
 /// Returns the estimate of a body with these standard deviations of its ten values, in `frame`. It
 /// counts no windows, samples or gaps.
@@ -20,22 +20,56 @@ pub fn estimate(
     of_values: &ValueStdDevs,
     bounding_box: Option<&BoundingBox>,
 ) -> PayloadEstimate {
-    let values = values_of_body(&body);
-    let std_devs = of_values.std_devs;
-    PayloadEstimate {
-        frame,
-        body,
-        composite: None,
-        observability: observability(&values, &std_devs, &of_values.observable),
-        intervals: intervals(&values, &std_devs, bounding_box),
-        covariance: None,
-        std_devs,
-        is_physical,
-        windows: 0,
-        payload_changes: 0,
-        since_s: f64::NEG_INFINITY,
-        rejected: 0,
-        gaps: 0,
+    Described::new(body, of_values, bounding_box).estimate(frame, body, is_physical)
+}
+
+/// What the standard deviations of the ten values of a body say of them.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Described {
+    observability: [Observability; 10],
+    intervals: [[f64; 2]; 10],
+    std_devs: [f64; 10],
+}
+
+impl Described {
+    /// Returns what is reported of a body with these standard deviations.
+    pub(crate) fn new(
+        body: MassProperties,
+        of_values: &ValueStdDevs,
+        bounding_box: Option<&BoundingBox>,
+    ) -> Self {
+        let (values, std_devs) = (values_of_body(&body), of_values.std_devs);
+        Self {
+            observability: observability(&values, &std_devs, &of_values.observable),
+            intervals: intervals(&values, &std_devs, bounding_box),
+            std_devs,
+        }
+    }
+
+    /// Returns the estimate of the body in `frame`. It counts no windows, samples or gaps. It is
+    /// inlined, because each copy of an estimate moves 1.3 kB.
+    #[inline(always)]
+    pub(crate) fn estimate(
+        &self,
+        frame: Arc<str>,
+        body: MassProperties,
+        is_physical: bool,
+    ) -> PayloadEstimate {
+        PayloadEstimate {
+            frame,
+            body,
+            composite: None,
+            observability: self.observability,
+            intervals: self.intervals,
+            covariance: None,
+            std_devs: self.std_devs,
+            is_physical,
+            windows: 0,
+            payload_changes: 0,
+            since_s: f64::NEG_INFINITY,
+            rejected: 0,
+            gaps: 0,
+        }
     }
 }
 
