@@ -174,8 +174,8 @@ pub struct Identifier {
 
 impl Identifier {
     /// Number of stages of the update by one window. One stage runs with each sample after the end of the window, and
-    /// the estimate changes with the last one, as a whole. Each sample after them takes one more step of the projection
-    /// onto physically consistent parameters, until it has settled, and updates the report.
+    /// the estimate changes with the last one, as a whole. Where it is not physically consistent, each sample after them
+    /// takes one more step of the projection onto consistent parameters, until it has settled, and updates the report.
     ///
     /// All stages run with the sample that ends the window after a payload change, and where fewer than twice as many
     /// samples lie between the ends of two windows: at sample rates below 52 times the cutoff, as 500 Hz at a cutoff of

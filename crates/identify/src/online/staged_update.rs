@@ -157,17 +157,17 @@ impl StagedUpdate {
         self.readout = Readout::of_estimate(&self.estimator, &self.projection, &known, has_gripper);
     }
 
-    /// Takes one more step of the projection, unless it has settled, and reports the body that it
-    /// leads to.
+    /// Takes one more step of the projection, unless it has settled or the estimate is consistent,
+    /// and reports the body that it leads to.
     fn refine_projection(&mut self) {
-        if self.projection.is_settled() {
+        if self.projection.is_settled() || !self.projection.moves_estimate() {
             return;
         }
         let was_far = self.projection.is_far();
         self.projection.step();
         if was_far && !self.projection.is_far() {
             self.report();
-        } else if self.projection.moves_estimate() {
+        } else {
             self.readout.set_projection(&self.projection);
         }
     }
