@@ -7,7 +7,7 @@ use tactid_identify::equations::Continuation;
 use tactid_identify::{BaseState, Sample};
 
 use super::event::{Event, JointValues, Measured, SpecificForce, Streams};
-use super::stream::{Stream, ValueAt};
+use super::stream::{Reach, Stream, ValueAt};
 
 /// Time for which a sample waits for the other streams to reach its own, s.
 const LONGEST_WAIT_S: f64 = 1.0;
@@ -151,7 +151,18 @@ impl Aligner {
     }
 
     /// Returns the values of all streams but the joints' own at a time.
+    ///
+    /// A sample is asked for with each event that follows its joints. The values are computed once
+    /// all streams have reached its time.
     fn others_at(&mut self, time_s: f64) -> ValueAt<Others> {
+        if self.others().any(|stream| stream.lags(time_s)) {
+            // Each stream is asked, because it then discards what it does not need any more.
+            let never = self.others().map(|stream| stream.is_never_at(time_s));
+            return match never.fold(false, |any, one| any | one) {
+                true => ValueAt::Never,
+                false => ValueAt::NotYet,
+            };
+        }
         let mut missing = Missing::default();
         let mut more_joints = Vec::new();
         for stream in &mut self.more_joints {
@@ -176,6 +187,32 @@ impl Aligner {
                 unloaded,
             }),
         }
+    }
+
+    /// Returns all streams that are aligned to the joints' own.
+    fn others(&mut self) -> impl Iterator<Item = &mut dyn Reach> {
+        let Self {
+            streams,
+            more_joints,
+            base,
+            acceleration,
+            base_imu,
+            wrenches,
+            unloaded,
+            ..
+        } = self;
+        let more_joints = more_joints.iter_mut().map(|joints| &mut joints.stream as _);
+        let single: [(bool, &mut dyn Reach); 4] = [
+            (streams.base, base),
+            (streams.acceleration, acceleration),
+            (streams.base_imu.is_some(), base_imu),
+            (streams.unloaded, &mut unloaded.stream),
+        ];
+        let single = single.into_iter().filter(|(is_aligned, _)| *is_aligned);
+        let single = single.map(|(_, stream)| stream);
+        more_joints
+            .chain(single)
+            .chain(wrenches.iter_mut().map(|wrenches| wrenches as _))
     }
 
     /// Returns the state of the base at a time, with its measured accelerations.

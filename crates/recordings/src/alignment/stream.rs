@@ -26,6 +26,32 @@ pub(crate) struct Stream<T> {
     averaged_s: Option<f64>,
 }
 
+/// What is known of the value of a stream without the value.
+pub(super) trait Reach {
+    /// Whether the stream has not reached a time: its value there is [not yet](ValueAt::NotYet)
+    /// known.
+    fn lags(&self, time_s: f64) -> bool;
+
+    /// Whether the value at a time is [never](ValueAt::Never) known. Times must not decrease, as
+    /// those of [`Stream::at`].
+    fn is_never_at(&mut self, time_s: f64) -> bool;
+}
+
+impl<T: Interpolate> Reach for Stream<T> {
+    fn lags(&self, time_s: f64) -> bool {
+        let last = self.samples.back();
+        last.is_none_or(|(last_s, _)| *last_s < time_s)
+    }
+
+    fn is_never_at(&mut self, time_s: f64) -> bool {
+        if self.averaged_s.is_some() {
+            return matches!(self.at(time_s), ValueAt::Never);
+        }
+        self.discard_before(time_s);
+        self.interpolation(time_s) == InterpolationAt::Never
+    }
+}
+
 impl<T: Interpolate> Stream<T> {
     /// Creates a stream in which `max_gap_s` is the longest time between two samples that is
     /// bridged. Values are averaged over `averaged_s` seconds, if given.
@@ -97,9 +123,7 @@ impl<T: Interpolate> Stream<T> {
     /// the four are far apart.
     fn interpolated(&self, time_s: f64) -> ValueAt<T> {
         let samples = &self.samples;
-        let longest_s = self.averaged_s.unwrap_or(f64::INFINITY).min(self.max_gap_s);
-        let time_of = |k: usize| samples[k].0;
-        match interpolation(samples.len(), time_of, time_s, self.max_gap_s, longest_s) {
+        match self.interpolation(time_s) {
             InterpolationAt::Sample(index) => ValueAt::Known(samples[index].1.clone()),
             InterpolationAt::Between {
                 first,
@@ -114,6 +138,13 @@ impl<T: Interpolate> Stream<T> {
             InterpolationAt::NotYet => ValueAt::NotYet,
             InterpolationAt::Never => ValueAt::Never,
         }
+    }
+
+    fn interpolation(&self, time_s: f64) -> InterpolationAt {
+        let samples = &self.samples;
+        let longest_s = self.averaged_s.unwrap_or(f64::INFINITY).min(self.max_gap_s);
+        let time_of = |k: usize| samples[k].0;
+        interpolation(samples.len(), time_of, time_s, self.max_gap_s, longest_s)
     }
 
     /// Discards all samples but the last two that are not later than a time.
