@@ -75,9 +75,7 @@ impl Posterior<'_> {
             ),
         }
     }
-}
 
-impl Posterior<'_> {
     /// Returns the covariance of the parameters with the factors on the standard deviations of the
     /// ten values.
     fn widened_covariance(&self) -> Matrix {

@@ -74,9 +74,7 @@ impl StoredSample {
         }
         self.wrenches.copy_from_slice(sample.wrenches);
     }
-}
 
-impl StoredSample {
     /// Returns the motion of a base whose rotation and velocities do not change.
     fn steady_base_motion(&self) -> FrameMotion {
         let [rotation, angular_velocity, _] = self.base_vectors;
