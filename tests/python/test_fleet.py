@@ -20,8 +20,7 @@ from pyarrow import parquet
 
 import tactid
 from conftest import TactidCommand
-from tactid._fleet import rows as columns
-from tactid._fleet import run
+from tactid._fleet import rows as columns, run
 from tactid._fleet.ranges import coalesced
 from tactid._fleet.recordings import find
 from tactid._fleet.table import new_or_changed, rows_at

@@ -141,8 +141,28 @@ def test_the_package_lists_public_names_only() -> None:
     assert all(name.startswith("_") for name in modules), modules
 
 
+def output_of(program: str) -> str:
+    """Returns what a fresh interpreter prints."""
+    command = [sys.executable, "-c", program]
+    return subprocess.run(command, capture_output=True, text=True, check=True).stdout
+
+
+def test_a_name_is_imported_when_it_is_used() -> None:
+    loaded = "print('numpy' in sys.modules)"
+    program = f"import sys, tactid; {loaded}; tactid.identify; {loaded}"
+    assert output_of(program).split() == ["False", "True"]
+    assert output_of("import tactid; print(hasattr(tactid, 'identity'))").split() == ["False"]
+
+
+def test_results_have_their_methods_whatever_was_imported() -> None:
+    made = "print(records.CLASSES['PayloadEstimate'].__module__)"
+    program = f"from tactid._results import records; {made}"
+    assert output_of(program).strip() == "tactid._results.payload"
+
+
 def test_a_traceback_names_no_internal_module() -> None:
-    errors = [thing for thing in vars(tactid).values() if inspect.isclass(thing)]
+    public = (getattr(tactid, name) for name in tactid.__all__)
+    errors = [thing for thing in public if inspect.isclass(thing)]
     for error in (each for each in errors if issubclass(each, tactid.TactidError)):
         assert error.__module__ == "tactid"
 

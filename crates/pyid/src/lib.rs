@@ -107,12 +107,9 @@ mod _native {
         // signal interrupts it.
         let array = numpy::PyArray1::<f64>::zeros(module.py(), 0, false);
         drop(numpy::PyArrayMethods::try_readonly(&array)?);
-        Ok(())
+        module.add("__version__", env!("CARGO_PKG_VERSION"))
     }
 
-    /// The version of the package.
-    #[pymodule_export]
-    const VERSION: &str = env!("CARGO_PKG_VERSION");
     /// Names of the ten values of a payload, in order.
     #[pymodule_export]
     const VALUE_NAMES: [&str; 10] = tactid_identify::VALUE_NAMES;

@@ -20,7 +20,6 @@ _Load: TypeAlias = tuple[_Data, str | None, str | None]
 __all__ = [
     "PARAMETER_NAMES",
     "VALUE_NAMES",
-    "VERSION",
     "ArmModel",
     "Estimator",
     "Experiment",
@@ -38,6 +37,7 @@ __all__ = [
     "Rls",
     "Samples",
     "Topic",
+    "__version__",
     "calibrate_arm",
     "combine",
     "compensate_arrays",
@@ -69,7 +69,7 @@ __all__ = [
     "write_trajectory",
 ]
 
-VERSION: Final[str]
+__version__: Final[str]
 VALUE_NAMES: Final[list[str]]
 PARAMETER_NAMES: Final[list[str]]
 

@@ -36,8 +36,7 @@ from tactid._cli.live_command import LiveCommand, run_live
 from tactid._cli.number_lists import NumberListCommand
 from tactid._cli.simulate_command import run_simulation
 from tactid._cli.study_command import run_study
-from tactid._native import VERSION, Experiment, set_log_memory
-from tactid._native import info as log_info
+from tactid._native import Experiment, __version__, info as log_info, set_log_memory
 from tactid._options.options import Estimator
 from tactid._read.recordings import contents
 from tactid._read.tables import Table
@@ -95,7 +94,7 @@ def _fail(message: str) -> int:
 
 def _show_version(requested: bool) -> None:
     if requested:
-        print(f"tactid {VERSION}")
+        print(f"tactid {__version__}")
         raise typer.Exit
 
 

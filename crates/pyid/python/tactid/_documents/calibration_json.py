@@ -4,8 +4,7 @@ from typing import Any
 
 from tactid._base.naming import Style
 from tactid._documents import findings_json
-from tactid._documents.result_json import plain
-from tactid._documents.result_json import to_json as to_text
+from tactid._documents.result_json import plain, to_json as to_text
 from tactid._results.calibration_data import CalibrationData
 from tactid._show.calibration_text import lines
 

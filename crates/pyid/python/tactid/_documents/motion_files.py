@@ -75,7 +75,7 @@ def writers(
 def _head(motion: DesignedMotion, speed: float) -> list[str]:
     """Returns what the files say of a motion at their head, a line each."""
     lines = [
-        f"Motion for the payload at {motion.tip}, written by tactid {_native.VERSION}.",
+        f"Motion for the payload at {motion.tip}, written by tactid {_native.__version__}.",
         motion_text.speed_line(motion, speed),
         *motion_text.collision_lines(motion),
         f"Joints, in this order: {', '.join(motion.moving_joints)}.",

@@ -2,8 +2,7 @@
 
 from typing import Any
 
-from tactid._documents.result_json import UNITS, plain
-from tactid._documents.result_json import to_json as to_text
+from tactid._documents.result_json import UNITS, plain, to_json as to_text
 from tactid._results import records
 
 SCHEMA = "tactid.motion/2"

@@ -16,7 +16,7 @@ from tactid._base.errors import InternalError, TactidError
 from tactid._base.values import PATHS
 from tactid._documents import findings_json, result_json
 from tactid._fleet.recordings import Recording
-from tactid._native import VERSION
+from tactid._native import __version__
 from tactid._options.options import Options
 from tactid._results.records import SCHEMAS, of_ten, without_null
 
@@ -100,7 +100,7 @@ class Task:
             "size": self.recording.size,
             "tag": self.recording.tag,
             "options_sha256": self.options_sha256,
-            "version": VERSION,
+            "version": __version__,
             "configured": self.configured,
             "begin_s": self.options.begin_s,
             "end_s": self.options.end_s,
@@ -270,4 +270,4 @@ def arrow_schema(arrow: Any) -> Any:
         return words[kind]
 
     columns = [(name, typed(kind)) for name, kind in (HEAD | COLUMNS).items()]
-    return arrow.schema(columns, metadata={"tactid": VERSION})
+    return arrow.schema(columns, metadata={"tactid": __version__})

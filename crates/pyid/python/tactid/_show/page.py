@@ -4,7 +4,7 @@ import base64
 import html
 from collections.abc import Mapping, Sequence
 
-from tactid._native import VERSION
+from tactid._native import __version__
 
 STYLE = """
 :root { color-scheme: light; --ink: #1d2329; --dim: #5b6570; --line: #d9dde2; --warn: #c8502d; }
@@ -37,14 +37,14 @@ def document(title: str, body: str) -> str:
 <html lang="en">
 <head>
 <meta charset="utf-8">
-<meta name="generator" content="tactid {VERSION}">
+<meta name="generator" content="tactid {__version__}">
 <meta name="viewport" content="width=device-width, initial-scale=1">
 <title>{html.escape(title)}</title>
 <style>{STYLE}</style>
 </head>
 <body>
 {body}
-<p class="lead">tactid {VERSION}</p>
+<p class="lead">tactid {__version__}</p>
 </body>
 </html>
 """

@@ -6,8 +6,7 @@ import numpy as np
 
 from tactid._base.errors import ArgumentError, LogError
 from tactid._base.naming import abridged
-from tactid._native import Manipulator, read_motion
-from tactid._native import info as log_info
+from tactid._native import Manipulator, info as log_info, read_motion
 from tactid._view.robot import moving_frames, read_urdf, robot_shapes, step
 from tactid._view.scene import MOST, RATE_HZ, Scene
 

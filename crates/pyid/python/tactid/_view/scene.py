@@ -9,8 +9,7 @@ from numpy.typing import NDArray
 
 from tactid._base.errors import LogError, ModelError
 from tactid._base.naming import abridged
-from tactid._native import Manipulator, Samples, read
-from tactid._native import info as log_info
+from tactid._native import Manipulator, Samples, info as log_info, read
 from tactid._view.robot import Frame, moving_frames, read_urdf, robot_shapes, step
 from tactid._view.shapes import Shape, link_names
 
