@@ -15,6 +15,7 @@
 mod attitudes;
 mod contact;
 pub mod diagnosis;
+pub mod distributions;
 mod equation_batch;
 mod finding;
 mod fit;

@@ -11,6 +11,8 @@ use nalgebra::{DMatrix, DVector, Vector2, Vector3};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+use tactid_batch::distributions::f_p;
+
 use super::arm::TILTS;
 use super::fit::{Fitted, problem};
 use super::layout::Group;
@@ -21,7 +23,6 @@ use super::rows::{EffortModel, Unknowns};
 use super::solver::{Block, Problem};
 use super::student::{DEGREES_OF_FREEDOM, WIDENING};
 use crate::CalibrateError;
-use crate::distributions::f_p;
 
 /// Probability of the sum of squares by chance below which an assumption is contradicted: with some
 /// ten tests, one calibration in a hundred.

@@ -41,7 +41,6 @@ mod compare;
 mod contradiction;
 mod delay;
 mod description;
-pub mod distributions;
 mod error;
 mod estimate;
 mod fingerprint;

@@ -7,13 +7,14 @@
 
 use std::ops::RangeInclusive;
 
+use tactid_batch::distributions::f_p;
+
 use super::change::Changes;
 use super::contradiction::{Assumption, Contradiction, column_of_zero, sums};
 use super::noise::EffortNoise;
 use super::rows::Unknowns;
 use super::solver::Problem;
 use super::student::{DEGREES_OF_FREEDOM, WIDENING};
-use crate::distributions::f_p;
 
 /// Prior standard deviation of a zero that has moved, rad: 3 degrees, a zero that was set by eye.
 const ZERO_STD_DEV_RAD: f64 = 0.05;

@@ -2,8 +2,8 @@
 
 use std::ops::ControlFlow;
 
+use tactid_batch::distributions::students_factor;
 use tactid_batch::{BatchResult, Finding as Data, RestIdentifier};
-use tactid_calibrate::distributions::students_factor;
 use tactid_dynamics::words::HALF_WIDTH_95;
 use tactid_dynamics::{BaseKind, Wrench};
 use tactid_identify::{BaseState, EquationSettings, Method, Sample};
@@ -117,7 +117,7 @@ fn with_shape(
     if let Some(shape) = request.read_shape()? {
         // The noise is estimated from few poses.
         let freedom = found.linear.degrees_of_freedom;
-        found.add_shape(&shape, students_factor(freedom.min(1e6) as u32))?;
+        found.add_shape(&shape, students_factor(freedom.max(1.0)))?;
     }
     Ok(found)
 }

@@ -1,15 +1,15 @@
 //! Least squares over poses at rest, with the noise between them.
 
 use nalgebra::{Matrix2, Matrix3, RowSVector, SMatrix, Vector2, Vector3, Vector6};
-use statrs::distribution::{ContinuousCDF, FisherSnedecor, Normal, StudentsT};
 use tactid_identify::KINDS;
 use tactid_identify::equations::{Row, WRENCH};
 use tactid_identify::solve::ZERO_SIZE;
 use tactid_identify::solve::{EIGENVALUE_RATIO, LEVER_ARM_M, Matrix, NullSpace, Vector};
-use tactid_identify::solve::{HALF_WIDTH_95, std_dev, value_jacobian};
+use tactid_identify::solve::{std_dev, value_jacobian};
 
 use super::Rows;
 use super::visits::{CHANNEL_KINDS, Visit, grams, less, means, means_of_attitudes};
+use crate::distributions::{f_p, students_factor};
 use crate::fit::CONVERGED_ENOUGH;
 use crate::fit::least_squares::MAX_PASSES;
 use crate::solve::{Excitation, Spectrum};
@@ -264,9 +264,8 @@ impl RestFit {
     /// has fewer, because the weights of both follow from them.
     pub(super) fn p_value_beside(&self, other: &Self, further: usize) -> f64 {
         let freedom = other.freedom[0].min(other.freedom[1]);
-        let gain = (self.squares(other) - other.squares(other)) / further as f64;
-        let test = FisherSnedecor::new(further as f64, freedom);
-        test.map_or(1.0, |test| test.sf(gain.max(0.0)))
+        let gain = self.squares(other) - other.squares(other);
+        f_p(gain, further as f64, freedom)
     }
 
     /// Returns the probability that the forces or the moments of a pose of the fit differ from
@@ -307,8 +306,7 @@ impl RestFit {
         }
         let least = INVERSE_ROUNDING * self.largest[kind].powi(2);
         let of_others = ((self.freedom[kind] * variance - squares) / freedom).max(least);
-        let test = FisherSnedecor::new(count, freedom);
-        test.map_or(1.0, |test| test.sf(squares / count / of_others))
+        f_p(squares / of_others, count, freedom)
     }
 
     /// Returns the factor on the standard deviation of each of the [ten values](tactid_identify::VALUE_NAMES)
@@ -379,12 +377,7 @@ impl RestFit {
         if squares <= 0.0 {
             return 1.0;
         }
-        let freedom = whole * whole / squares;
-        let below = Normal::standard().cdf(HALF_WIDTH_95);
-        let student = StudentsT::new(0.0, 1.0, freedom);
-        student.map_or(f64::INFINITY, |student| {
-            student.inverse_cdf(below) / HALF_WIDTH_95
-        })
+        students_factor(whole * whole / squares)
     }
 
     /// Returns how strongly the poses excite each direction of the parameters.

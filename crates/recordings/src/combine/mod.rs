@@ -44,10 +44,10 @@ use schemars::JsonSchema;
 use serde::Serialize;
 use tactid_batch::Finding as Data;
 use tactid_batch::diagnosis::nearest_consistent;
+use tactid_batch::distributions::students_factor;
 use tactid_batch::solve::with_variance;
 use tactid_batch::solve::{Posterior, PrincipalMoments, Report};
 use tactid_batch::{GainErrors, LinearEstimate, PriorKnowledge, SharedErrors};
-use tactid_calibrate::distributions::students_factor;
 use tactid_identify::serial::TenValues;
 use tactid_identify::solve::value_jacobian;
 use tactid_identify::solve::{Matrix, Vector};
@@ -166,8 +166,8 @@ pub fn combine_estimates(
     };
     let factors = variations.map(|variation| match variation.runs {
         _ if agreement.agree => 1.0,
-        0 | 1 => students_factor(terms.len() as u32 - 1),
-        runs => students_factor(runs - 1),
+        0 | 1 => students_factor(terms.len() as f64 - 1.0),
+        runs => students_factor(f64::from(runs) - 1.0),
     });
     Ok(combination(
         frame, prior, &pooled, factors, agreement, between, shape,

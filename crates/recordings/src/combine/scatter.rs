@@ -2,9 +2,10 @@
 
 use nalgebra::DMatrix;
 
-use super::term::{Pooled, Term};
-use tactid_calibrate::distributions::f_p;
+use tactid_batch::distributions::f_p;
 use tactid_identify::solve::Matrix;
+
+use super::term::{Pooled, Term};
 
 /// The weighted sum of the squared distances of terms from their mean, in units in which errors
 /// alone would give about its degrees of freedom.

@@ -26,11 +26,14 @@ pub fn f_p(chi_square: f64, degrees_of_freedom: f64, of_noise: f64) -> f64 {
 }
 
 /// Returns the factor by which a standard deviation is multiplied so that 1.96 of the result are
-/// half of a 95 % interval with so many degrees of freedom: 6.5 for one, 2.2 for two.
+/// half of a 95 % interval with so many degrees of freedom: 6.5 for one, 2.2 for two. It is infinite
+/// without degrees of freedom.
 #[must_use]
-pub fn students_factor(degrees_of_freedom: u32) -> f64 {
-    let student = StudentsT::new(0.0, 1.0, f64::from(degrees_of_freedom.max(1)));
-    student.map_or(1.0, |student| student.inverse_cdf(0.975) / HALF_WIDTH_95)
+pub fn students_factor(degrees_of_freedom: f64) -> f64 {
+    let student = StudentsT::new(0.0, 1.0, degrees_of_freedom);
+    student.map_or(f64::INFINITY, |student| {
+        student.inverse_cdf(0.975) / HALF_WIDTH_95
+    })
 }
 
 #[cfg(test)]
@@ -55,7 +58,7 @@ mod tests {
         // F(2, 10) and F(5, 16) at 5 %.
         assert!((f_p(2.0 * 4.102_82, 2.0, 10.0) / 0.05 - 1.0).abs() < 1e-5);
         assert!((f_p(5.0 * 2.852_409, 5.0, 16.0) / 0.05 - 1.0).abs() < 1e-5);
-        for (freedom, quantile) in [(1, 12.706_205), (2, 4.302_653), (9, 2.262_157)] {
+        for (freedom, quantile) in [(1.0, 12.706_205), (2.0, 4.302_653), (9.0, 2.262_157)] {
             assert!((students_factor(freedom) * HALF_WIDTH_95 / quantile - 1.0).abs() < 1e-6);
         }
     }
