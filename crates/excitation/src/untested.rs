@@ -5,12 +5,16 @@ use std::fmt;
 /// Most links that a message names.
 const MOST_NAMED: usize = 30;
 
+/// What stands for the shape of a link that has a visual shape alone.
+pub(crate) const VISUAL: &str = "<visual>";
+
 /// A link of which a collision shape cannot be tested.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct UntestedLink {
     /// Name of the link.
     pub link: String,
-    /// The first of its shapes that cannot be tested: file of a mesh, or element of the URDF.
+    /// The first of its shapes that cannot be tested: file of a mesh, or element of the URDF, which is
+    /// `<visual>` where a link has no collision shape and carries a joint.
     pub shape: String,
     /// Why the shape cannot be tested.
     pub because: String,
@@ -25,6 +29,8 @@ impl UntestedLinks {
     pub(crate) fn remedy(&self) -> &'static str {
         if self.0.is_empty() {
             "give a URDF with collision shapes"
+        } else if self.0.iter().all(|link| link.shape == VISUAL) {
+            "give them collision shapes in the URDF"
         } else {
             "put the meshes, as STL, OBJ or PLY files, where the URDF names them (for package://, ROS_PACKAGE_PATH may name the \
              folder that contains the package)"

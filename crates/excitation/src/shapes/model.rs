@@ -1,10 +1,12 @@
 //! Collision shapes of a robot's links.
 
+use std::collections::HashSet;
 use std::fmt;
 
 use parry3d_f64::shape::SharedShape;
 use tactid_dynamics::{
-    CollisionShape, Manipulator, ModelError, Urdf, shortened, urdf_rs::Geometry,
+    CollisionShape, Manipulator, ModelError, Urdf, shortened,
+    urdf_rs::{Geometry, JointType},
 };
 
 use super::convert::glam_pose;
@@ -12,7 +14,7 @@ use super::mesh::ConvexHulls;
 use super::placed::Placed;
 use crate::ExcitationError;
 use crate::checks::LARGEST_SIZE_M;
-use crate::untested::UntestedLink;
+use crate::untested::{UntestedLink, VISUAL};
 
 /// Largest number of characters of the name of a shape in a finding.
 const LONGEST_NAME: usize = 200;
@@ -61,7 +63,8 @@ pub enum CollisionFinding {
         /// The reason.
         because: NotTested,
     },
-    /// Links with a visual shape and no collision shape: the URDF does not ask for a test of them.
+    /// Links with a visual shape and no collision shape. No motion is designed where one of them
+    /// carries a joint; others, such as a camera, are not tested.
     LinksWithoutShapes {
         /// Names of the links.
         links: Vec<String>,
@@ -197,7 +200,7 @@ impl CollisionModel {
             }
             reading.link(link, &shapes);
         }
-        Ok(reading.finish(without))
+        Ok(reading.finish(without, urdf))
     }
 
     /// Returns what is left out.
@@ -283,7 +286,18 @@ impl Reading<'_, '_> {
     }
 
     /// Returns the model with findings about all links; `without` have a visual shape only.
-    fn finish(self, without: Vec<String>) -> CollisionModel {
+    fn finish(mut self, without: Vec<String>, urdf: &Urdf) -> CollisionModel {
+        // The other links tell that the URDF has collision shapes, and that those of the arm are lost.
+        let joints = urdf.robot().joints.iter();
+        let carriers: HashSet<_> = joints
+            .filter(|joint| joint.joint_type != JointType::Fixed)
+            .map(|joint| &joint.parent.link)
+            .filter(|_| !self.model.links.is_empty())
+            .collect();
+        for link in without.iter().filter(|link| carriers.contains(link)) {
+            let because = "the URDF has no collision shape of this part of the arm";
+            self.leave_out(link, VISUAL.to_owned(), because.to_owned());
+        }
         let Self { mut model, .. } = self;
         let findings = &mut model.findings;
         if let Some(count) = self
