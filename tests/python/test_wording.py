@@ -153,6 +153,7 @@ FINDINGS = [
     ),
     Finding("joint_zero_moved", {"size": -0.0213, "std_dev": 0.0025, "joint": "elbow"}),
     Finding("unloaded_left_out", {"noise_ratio": 5.4}),
+    Finding("unloaded_efforts_scaled", {"joints": ["shoulder", "elbow"], "ratios": [0.0941, 0.112]}),
     Finding("recording_calibrated", {"is_loaded": True}),
     Finding("unknown_joints", {"joints": ["finger"]}),
     Finding("absent_joints", {"joints": ["head"]}),
@@ -436,6 +437,12 @@ SENTENCES = {
         " Friction differs between the two recordings, or they are of different robots. Record the"
         " unloaded motion at the same temperature, or identify without `unloaded`."
     ),
+    "unloaded_efforts_scaled": (
+        "The efforts of the unloaded arm are not those that its weight needs by the URDF: their"
+        " ratio is 0.094 for shoulder and 0.11 for elbow. They may be motor currents, or have"
+        " another unit, and the load is wrong by the same ratio. `effort_gain` has the effort of"
+        " each joint for one unit of the recorded value; a calibration of the arm identifies it."
+    ),
     "recording_calibrated": (
         "This recording calibrated the arm with the payload that was given for it: the result"
         " repeats what was given, and is no check of it. Identify another recording."
@@ -695,6 +702,7 @@ CONTRADICTIONS = (
     "gravity_contradicted",
     "calibration_contradicted",
     "joint_zero_moved",
+    "unloaded_efforts_scaled",
     "axes_contradicted",
     "point_contradicted",
     "effort_content_contradicted",

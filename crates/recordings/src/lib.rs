@@ -109,6 +109,7 @@ mod split;
 mod steps;
 mod topic_kind;
 mod unloaded;
+mod unloaded_scale;
 mod uses;
 mod wrench_channels;
 

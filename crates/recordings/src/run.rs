@@ -14,6 +14,7 @@ use crate::plan::Plan;
 use crate::recording::{Reading, Recording};
 use crate::steps::Steps;
 use crate::unloaded::UnloadedSubtraction;
+use crate::unloaded_scale::UnloadedScale;
 use crate::wrench_channels::WrenchChannels;
 use crate::{Finding, Observer, Progress, RecordingError};
 
@@ -196,6 +197,7 @@ struct Pass {
     channels: WrenchChannels,
     steps: Steps,
     unloaded: UnloadedSubtraction,
+    unloaded_scale: UnloadedScale,
     samples: u64,
     first_s: f64,
     last_s: f64,
@@ -229,6 +231,7 @@ impl Pass {
             ),
             steps: Steps::new(plan.sources),
             unloaded: UnloadedSubtraction::new(&plan.sources.robot),
+            unloaded_scale: UnloadedScale::new(plan),
             samples: 0,
             first_s: 0.0,
             last_s: 0.0,
@@ -242,6 +245,9 @@ impl Pass {
         self.steps.push(&event);
         self.aligner.push(event);
         while let Some(mut aligned) = self.aligner.next() {
+            if let Some(unloaded) = &aligned.unloaded {
+                self.unloaded_scale.push(unloaded);
+            }
             self.unloaded.subtract(&mut aligned);
             let passed_s = aligned.time_s - self.last_s;
             if self.samples == 0 {
@@ -259,6 +265,8 @@ impl Pass {
     fn totals(&self, plan: &Plan<'_>) -> Totals {
         let mut findings = self.steps.findings(plan.sources);
         findings.extend(self.channels.findings(f64::INFINITY, plan.sources));
+        let joints = plan.sources.robot.joint_names();
+        findings.extend(self.unloaded_scale.finding(joints));
         Totals {
             findings,
             samples: self.samples,

@@ -12,7 +12,8 @@ use tactid_dynamics::{
     motion,
 };
 use tactid_recordings::{
-    Arrays, Identification, Method, RecordingError, Request, UnloadedArrays, identify_arrays,
+    Arrays, Finding, Identification, Method, RecordingError, Request, UnloadedArrays,
+    identify_arrays,
 };
 
 const DOWN: Vector3<f64> = Vector3::new(0.0, 0.0, -9.81);
@@ -178,6 +179,45 @@ fn efforts(robot: &Manipulator, instant: &Instant, acceleration: &[f64]) -> Vec<
     needed.iter().zip(friction).map(|(a, b)| a + b).collect()
 }
 
+/// Whether a result says that the efforts of the unloaded arm have another unit.
+fn is_scaled(found: &Identification) -> bool {
+    let findings = &found.recording.findings;
+    findings
+        .iter()
+        .any(|finding| matches!(finding, Finding::UnloadedEffortsScaled { .. }))
+}
+
+/// Motor currents, whose gains are not given, contradict the weight of the unloaded arm: the load
+/// would be wrong by the same ratio, without another sign of it.
+#[test]
+fn currents_without_gains_are_named() {
+    let (loaded, unloaded) = (Arm::new(true, 0.0), Arm::new(false, 1.3));
+    let with_gain = |gain: f64| {
+        let request = Request {
+            method: Some(Method::Effort),
+            effort_gain: Some(vec![gain; 8]),
+            ..quick()
+        };
+        loaded.identify(&unloaded, &request).unwrap()
+    };
+    assert!(!is_scaled(&with_gain(1.0)));
+    for gain in [0.1, 10.0] {
+        let found = with_gain(gain);
+        let scaled = found
+            .recording
+            .findings
+            .iter()
+            .find_map(|finding| match finding {
+                Finding::UnloadedEffortsScaled { ratios, .. } => Some(ratios.clone()),
+                _ => None,
+            });
+        for ratio in scaled.unwrap() {
+            // Friction is up to two thirds of what the weight needs.
+            assert!((ratio / gain - 1.0).abs() < 0.35, "{ratio}");
+        }
+    }
+}
+
 /// The efforts of an unloaded reference are subtracted, whenever its motion begins: with them
 /// friction does not matter, and without them it does.
 #[test]
@@ -196,6 +236,7 @@ fn an_unloaded_reference_is_subtracted() {
         ..request
     };
     let halved = loaded.identify(&unloaded, &gains).unwrap();
+    assert!(!is_scaled(&halved));
     let mass_kg = halved.estimate.body.mass_kg;
     assert!((mass_kg - 50.0).abs() < 0.2, "{mass_kg}");
     // Given gains have a standard deviation of 5 %; with 10 % they cause twice as much. The effects

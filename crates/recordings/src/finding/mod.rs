@@ -227,6 +227,14 @@ pub enum Finding {
         /// without a unit.
         noise_ratio: f64,
     },
+    /// The efforts of the unloaded arm are far from what its weight needs by the URDF: they are motor
+    /// currents, or have another unit, and so has the load.
+    UnloadedEffortsScaled {
+        /// The joints that show it.
+        joints: Vec<String>,
+        /// Ratio of the recorded to the needed efforts of each of them, without a unit.
+        ratios: Vec<f64>,
+    },
     /// The recording is one of those that calibrated the arm: its payload was given, and the result
     /// repeats it.
     RecordingCalibrated {

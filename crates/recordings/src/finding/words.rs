@@ -3,7 +3,7 @@
 use std::fmt;
 
 use tactid_dynamics::words::{
-    HALF_WIDTH_95, at_most, decimals_of, general, listed, percent, two_figures,
+    HALF_WIDTH_95, abridged, at_most, decimals_of, general, listed, percent, two_figures,
 };
 use tactid_dynamics::{Notice, Reader, Severity, Subject};
 
@@ -22,7 +22,8 @@ impl Notice for Finding {
             | Self::ForcesAndMomentsExchanged { .. }
             | Self::ShapeContradicted { .. }
             | Self::JointSignContradicted { .. }
-            | Self::JointsExchanged { .. } => Severity::Contradicts,
+            | Self::JointsExchanged { .. }
+            | Self::UnloadedEffortsScaled { .. } => Severity::Contradicts,
             Self::FrictionChanged(changed) if changed.has_other_friction() => Severity::Contradicts,
             Self::GainsChanged(changed) if changed.has_other_gains() => Severity::Contradicts,
             Self::RecordingCalibrated { .. }
@@ -48,6 +49,7 @@ impl Notice for Finding {
             | Self::ShapeContradicted { .. }
             | Self::JointSignContradicted { .. }
             | Self::JointsExchanged { .. }
+            | Self::UnloadedEffortsScaled { .. }
             | Self::RecordingCalibrated { .. } => Subject::Assumption,
             Self::HeavyLoad { .. } | Self::ContactThroughout { .. } => Subject::Measurements,
             Self::EffortNoisier { .. } | Self::FrictionChanged(_) | Self::GainsChanged(_) => {
@@ -67,6 +69,7 @@ impl Notice for Finding {
             | Self::CalibrationContradicted(_) => self.of_calibration(reader),
             Self::JointZeroMoved { .. }
             | Self::UnloadedLeftOut { .. }
+            | Self::UnloadedEffortsScaled { .. }
             | Self::RecordingCalibrated { .. } => self.of_other_recordings(reader),
             Self::DelayCorrected { .. } | Self::DelayDoubtful { .. } => self.of_delay(reader),
             Self::OptionNotUsed { .. }
@@ -97,17 +100,15 @@ impl Notice for Finding {
             | Self::LiveRestarted { .. }
             | Self::ContactThroughout { .. } => self.of_contacts_and_topics(reader),
             Self::StampsMissing { topics, clock_rate } => {
-                let clock = if *clock_rate == 1.0 {
-                    "the clock of the stamps of other topics".to_owned()
+                let rate = if *clock_rate == 1.0 {
+                    String::new()
                 } else {
-                    format!(
-                        "the clock of the stamps of other topics, which runs at {} times the rate \
-                         of the recorder's",
-                        general(*clock_rate, 2)
-                    )
+                    let rate = general(*clock_rate, 2);
+                    format!(", which runs at {rate} times the rate of the recorder's")
                 };
                 format!(
-                    "{} {} no stamps: their times are those of logging, brought to {clock}.",
+                    "{} {} no stamps: their times are those of logging, brought to the clock of the \
+                     stamps of other topics{rate}.",
                     listed(topics),
                     if topics.len() == 1 { "has" } else { "have" }
                 )
@@ -336,6 +337,20 @@ impl Finding {
                 ratio(*noise_ratio),
                 reader.option("unloaded")
             ),
+            Self::UnloadedEffortsScaled { joints, ratios } => {
+                let of_joints = joints.iter().zip(ratios);
+                let of_joints: Vec<String> = of_joints
+                    .map(|(joint, ratio)| format!("{} for {joint}", general(*ratio, 2)))
+                    .collect();
+                format!(
+                    "The efforts of the unloaded arm are not those that its weight needs by the \
+                     URDF: their ratio is {}. They may be motor currents, or have another unit, and \
+                     the load is wrong by the same ratio. {} has the effort of each joint for one \
+                     unit of the recorded value; a calibration of the arm identifies it.",
+                    abridged(&of_joints),
+                    reader.option("effort_gain")
+                )
+            }
             Self::RecordingCalibrated { is_loaded } => {
                 let held = if *is_loaded {
                     "with the payload that was given for it"
