@@ -1043,8 +1043,10 @@ def test_a_negative_mass_by_efforts_claims_no_sign_and_no_option_that_is_refused
     text = str(Finding("negative_mass", {"method": "effort", "or_gravity": True}))
     assert "the opposite sign of the effort (`effort_gain` with a minus sign)" in text
     assert "a body at or below the tip that the URDF has and the robot does not" in text
+    assert "motor currents whose gains are not given" in text
     assert "would explain" not in text
     # With a calibration.
     text = str(Finding("negative_mass", {"method": "effort", "or_gravity": False}))
+    assert "currents" not in text
     assert "effort_gain" not in text
     assert "another order of the joints" in text

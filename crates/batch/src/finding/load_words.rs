@@ -54,6 +54,7 @@ pub(super) fn negative_mass(method: Method, or_gravity: bool, reader: Reader) ->
         }
         if or_gravity {
             sign += &format!(" or of gravity ({})", gravity());
+            sign += ", motor currents whose gains are not given";
         }
         return format!(
             "The identified mass is negative. Possible causes are {sign}, another order of the \
