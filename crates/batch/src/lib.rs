@@ -5,6 +5,7 @@
 //!
 //! - [`BatchIdentifier`]: robust least squares over all windows of a recording, with its motion
 //!   where that is uncertain ([`MotionEstimate`]);
+//! - [`LagIdentifier`]: the same estimate of motion and payload while samples come;
 //! - [`RestIdentifier`]: least squares over poses at rest, without times;
 //! - [`RecordedContact`]: the wrench of the contact at each sample;
 //! - [`Finding`]: what samples or equations show about the assumptions, with its severity and its
@@ -54,4 +55,4 @@ pub use recorded_values::{GravityEstimate, HistoryPoint, WeightEstimate};
 pub use report::FitReport;
 pub use serial::Table;
 pub use solve::PrincipalMoments;
-pub use trajectory::MotionEstimate;
+pub use trajectory::{LagIdentifier, LagSettings, MotionEstimate};

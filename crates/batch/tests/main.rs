@@ -26,6 +26,7 @@ mod contact;
 mod effort_intervals;
 mod findings;
 mod further_unknowns;
+mod lag;
 mod little_motion;
 mod online_findings;
 mod poses;

@@ -237,6 +237,21 @@ impl SampleBins {
         }
     }
 
+    /// Returns the bins that are complete since the last gap.
+    pub(super) fn newest(&self) -> &[Bin] {
+        self.stretches.last().map_or(&[], Vec::as_slice)
+    }
+
+    /// Forgets all bins before a time, s, and all stretches but the last.
+    pub(super) fn forget(&mut self, until_s: f64) {
+        let mut newest = self.stretches.pop().unwrap_or_default();
+        let earlier = newest.partition_point(|bin| bin.time_s < until_s);
+        newest.drain(..earlier);
+        self.count = newest.len();
+        self.stretches.clear();
+        self.stretches.push(newest);
+    }
+
     /// Ends the bin.
     pub(crate) fn finish(&mut self) {
         let sums = &mut self.sums;

@@ -4,7 +4,8 @@ use nalgebra::{SMatrix, SVector};
 use tactid_identify::equations::Model;
 
 use super::bins::SampleBins;
-use super::estimate::{Estimate, Pass, Problem};
+use super::dynamics::Dynamics;
+use super::estimate::{Estimate, Left, Pass, Problem};
 use super::{MotionEstimate, SETTINGS};
 
 /// Estimates motion and parameters at once, starting with the parameters and the covariance of an
@@ -20,9 +21,10 @@ pub(crate) fn choose(
     }
     let sections = bins.sections();
     let count: usize = sections.iter().flatten().map(|bins| bins.len()).sum();
+    let mut dynamics = Dynamics::new(model.clone(), bins.layout());
     let mut found = Vec::new();
     for section in &sections {
-        let mut problem = match Problem::new(section, bins.layout(), model, start) {
+        let mut problem = match Problem::new(section, &mut dynamics, start) {
             Ok(problem) => problem,
             // Some other may be longer.
             Err(MotionEstimate::TooFew) => continue,
@@ -35,7 +37,8 @@ pub(crate) fn choose(
         let Some(first) = first.filter(is_better) else {
             return (MotionEstimate::Exact, None);
         };
-        match problem.solve(first) {
+        let last = problem.converge(first);
+        match last.and_then(|last| problem.estimate(&last, Left::default())) {
             Some(estimate) if estimate.residual_ratio <= SETTINGS.explained => found.push(estimate),
             _ => return (MotionEstimate::Unexplained, None),
         }
@@ -51,7 +54,7 @@ pub(crate) fn choose(
 
 /// Returns whether the variances of the parameters in one covariance are smaller than in another,
 /// in the geometric mean over the ten.
-fn is_smaller(this: &SMatrix<f64, 10, 10>, other: &SMatrix<f64, 10, 10>) -> bool {
+pub(super) fn is_smaller(this: &SMatrix<f64, 10, 10>, other: &SMatrix<f64, 10, 10>) -> bool {
     let ratios = this
         .diagonal()
         .zip_map(&other.diagonal(), |this, other| (this / other).ln());

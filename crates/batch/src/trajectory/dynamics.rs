@@ -12,6 +12,7 @@ use super::segment::{Derivatives, base_motion};
 const STEPS: [f64; 3] = [1e-6, 1e-5, 1e-4];
 
 /// Computes the rows of a model at states of the motion.
+#[derive(Clone, Debug)]
 pub(super) struct Dynamics {
     model: Model,
     layout: Layout,
@@ -39,6 +40,11 @@ impl Dynamics {
             model,
             layout,
         }
+    }
+
+    /// Where the channels of a bin are.
+    pub(super) fn layout(&self) -> Layout {
+        self.layout
     }
 
     /// Returns for each channel whether a sensor measures it: what does not is exact but for the

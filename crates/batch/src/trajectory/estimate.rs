@@ -3,15 +3,15 @@
 use std::ops::Range;
 
 use nalgebra::{Cholesky, DMatrix, SMatrix, SVector};
-use tactid_identify::equations::{KnownNoise, Model};
 
 use super::bins::{Bin, Layout};
 use super::bordered::Bordered;
 use super::dynamics::Dynamics;
-use super::rows::{BinRows, Weights};
+use super::noise::Noise;
+use super::past::Past;
+use super::rows::{BinRows, Rest, Weights};
 use super::scatter::Scatter;
 use super::segment::Segment;
-use super::smoothing::{residuals, smooth, unfollowed};
 use super::spline::order;
 use super::{MotionEstimate, SETTINGS};
 use crate::diagnosis::SIGNIFICANT;
@@ -70,13 +70,15 @@ impl Estimate {
     }
 }
 
-/// The problem of some stretches of a recording.
-pub(super) struct Problem {
+/// The problem of some stretches of a recording, or of what of the last one has not been eliminated.
+pub(super) struct Problem<'a> {
     layout: Layout,
-    dynamics: Dynamics,
+    dynamics: &'a mut Dynamics,
     segments: Vec<Segment>,
     weights: Weights,
     parameters: Parameters,
+    /// What was eliminated before the first segment.
+    past: Past,
     /// Derivatives of the predictions of the dynamics, in units of their noise, by the motion that
     /// was smoothed alone, for each bin of each segment.
     by_motion: Vec<Vec<DMatrix<f64>>>,
@@ -96,59 +98,63 @@ pub(super) struct Pass {
     changes: Vec<DMatrix<f64>>,
 }
 
-impl Problem {
+impl<'a> Problem<'a> {
     /// Smooths the motion of some stretches alone, and finds the noise of all channels.
     ///
     /// # Errors
     /// Returns why the motion cannot be estimated with splines.
     pub(super) fn new(
         stretches: &[&[Bin]],
-        layout: Layout,
-        model: &Model,
+        dynamics: &'a mut Dynamics,
         start: &Parameters,
     ) -> Result<Self, MotionEstimate> {
-        let mut dynamics = Dynamics::new(model.clone(), layout);
-        let coordinates = layout.coordinates();
+        let coordinates = dynamics.layout().coordinates();
         let new = |stretch: &&[Bin]| Segment::new(stretch, coordinates, SETTINGS.knots_hz);
         let long = stretches.iter().filter(|bins| is_long(bins.len()));
         let mut segments: Vec<Segment> = long.map(new).collect();
-        segments.retain(|segment| segment.freedom() >= SETTINGS.least_freedom);
-        if segments.is_empty() {
-            return Err(MotionEstimate::TooFew);
-        }
-        let of_motion = smooth(&mut segments, layout).ok_or(MotionEstimate::TooFew)?;
-        if let Some(reason) = unfollowed(&segments, layout, &of_motion) {
-            return Err(reason);
-        }
-        let of_dynamics = whitening(&segments, &mut dynamics, start);
-        let of_dynamics = of_dynamics.ok_or(MotionEstimate::TooFew)?;
+        let noise = Noise::smoothed(&mut segments, dynamics, start)?;
+        let bins = segments.iter().map(|segment| segment.bins.len()).sum();
+        let weights = noise.weights(dynamics.layout(), bins)?;
+        let past = Past::new(coordinates);
+        Self::linearised(segments, dynamics, weights, past, start)
+    }
+
+    /// Creates the problem of segments whose motion was smoothed alone.
+    ///
+    /// # Errors
+    /// Returns [`MotionEstimate::Unexplained`] where the model cannot be computed at that motion.
+    pub(super) fn linearised(
+        segments: Vec<Segment>,
+        dynamics: &'a mut Dynamics,
+        weights: Weights,
+        past: Past,
+        start: &Parameters,
+    ) -> Result<Self, MotionEstimate> {
         let mut by_motion = Vec::new();
         for segment in &segments {
             let bins = segment.bins.iter().enumerate();
             let slopes = bins.map(|(k, bin)| {
                 let slopes = dynamics.by_motion(&segment.at(k), bin, start);
-                slopes.map(|slopes| -(&of_dynamics * slopes))
+                slopes.map(|slopes| -(&weights.of_dynamics * slopes))
             });
             let slopes = slopes.collect::<Result<_, _>>();
             by_motion.push(slopes.map_err(|_| MotionEstimate::Unexplained)?);
         }
         Ok(Self {
-            layout,
+            layout: dynamics.layout(),
             dynamics,
             segments,
-            weights: Weights {
-                of_motion,
-                of_dynamics,
-            },
+            weights,
             parameters: *start,
+            past,
             by_motion,
             factors: Vec::new(),
         })
     }
 
-    /// Returns motion and parameters from a first pass; `None` where the measurements do not
-    /// determine them, or the passes do not converge.
-    pub(super) fn solve(mut self, mut pass: Pass) -> Option<Estimate> {
+    /// Continues with passes until the motion and the parameters no longer change. Returns the last
+    /// pass; `None` where the measurements do not determine them, or the passes do not converge.
+    pub(super) fn converge(&mut self, mut pass: Pass) -> Option<Pass> {
         for _ in 0..MAX_PASSES {
             self.parameters += pass.step;
             for (segment, changes) in self.segments.iter_mut().zip(&pass.changes) {
@@ -162,7 +168,7 @@ impl Problem {
             pass = self.pass()?;
             // The next step is smaller by more than this factor.
             if moved < CONVERGED_ENOUGH.sqrt() {
-                return self.finish(&pass);
+                return Some(pass);
             }
         }
         None
@@ -199,6 +205,12 @@ impl Problem {
             if is_first {
                 self.factors.push(Bordered::zeros(unknowns, width, 11));
             }
+            if index == 0 {
+                let coefficients = &self.segments[0].coefficients;
+                self.past.move_to(coefficients, &self.parameters);
+                self.past
+                    .add_to(&mut self.factors[0], &mut normal, is_first);
+            }
             for bin in 0..self.segments[index].bins.len() {
                 let rows = self.rows(index, bin)?;
                 let (segment, system) = (&self.segments[index], &mut self.factors[index]);
@@ -222,53 +234,113 @@ impl Problem {
         })
     }
 
-    /// Returns the estimate with what a pass leaves of the rows.
-    fn finish(&mut self, pass: &Pass) -> Option<Estimate> {
-        let of_dynamics = self.dynamics.are_measured();
-        let of_motion = quantities(self.layout);
-        let mut squares = vec![0.0; of_motion.len() + of_dynamics.len()];
-        let mut scatter = Scatter::default();
+    /// Returns the estimate, given what a pass leaves of the rows, and what was left before.
+    pub(super) fn estimate(&mut self, pass: &Pass, mut left: Left) -> Option<Estimate> {
         for (index, changes) in pass.changes.iter().enumerate() {
-            let mut scores = Vec::new();
             for bin in 0..self.segments[index].bins.len() {
-                let rows = self.rows(index, bin)?;
-                let rest = rows.rest(changes, &self.segments[index], bin);
-                scores.push(Parameters::from_column_slice(rest.score.as_slice()));
-                let mean = |channels: &Range<usize>| {
-                    let rest = &rest.of_motion[channels.clone()];
-                    rest.iter().map(|rest| rest * rest).sum::<f64>() / rest.len() as f64
-                };
-                let loads = rest.of_dynamics.iter().zip(&of_dynamics);
-                let loads = loads.map(|(rest, is_measured)| match is_measured {
-                    true => rest * rest,
-                    false => 0.0,
-                });
-                let of_bin = of_motion.iter().map(mean).chain(loads);
-                squares
-                    .iter_mut()
-                    .zip(of_bin)
-                    .for_each(|(sum, of_bin)| *sum += of_bin);
+                self.leave(index, bin, changes, &mut left)?;
             }
-            let segment = &self.segments[index];
-            let rows = self.layout.effort() + of_dynamics.len();
-            scatter.add(&scores, rows, segment.coefficients.len());
+            left.end_stretch(self.segments[index].coefficients.len());
         }
+        let coordinates = self.layout.coordinates() as f64;
+        let scatter = &left.scatter;
         let bins = scatter.bins();
-        let freedom = self
-            .segments
-            .iter()
-            .map(|s| (s.bins.len() - s.splines) as f64);
         // By so much the mean square of so many normal variables is larger by chance.
         let chance = 1.0 + SIGNIFICANT * (2.0 / bins).sqrt();
-        let (covariance, mean) = scatter.covariance(&pass.inverse)?;
+        let (covariance, mean) = scatter.covariance(&pass.inverse, &self.parameters)?;
         Some(Estimate {
             parameters: self.parameters,
             of_white_noise: pass.inverse,
             covariance,
             metric: pass.inverse * mean,
-            freedom: freedom.sum(),
-            residual_ratio: squares.into_iter().fold(0.0, f64::max) / (bins * chance),
+            freedom: bins - scatter.unknowns() / coordinates,
+            residual_ratio: left.squares.iter().fold(0.0, |a, &b| f64::max(a, b)) / (bins * chance),
         })
+    }
+
+    /// Adds to what is left what a pass leaves of the rows of a bin.
+    fn leave(
+        &mut self,
+        segment: usize,
+        bin: usize,
+        changes: &DMatrix<f64>,
+        left: &mut Left,
+    ) -> Option<()> {
+        let rows = self.rows(segment, bin)?;
+        let rest = rows.rest(changes, &self.segments[segment], bin);
+        left.add(
+            &rest,
+            &self.parameters,
+            self.layout,
+            &self.dynamics.are_measured(),
+        );
+        Some(())
+    }
+
+    /// Eliminates the splines of some intervals of the first segment for good, and adds what their
+    /// rows leave to what was left before. Returns all that was eliminated.
+    pub(super) fn eliminate(
+        mut self,
+        intervals: usize,
+        pass: &Pass,
+        left: &mut Left,
+    ) -> Option<Past> {
+        let mut bin = 0;
+        let coefficients = &self.segments[0].coefficients;
+        self.past.move_to(coefficients, &self.parameters);
+        for interval in 0..intervals {
+            let mut rows = Vec::new();
+            while self.segments[0].spans.get(bin) == Some(&interval) {
+                self.leave(0, bin, &pass.changes[0], left)?;
+                rows.push(self.rows(0, bin)?.by_unknowns(&self.segments[0], bin));
+                bin += 1;
+            }
+            let segment = &self.segments[0];
+            let first = (interval + order() - 1) * segment.coordinates;
+            let next = &segment.coefficients[first..first + segment.coordinates];
+            self.past.advance(&rows, next)?;
+            left.scatter.add_unknowns(segment.coordinates);
+        }
+        Some(self.past)
+    }
+}
+
+/// What solutions leave of the rows of bins.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Left {
+    /// Sums of squares of the residuals: means over the channels of each quantity of the motion,
+    /// then those of the channels of the load.
+    squares: Vec<f64>,
+    scatter: Scatter,
+}
+
+impl Left {
+    /// Adds what is left of the rows of a bin.
+    fn add(&mut self, rest: &Rest, parameters: &Parameters, layout: Layout, measured: &[bool]) {
+        let mean = |channels: Range<usize>| {
+            let count = channels.len() as f64;
+            let rest = &rest.of_motion[channels];
+            rest.iter().map(|rest| rest * rest).sum::<f64>() / count
+        };
+        let loads = rest.of_dynamics.iter().zip(measured);
+        let loads = loads.map(|(rest, is_measured)| match is_measured {
+            true => rest * rest,
+            false => 0.0,
+        });
+        let of_bin = quantities(layout).into_iter().map(mean).chain(loads);
+        let of_bin: Vec<f64> = of_bin.collect();
+        self.squares.resize(of_bin.len(), 0.0);
+        for (sum, of_bin) in self.squares.iter_mut().zip(of_bin) {
+            *sum += of_bin;
+        }
+        let rows = rest.of_motion.len() + rest.of_dynamics.len();
+        self.scatter.add(&rest.scores, parameters, rows);
+    }
+
+    /// Ends a stretch whose splines have so many coefficients that have not been eliminated.
+    pub(super) fn end_stretch(&mut self, coefficients: usize) {
+        self.scatter.add_unknowns(coefficients);
+        self.scatter.end_stretch();
     }
 }
 
@@ -295,84 +367,6 @@ fn quantities(layout: Layout) -> Vec<Range<usize>> {
 /// Returns whether so many bins determine splines: one interval has six of them.
 fn is_long(bins: usize) -> bool {
     bins as f64 > 6.0 * SETTINGS.bins_of_interval
-}
-
-/// Returns the inverse of a root of the covariance of the rows of the dynamics. The noise of a
-/// measured load is what splines through its own values leave: it depends on no model. Known noise
-/// keeps its proportions. What no sensor measures is next to exact, in proportion to what the noise
-/// of the motion leaves of it.
-fn whitening(
-    segments: &[Segment],
-    dynamics: &mut Dynamics,
-    parameters: &Parameters,
-) -> Option<DMatrix<f64>> {
-    let are_measured = dynamics.are_measured();
-    let channels = are_measured.len();
-    let [mut noise, mut unexplained] = [0, 1].map(|_| DMatrix::<f64>::zeros(channels, channels));
-    let mut sizes = vec![0.0; channels];
-    let (mut freedom, mut bins) = (0.0, 0.0);
-    for segment in segments {
-        let count = segment.bins.len();
-        let [mut targets, mut left] = [0, 1].map(|_| DMatrix::zeros(count, channels));
-        for (k, bin) in segment.bins.iter().enumerate() {
-            let rows = dynamics.rows(&segment.at(k), bin).ok()?;
-            for (channel, row) in rows.iter().enumerate() {
-                sizes[channel] += row.target.powi(2);
-                targets[(k, channel)] = row.target;
-                left[(k, channel)] = row.target - row.regressor.dot(parameters);
-            }
-        }
-        unexplained += left.tr_mul(&left);
-        let rest = residuals(segment, targets)?;
-        noise += rest.tr_mul(&rest);
-        freedom += segment.freedom() * count as f64;
-        bins += count as f64;
-    }
-    let sources = dynamics.source_of();
-    // The inverse of a sample covariance is too large in the mean, by this number of channels of the
-    // source and one. With few bins, correlations are not known.
-    let taken = |i: usize| 1.0 + sources.iter().filter(|of| **of == sources[i]).count() as f64;
-    let covariance = DMatrix::from_fn(channels, channels, |i, j| {
-        let is_known = freedom > 2.0 * taken(i);
-        if i != j && !(sources[i] == sources[j] && is_known) {
-            return 0.0;
-        }
-        let of_pair = if are_measured[i] {
-            noise[(i, j)] / (freedom - if is_known { taken(i) } else { 0.0 }).max(1.0)
-        } else {
-            SETTINGS.exact.powi(2) * unexplained[(i, j)] / bins
-        };
-        if i != j {
-            return of_pair;
-        }
-        let least = SETTINGS.accuracy.powi(2) * sizes[i] / bins;
-        of_pair + if are_measured[i] { least } else { 0.0 } + f64::MIN_POSITIVE.sqrt()
-    });
-    let mut covariance = covariance;
-    for known in dynamics.known_noise() {
-        keep_proportions(&mut covariance, &(&noise / freedom), &known);
-    }
-    let root = Cholesky::new(covariance)?.unpack();
-    let mut inverse = DMatrix::identity(channels, channels);
-    root.solve_lower_triangular_mut(&mut inverse)
-        .then_some(inverse)
-}
-
-/// Replaces the block of a source by its known noise, whose size follows the covariance that the
-/// residuals `show`. It stays where known noise is singular to rounding.
-fn keep_proportions(covariance: &mut DMatrix<f64>, shown: &DMatrix<f64>, known: &KnownNoise) {
-    let (corner, shape) = ([known.first_channel; 2], known.covariance.shape());
-    let Some(factor) = Cholesky::new(known.covariance.clone()) else {
-        return;
-    };
-    let shown = shown.view(corner.into(), shape).into_owned();
-    let size = factor.solve(&shown).trace() / shape.0 as f64;
-    let mut block = covariance.view_mut(corner.into(), shape);
-    let least = block.diagonal() * f64::EPSILON;
-    block.copy_from(&(&known.covariance * size));
-    for (k, least) in least.iter().enumerate() {
-        block[(k, k)] += least;
-    }
 }
 
 /// Returns the inverse of a matrix, in units in which its diagonal is one; `None` where it is not

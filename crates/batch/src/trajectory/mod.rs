@@ -1,4 +1,5 @@
-//! One estimate of the motion and the payload from a recording of a free-floating robot.
+//! One estimate of the motion and the payload of a free-floating robot, from a recording or while
+//! samples come.
 //!
 //! Splines of degree five for the joints and the pose of the base, and the ten parameters, are the
 //! unknowns of one least-squares problem, whose rows are all measurements, each in units of its
@@ -10,6 +11,9 @@ mod bordered;
 mod choice;
 mod dynamics;
 mod estimate;
+mod lag;
+mod noise;
+mod past;
 mod rows;
 mod scatter;
 mod segment;
@@ -76,13 +80,21 @@ struct TrajectorySettings {
     exact: f64,
     /// Part of a channel's size that splines and means over bins leave.
     accuracy: f64,
+    /// Number of intervals before the first estimate while samples come.
+    first_intervals: usize,
+    /// Number of the last intervals from which the motion is smoothed while samples come.
+    window: usize,
+    /// Number of the last intervals over which the noise is averaged while samples come.
+    remembered: usize,
     /// Largest ratio of the mean square of residuals to the variance of their noise, but for chance.
     explained: f64,
 }
 
 /// Splines with 20 knots in a second follow frequencies up to 10 Hz, which is enough for an arm, and
 /// three means between two knots lose nothing of it. Sections of 100 s of a robot with eight joints
-/// bound the memory of the normal equations, some 60 MB, and 6000 bins the time of a result.
+/// bound the memory of the normal equations, some 60 MB, and 6000 bins the time of a result. While
+/// samples come, splines of less than 0.8 s leave too few degrees of freedom to see the noise, those
+/// of 1 s are at the end of it as those of all samples are, and noise is that of 10 s.
 const SETTINGS: TrajectorySettings = TrajectorySettings {
     knots_hz: 20.0,
     bins_of_interval: 3.0,
@@ -91,5 +103,8 @@ const SETTINGS: TrajectorySettings = TrajectorySettings {
     least_freedom: 0.25,
     exact: 0.01,
     accuracy: 3e-4,
+    first_intervals: 16,
+    window: 20,
+    remembered: 200,
     explained: 2.0,
 };

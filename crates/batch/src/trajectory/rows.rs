@@ -1,7 +1,7 @@
 //! All rows of one bin in units of their noise: those of the measured motion, and those of the
 //! dynamics.
 
-use nalgebra::{DMatrix, DVector, SMatrix};
+use nalgebra::{DMatrix, SMatrix};
 
 use super::bins::Layout;
 use super::bordered::Bordered;
@@ -31,8 +31,9 @@ pub(super) struct BinRows {
 
 /// What a solution leaves of the rows of a bin.
 pub(super) struct Rest {
-    /// What the rows say of the parameters beyond the solution.
-    pub(super) score: DVector<f64>,
+    /// What the rows say of the parameters beyond the solution: how it falls with each parameter,
+    /// and last its value.
+    pub(super) scores: DMatrix<f64>,
     /// Residuals of the rows of the measured motion.
     pub(super) of_motion: Vec<f64>,
     /// Residuals of the rows of the dynamics.
@@ -170,6 +171,18 @@ impl BinRows {
         direct.gemm_tr(1.0, &self.by_parameters, &self.by_parameters, 1.0);
     }
 
+    /// Returns the rows by the coefficients of the splines that are not zero at the bin, by the
+    /// parameters, and last the targets.
+    pub(super) fn by_unknowns(&self, segment: &Segment, bin: usize) -> DMatrix<f64> {
+        let by_state = self.by_state.transpose();
+        let of_splines = segment.by_coefficients(bin, &by_state).transpose();
+        let columns = of_splines.ncols();
+        let mut both = of_splines.resize_horizontally(columns + self.by_parameters.ncols(), 0.0);
+        let mut place = both.columns_mut(columns, self.by_parameters.ncols());
+        place.copy_from(&self.by_parameters);
+        both
+    }
+
     /// Returns what a solution leaves. `changes` are those of the coefficients by each parameter,
     /// and last those by the measurements; the parameters are those of the rows.
     pub(super) fn rest(&self, changes: &DMatrix<f64>, segment: &Segment, bin: usize) -> Rest {
@@ -179,7 +192,7 @@ impl BinRows {
         let residuals = rest.column(parameters);
         let (of_motion, of_dynamics) = residuals.as_slice().split_at(self.of_motion);
         Rest {
-            score: rest.columns(0, parameters).tr_mul(&residuals),
+            scores: rest.columns(0, parameters).tr_mul(&rest),
             of_motion: of_motion.to_vec(),
             of_dynamics: of_dynamics.to_vec(),
         }

@@ -1,6 +1,8 @@
 //! The covariance of parameters whose noise need not be white, from the scatter of scores.
 
-use nalgebra::{Cholesky, SMatrix, SVector, SymmetricEigen};
+use std::collections::VecDeque;
+
+use nalgebra::{Cholesky, DMatrix, DVector, SMatrix, SVector, SymmetricEigen};
 
 use super::SETTINGS;
 use super::spline::order;
@@ -13,32 +15,64 @@ fn spanned() -> usize {
     order() * SETTINGS.bins_of_interval as usize
 }
 
-/// What the scores of the bins of all segments say of the noise of the parameters.
-#[derive(Default)]
+/// What the scores of the bins say of the noise of the parameters. Scores are linear in the
+/// parameters, and their scatter is known for any.
+#[derive(Clone, Debug)]
 pub(super) struct Scatter {
-    /// Covariance of the sum of scores that are correlated over the bins that splines span (Newey
-    /// and West 1987).
-    meat: Matrix,
+    /// Products of the entries of the scores at a bin, a matrix each, with the sum of those at the
+    /// bins before that splines correlate with them (Newey and West 1987): half of the covariance of
+    /// the sum of scores, and half of it transposed.
+    products: DMatrix<f64>,
+    /// Entries of the scores at the bins of the stretch that splines span, the newest first.
+    recent: VecDeque<DVector<f64>>,
     /// Numbers of bins, of rows, and of unknowns.
     bins: f64,
     rows: f64,
     unknowns: f64,
 }
 
-impl Scatter {
-    /// Adds the scores of the bins of a segment with so many rows each and so many unknowns.
-    pub(super) fn add(&mut self, scores: &[Parameters], rows: usize, unknowns: usize) {
-        for (k, score) in scores.iter().enumerate() {
-            self.meat += score * score.transpose();
-            for lag in 1..=spanned().min(k) {
-                let weight = 1.0 - lag as f64 / (spanned() + 1) as f64;
-                let product = score * scores[k - lag].transpose() * weight;
-                self.meat += product + product.transpose();
-            }
+impl Default for Scatter {
+    fn default() -> Self {
+        // Ten by eleven entries.
+        let entries = Matrix::zeros().len() + Parameters::zeros().len();
+        Self {
+            products: DMatrix::zeros(entries, entries),
+            recent: VecDeque::new(),
+            bins: 0.0,
+            rows: 0.0,
+            unknowns: 0.0,
         }
-        self.bins += scores.len() as f64;
-        self.rows += (scores.len() * rows) as f64;
+    }
+}
+
+impl Scatter {
+    /// Adds the scores at a bin with so many rows: their derivatives by the parameters with the
+    /// opposite sign, and last what they are at `parameters`.
+    pub(super) fn add(&mut self, scores: &DMatrix<f64>, parameters: &Parameters, rows: usize) {
+        let mut scores = scores.clone();
+        let at_zero = scores.columns(0, 10) * parameters + scores.column(10);
+        scores.set_column(10, &at_zero);
+        let scores = DVector::from_column_slice(scores.as_slice());
+        let mut others = &scores * 0.5;
+        for (lag, other) in self.recent.iter().enumerate() {
+            let weight = 1.0 - (lag + 1) as f64 / (spanned() + 1) as f64;
+            others.axpy(weight, other, 1.0);
+        }
+        self.products.ger(1.0, &scores, &others, 1.0);
+        self.recent.truncate(spanned() - 1);
+        self.recent.push_front(scores);
+        self.bins += 1.0;
+        self.rows += rows as f64;
+    }
+
+    /// Adds so many unknowns that the bins have determined.
+    pub(super) fn add_unknowns(&mut self, unknowns: usize) {
         self.unknowns += unknowns as f64;
+    }
+
+    /// Ends a stretch: the bins that follow have no scores in common with it.
+    pub(super) fn end_stretch(&mut self) {
+        self.recent.clear();
     }
 
     /// Number of bins.
@@ -46,7 +80,23 @@ impl Scatter {
         self.bins
     }
 
-    /// Returns the covariance of the parameters that is at least as large as that of white noise in
+    /// Number of unknowns.
+    pub(super) fn unknowns(&self) -> f64 {
+        self.unknowns
+    }
+
+    /// Returns the covariance of the sum of scores at these parameters.
+    fn meat(&self, parameters: &Parameters) -> Matrix {
+        let factor = |column: usize| parameters.get(column).map_or(1.0, |value| -value);
+        let mut half = Matrix::zeros();
+        for (i, j) in (0..11).flat_map(|i| (0..11).map(move |j| (i, j))) {
+            let block = self.products.fixed_view::<10, 10>(10 * i, 10 * j);
+            half += block * (factor(i) * factor(j));
+        }
+        half + half.transpose()
+    }
+
+    /// Returns the covariance of these parameters that is at least as large as that of white noise in
     /// every direction, and the mean ratio of both, one or more. `None` where the given one is not
     /// positive definite.
     ///
@@ -54,11 +104,15 @@ impl Scatter {
     /// zero, which takes `b - b² / 3` of a meat with a bandwidth of the fraction `b` of the bins
     /// (Kiefer and Vogelsang 2005). Of the scatter in ten directions the mean is ten times as
     /// well known as each, so directions count as far as their degrees of freedom, `1.5 / b`, go.
-    pub(super) fn covariance(&self, of_white_noise: &Matrix) -> Option<(Matrix, f64)> {
+    pub(super) fn covariance(
+        &self,
+        of_white_noise: &Matrix,
+        parameters: &Parameters,
+    ) -> Option<(Matrix, f64)> {
         let bandwidth = ((spanned() + 1) as f64 / self.bins).min(1.0);
         let left = 1.0 - bandwidth + bandwidth.powi(2) / 3.0;
         let fraction = (self.rows - self.unknowns) / self.rows;
-        let meat = self.meat / (left * fraction);
+        let meat = self.meat(parameters) / (left * fraction);
         let mean = (meat * of_white_noise).trace() / 10.0;
         let sandwich = of_white_noise * meat * of_white_noise;
         let freedom = 1.5 / bandwidth;

@@ -1,5 +1,7 @@
 //! A stretch of a recording with the splines of its motion.
 
+use std::ops::Range;
+
 use nalgebra::{DMatrix, Isometry3, Quaternion, SMatrix, UnitQuaternion, Vector3, Vector4};
 use tactid_dynamics::FrameMotion;
 
@@ -8,6 +10,22 @@ use super::spline::{Basis, basis, order};
 
 /// Values of all coordinates at one time, then their first and second derivatives.
 pub(super) type Derivatives = [Vec<f64>; 3];
+
+/// Knots of splines at equal distances.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Knots {
+    /// Time of the first knot, s.
+    pub(super) first_s: f64,
+    /// Number of knots in a second, Hz.
+    pub(super) rate_hz: f64,
+}
+
+impl Knots {
+    /// Returns the number of intervals between the first knot and a time.
+    pub(super) fn intervals_until(self, time_s: f64) -> f64 {
+        (time_s - self.first_s) * self.rate_hz
+    }
+}
 
 /// Bins without a gap, and the coefficients of the splines of all coordinates: the joints, then
 /// those of the base: its position, and the quaternion x, y, z, w of its rotation.
@@ -27,28 +45,43 @@ pub(super) struct Segment {
 
 impl Segment {
     /// Creates a segment of so many coordinates, at rest at zero, with about `knots_hz` knots in a
-    /// second.
+    /// second, of which the first and the last are at bins.
     pub(super) fn new(bins: &[Bin], coordinates: usize, knots_hz: f64) -> Self {
         let mut bins = bins.to_vec();
         values_at_times(&mut bins);
         let first_s = bins[0].time_s;
         let length_s = bins[bins.len() - 1].time_s - first_s;
         let intervals = (length_s * knots_hz).ceil().max(1.0);
-        let rate = intervals / length_s;
+        let knots = Knots {
+            first_s,
+            rate_hz: intervals / length_s,
+        };
+        Self::with_knots(bins, coordinates, knots, 0..intervals as usize)
+    }
+
+    /// Creates a segment of so many coordinates, at rest at zero, from values at the times of bins
+    /// in some of the intervals between knots.
+    pub(super) fn with_knots(
+        bins: Vec<Bin>,
+        coordinates: usize,
+        knots: Knots,
+        intervals: Range<usize>,
+    ) -> Self {
         let (mut spans, mut bases) = (Vec::new(), Vec::new());
+        let (first, last) = (intervals.start as f64, intervals.end as f64 - 1.0);
         for bin in &bins {
-            let x = (bin.time_s - first_s) * rate;
-            let span = x.floor().clamp(0.0, intervals - 1.0);
-            let [value, first, second] = basis(x - span);
-            spans.push(span as usize);
+            let x = knots.intervals_until(bin.time_s);
+            let span = x.floor().clamp(first, last);
+            let [value, rate, second] = basis(x - span);
+            spans.push(span as usize - intervals.start);
             bases.push([
                 value,
-                first.map(|entry| entry * rate),
-                second.map(|entry| entry * rate * rate),
+                rate.map(|entry| entry * knots.rate_hz),
+                second.map(|entry| entry * knots.rate_hz * knots.rate_hz),
             ]);
         }
         // One for each interval, and those that reach into the last one.
-        let splines = intervals as usize + order() - 1;
+        let splines = intervals.len() + order() - 1;
         Self {
             bins,
             spans,
@@ -57,6 +90,18 @@ impl Segment {
             coordinates,
             coefficients: vec![0.0; splines * coordinates],
         }
+    }
+
+    /// Returns the part without some of the first intervals, with its coefficients.
+    pub(super) fn without_first(mut self, first: usize) -> Self {
+        let earlier = self.spans.partition_point(|&span| span < first);
+        self.bins.drain(..earlier);
+        self.spans.drain(..earlier);
+        self.bases.drain(..earlier);
+        self.spans.iter_mut().for_each(|span| *span -= first);
+        self.splines -= first;
+        self.coefficients.drain(..first * self.coordinates);
+        self
     }
 
     /// Fraction of the degrees of freedom of values at the bins that splines leave.

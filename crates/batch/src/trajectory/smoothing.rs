@@ -9,7 +9,7 @@ use super::bordered::Bordered;
 use super::segment::{Derivatives, Segment, base_motion, imaginary, quaternions};
 use super::spline::order;
 use super::{MotionEstimate, SETTINGS};
-use crate::diagnosis::FAR_BETTER;
+use crate::diagnosis::{FAR_BETTER, SIGNIFICANT};
 
 /// Factors of the sixth difference of neighbouring values.
 const SIXTH: [f64; 7] = [1.0, -6.0, 15.0, -20.0, 15.0, -6.0, 1.0];
@@ -222,14 +222,9 @@ fn smooth_group(segments: &mut [Segment], group: &Group) -> Option<[f64; 2]> {
     Some(variances.map(f64::sqrt))
 }
 
-/// Returns why splines do not follow the motion, if they do not: they leave of a channel far more
-/// than the variance of white noise with the same sixth differences, because the motion has
-/// frequencies that are too high, or because velocities that nobody measured are zero.
-pub(super) fn unfollowed(
-    segments: &[Segment],
-    layout: Layout,
-    std_devs: &[f64],
-) -> Option<MotionEstimate> {
+/// Returns for each channel of the motion the variance of white noise with the same sixth differences
+/// of neighbouring values.
+pub(super) fn sixth_differences(segments: &[Segment], layout: Layout) -> Vec<f64> {
     let power: f64 = SIXTH.iter().map(|factor| factor * factor).sum();
     let variance = |channel: usize| {
         let (mut squares, mut count, mut size) = (0.0, 0.0, 0.0f64);
@@ -245,15 +240,32 @@ pub(super) fn unfollowed(
         }
         squares / (power * f64::max(count, 1.0)) + (SETTINGS.accuracy * size).powi(2)
     };
+    (0..layout.effort()).map(variance).collect()
+}
+
+/// Returns why splines do not follow the motion, if they do not: they leave of a channel of so many
+/// bins far more than the variance of white noise with the same sixth differences, because the motion has
+/// frequencies that are too high, or because velocities that nobody measured are zero.
+pub(super) fn unfollowed(
+    layout: Layout,
+    left: &[f64],
+    of_differences: &[f64],
+    bins: usize,
+) -> Option<MotionEstimate> {
+    // By so much a variance is smaller by chance: neighbouring differences are correlated, and three
+    // of them are worth one.
+    let chance = 1.0 + SIGNIFICANT * (6.0 / bins as f64).sqrt();
     let of_coordinate = |coordinate: usize| {
         layout
             .channels_of(coordinate)
-            .map(|channel| (std_devs[channel].powi(2), variance(channel)))
+            .map(|channel| (left[channel], of_differences[channel]))
     };
     let sum = |channels: Range<usize>| {
-        let left = std_devs[channels.start..channels.start + 3].iter();
-        let left = left.map(|std_dev| std_dev.powi(2)).sum::<f64>();
-        (left, channels.map(&variance).sum::<f64>())
+        let left = left[channels.start..channels.start + 3].iter();
+        (
+            left.sum::<f64>(),
+            of_differences[channels].iter().sum::<f64>(),
+        )
     };
     let (of_turns, of_rates) = (layout.quaternion(), layout.angular_velocity());
     let (left, noise) = sum(of_turns..of_rates);
@@ -267,7 +279,7 @@ pub(super) fn unfollowed(
     for pairs in pairs.chain([of_rotation]).chain(accelerations) {
         // A channel that is zero throughout measures nothing.
         let is_left = |(left, noise): (f64, f64)| {
-            noise > 0.0 && left * FAR_BETTER > noise.max(f64::MIN_POSITIVE.sqrt())
+            noise > 0.0 && left * FAR_BETTER > chance * noise.max(f64::MIN_POSITIVE.sqrt())
         };
         if is_left(pairs[0]) && pairs[1].1 == 0.0 {
             return Some(MotionEstimate::NoVelocities);

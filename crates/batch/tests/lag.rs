@@ -1,0 +1,264 @@
+//! Motion and payload at once while samples come, on the robot with a base that floats.
+
+use std::f64::consts::TAU;
+
+use rand::{RngExt, SeedableRng, rngs::SmallRng};
+use rand_distr::StandardNormal;
+use tactid_batch::{BatchIdentifier, BatchSettings, LagIdentifier, LagSettings, MotionEstimate};
+use tactid_dynamics::MassProperties;
+use tactid_identify::nalgebra::{Matrix3, UnitQuaternion, Vector3};
+use tactid_identify::{
+    BaseKind, EquationSettings, Identifier, Method, PayloadEstimate, PushOutcome, values_of_body,
+};
+
+use crate::common::{Experiment, Instant, Noise, SENSORS, TOOL, errors_percent, payload};
+
+fn experiment(duration_s: f64) -> Experiment {
+    Experiment {
+        duration_s,
+        ..Experiment::default()
+    }
+}
+
+/// Noise on every channel.
+fn noisy(instants: &[Instant], seed: u64) -> Vec<Instant> {
+    let noise = Noise {
+        wrench: [0.2, 0.02],
+        effort: 0.05,
+        ..Noise::fraction(0.003)
+    };
+    let mut random = SmallRng::seed_from_u64(seed);
+    let draw = |instant: &Instant| {
+        let mut noisy = noise.on(instant, &mut random);
+        let mut vector = || Vector3::from_fn(|_, _| 1e-3 * random.sample::<f64, _>(StandardNormal));
+        let pose = &mut noisy.base.pose;
+        pose.translation.vector += vector();
+        pose.rotation = UnitQuaternion::from_scaled_axis(vector()) * pose.rotation;
+        noisy
+    };
+    instants.iter().map(draw).collect()
+}
+
+fn settings() -> EquationSettings {
+    EquationSettings {
+        method: Method::Combined { effort: true },
+        ..EquationSettings::default()
+    }
+}
+
+fn identifier(experiment: &Experiment, lag_s: f64, settings: &EquationSettings) -> LagIdentifier {
+    let lag = LagSettings { lag_s };
+    LagIdentifier::new(&experiment.robot(), TOOL, &SENSORS, settings, lag).unwrap()
+}
+
+fn lagged(experiment: &Experiment, instants: &[Instant], lag_s: f64) -> LagIdentifier {
+    let mut identifier = identifier(experiment, lag_s, &settings());
+    for instant in instants {
+        identifier.push(&instant.sample()).unwrap();
+    }
+    identifier
+}
+
+/// Returns the largest distance of the ten values of two estimates, in standard deviations.
+fn distance(one: &PayloadEstimate, other: &PayloadEstimate) -> f64 {
+    let values = one.values().into_iter().zip(other.values());
+    let distances = values.zip(other.std_devs);
+    distances.fold(0.0, |most, ((one, other), std_dev)| {
+        f64::max(most, (one - other).abs() / std_dev)
+    })
+}
+
+/// The estimate is that of the recording where nothing is eliminated, intervals included, and is
+/// near to it with less.
+#[test]
+fn it_approaches_the_recording_as_the_lag_grows() {
+    let experiment = Experiment {
+        step_s: 1.0 / 1024.0,
+        ..experiment(2.31)
+    };
+    let instants = noisy(&experiment.run(), 1);
+    // 129 bins of 18 samples end with a knot.
+    let mut batch = BatchIdentifier::new(
+        &experiment.robot(),
+        TOOL,
+        &SENSORS,
+        settings(),
+        BatchSettings::default(),
+    )
+    .unwrap();
+    for instant in &instants[..129 * 18] {
+        batch.push(&instant.sample()).unwrap();
+    }
+    let batch = batch.solve().unwrap();
+    assert_eq!(batch.fit.motion, MotionEstimate::WithPayload);
+    let [short, longer, whole] = [0.1, 1.0, 2.2].map(|lag_s| {
+        let found = lagged(&experiment, &instants, lag_s);
+        found.estimate().unwrap().clone()
+    });
+    let distances = [&short, &longer, &whole].map(|found| distance(found, &batch.estimate));
+    for (one, other) in whole.std_devs.iter().zip(batch.estimate.std_devs) {
+        assert!((one / other - 1.0).abs() < 0.001, "{one} {other}");
+    }
+    assert!(distances[2] < 0.01, "{distances:?}");
+    assert!(distances[1] < 0.2 && distances[0] < 0.5, "{distances:?}");
+}
+
+/// After a second, the worst of ten values has a third of the error of the online identifier, and
+/// intervals hold.
+#[test]
+fn it_is_more_precise_than_windows_and_its_intervals_hold() {
+    let experiment = experiment(1.05);
+    let exact = experiment.run();
+    let truth = values_of_body(&payload());
+    let mut squares = [[0.0; 10]; 2];
+    let (mut held, mut all) = (0, 0);
+    for seed in 0..100 {
+        let instants = noisy(&exact, seed);
+        let identifier = lagged(&experiment, &instants, 0.1);
+        let found = identifier.estimate().unwrap();
+        let mut online = Identifier::new(&experiment.robot(), TOOL, &SENSORS, &settings()).unwrap();
+        for instant in &instants {
+            online.push(&instant.sample()).unwrap();
+        }
+        online.finish();
+        for (sums, body) in squares.iter_mut().zip([found.body, online.estimate().body]) {
+            for (sum, error) in sums.iter_mut().zip(errors_percent(&body)) {
+                *sum += error * error / 100.0;
+            }
+        }
+        let values = found.values().into_iter().zip(truth);
+        for ((value, true_value), std_dev) in values.zip(found.std_devs) {
+            held += u32::from((value - true_value).abs() < 1.96 * std_dev);
+            all += 1;
+        }
+    }
+    let [lag, online] = squares.map(|sums| sums.into_iter().fold(0.0, f64::max).sqrt());
+    assert!(lag < 0.3 * online, "{lag} {online}");
+    assert!(held * 100 >= all * 93, "{held} of {all}");
+}
+
+/// There is no estimate, and a reason, where that of windows is the right one.
+#[test]
+fn unsuited_robots_and_samples_have_no_estimate() {
+    let floating = experiment(1.5);
+    let exact = floating.run();
+    let instants = noisy(&exact, 2);
+    let reason = |experiment: &Experiment, instants: &[Instant]| {
+        let found = lagged(experiment, instants, 0.1);
+        assert!(found.estimate().is_none());
+        found.motion()
+    };
+    let mut without_velocities = identifier(&floating, 0.1, &settings());
+    for instant in &instants {
+        let mut sample = instant.sample();
+        sample.joint_velocity = &[];
+        without_velocities.push(&sample).unwrap();
+    }
+    assert_eq!(without_velocities.motion(), MotionEstimate::NoVelocities);
+    assert_eq!(reason(&floating, &instants[..700]), MotionEstimate::TooFew);
+    // What the splines leave is then more than noise, unless windows are known to be as precise.
+    let of_exact = reason(&floating, &exact);
+    assert!(matches!(
+        of_exact,
+        MotionEstimate::Exact | MotionEstimate::Unexplained
+    ));
+    let mut vibrating = instants.clone();
+    for instant in &mut vibrating {
+        let (sin, cos) = (TAU * 15.0 * instant.time_s).sin_cos();
+        instant.position[2] += 1e-4 * sin;
+        instant.velocity[2] += 1e-4 * TAU * 15.0 * cos;
+    }
+    assert_eq!(reason(&floating, &vibrating), MotionEstimate::TooFast);
+    let mut wrong = instants;
+    for instant in &mut wrong {
+        instant.effort[3] += 8.0 * instant.velocity[3].signum();
+    }
+    assert_eq!(reason(&floating, &wrong), MotionEstimate::Unexplained);
+    let fixed = Experiment {
+        base: BaseKind::Fixed,
+        ..experiment(1.0)
+    };
+    let tactile = EquationSettings {
+        method: Method::Tactile,
+        ..EquationSettings::default()
+    };
+    let on_ground = identifier(&fixed, 0.1, &tactile);
+    assert_eq!(on_ground.motion(), MotionEstimate::Smoothed);
+    assert!(on_ground.estimate().is_none());
+}
+
+/// A gap ends the motion, and what was known of the payload stays: the estimate is as before, and
+/// more precise with the samples after it.
+#[test]
+fn a_gap_keeps_what_is_known() {
+    let experiment = experiment(3.0);
+    let mut instants = noisy(&experiment.run(), 5);
+    instants.retain(|instant| !(1.4..1.6).contains(&instant.time_s));
+    let mut identifier = identifier(&experiment, 0.1, &settings());
+    let mut precision = Vec::new();
+    for instant in &instants {
+        identifier.push(&instant.sample()).unwrap();
+        if [1.39, 1.7, 2.99]
+            .map(|time_s| (instant.time_s - time_s).abs() < 1e-6)
+            .contains(&true)
+        {
+            let found = identifier.estimate().unwrap();
+            let truth = PayloadEstimate {
+                body: payload(),
+                ..found.clone()
+            };
+            assert!(distance(&truth, found) < 4.0);
+            precision.push(found.std_devs[0]);
+        }
+    }
+    assert_eq!(precision.len(), 3);
+    assert!(precision[1] < 1.05 * precision[0], "{precision:?}");
+    assert!(precision[2] < 0.8 * precision[1], "{precision:?}");
+}
+
+/// A payload change begins again: the estimate is that of the payload that is held now.
+#[test]
+fn another_payload_begins_again() {
+    let lighter = MassProperties {
+        mass_kg: 40.0,
+        center_of_mass: Vector3::new(0.3, 0.0, 0.1),
+        inertia: Matrix3::from_diagonal(&Vector3::new(6.0, 8.0, 7.0)),
+    };
+    let swapping = Experiment {
+        swap: Some((2.0, lighter)),
+        ..experiment(4.0)
+    };
+    let instants = noisy(&swapping.run(), 6);
+    let mut identifier = identifier(&swapping, 0.1, &settings());
+    let mut changes = 0;
+    for instant in &instants {
+        let outcome = identifier.push(&instant.sample()).unwrap();
+        if outcome == PushOutcome::PayloadChanged {
+            changes += 1;
+            assert!(identifier.estimate().is_none());
+        }
+    }
+    assert!(changes > 0);
+    let found = identifier.estimate().unwrap();
+    let truth = PayloadEstimate {
+        body: lighter,
+        ..found.clone()
+    };
+    assert!(distance(&truth, found) < 4.0);
+}
+
+/// Memory does not grow with the run, which may be of any length.
+#[test]
+fn memory_does_not_grow() {
+    let experiment = experiment(4.0);
+    let instants = noisy(&experiment.run(), 8);
+    let (before, after) = instants.split_at(2000);
+    let mut identifier = lagged(&experiment, before, 0.1);
+    let info = allocation_counter::measure(|| {
+        for instant in after {
+            identifier.push(&instant.sample()).unwrap();
+        }
+    });
+    assert_eq!(identifier.motion(), MotionEstimate::WithPayload);
+    assert!(info.bytes_current.abs() < 20_000, "{}", info.bytes_current);
+}
