@@ -5,10 +5,8 @@ use std::sync::Arc;
 use nalgebra::{SMatrix, SVector};
 use tactid_dynamics::{InertialParameters, Manipulator};
 use tactid_identify::equations::{EquationSettings, PushOutcome, Sample};
-use tactid_identify::solve::report::Posterior;
-use tactid_identify::solve::subspace::NullSpace;
-use tactid_identify::solve::widening::widened;
-use tactid_identify::{Identifier, IdentifyError, Observability, PayloadEstimate, PriorKnowledge};
+use tactid_identify::solve::NullSpace;
+use tactid_identify::{Identifier, IdentifyError, Observability, PayloadEstimate};
 
 use super::bins::{SampleBins, values_at_times};
 use super::choice::is_smaller;
@@ -18,7 +16,9 @@ use super::noise::Noise;
 use super::past::Past;
 use super::segment::{Knots, Segment};
 use super::{MotionEstimate, SETTINGS};
+use crate::PriorKnowledge;
 use crate::diagnosis::nearest_consistent;
+use crate::solve::{Posterior, widened};
 
 type Parameters = SVector<f64, 10>;
 type Matrix = SMatrix<f64, 10, 10>;

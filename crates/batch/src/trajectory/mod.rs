@@ -25,6 +25,7 @@ use serde::Serialize;
 
 pub(crate) use self::bins::SampleBins;
 pub(crate) use self::choice::choose;
+pub use self::lag::{LagIdentifier, LagSettings};
 
 /// How the motion that is measured entered an estimate.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, JsonSchema)]

@@ -268,11 +268,11 @@ pub(super) fn unfollowed(
         )
     };
     let (of_turns, of_rates) = (layout.quaternion(), layout.angular_velocity());
-    let (left, noise) = sum(of_turns..of_rates);
+    let (of_turning, noise) = sum(of_turns..of_rates);
     // A small turn changes a quaternion by half of it.
     let [linear, angular] = layout.accelerations();
-    let of_rotation = [(left, 4.0 * noise), sum(of_rates..linear.start)];
-    let of_acceleration = |channel: usize| [(std_devs[channel].powi(2), variance(channel)); 2];
+    let of_rotation = [(of_turning, 4.0 * noise), sum(of_rates..linear.start)];
+    let of_acceleration = |channel: usize| [(left[channel], of_differences[channel]); 2];
     let pairs = (0..layout.joints + 3).map(of_coordinate);
     let mut reason = None;
     let accelerations = (linear.start..angular.end).map(of_acceleration);
