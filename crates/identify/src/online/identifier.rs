@@ -16,7 +16,7 @@ use super::staged_update::StagedUpdate;
 use crate::checks::SampleChecks;
 use crate::equations::{EquationSettings, EquationStream, PushOutcome, Sample, clock_watch::Order};
 use crate::solve::subspace::Matrix;
-use crate::{ActsOn, IdentifyError, KnownTool, PayloadEstimate, Range};
+use crate::{ActsOn, IdentifyError, KnownBodies, KnownTool, PayloadEstimate, Range};
 
 /// What is known of the load and of the wrenches beside the settings of the equations. The names are those of the options
 /// of a recording, and mean the same.
@@ -252,10 +252,26 @@ impl Identifier {
     /// Returns [`IdentifyError::State`] if a slice does not fit the robot, and [`IdentifyError::Wrenches`] if the
     /// wrenches do not fit the sensors. Bad data are no error: see [`PushOutcome`].
     pub fn push(&mut self, sample: &Sample<'_>) -> Result<PushOutcome, IdentifyError> {
+        self.push_with(sample, |_, _, _| {})
+    }
+
+    /// Adds one sample as [`push`](Self::push) does, and calls `then` after each sample that is complete with it, where
+    /// there is a delay, or after this one: with this identifier, the sample, whose wrenches act on the payload at the
+    /// time of its motion, and what it was.
+    ///
+    /// # Errors
+    /// Returns the errors of [`push`](Self::push).
+    pub fn push_with(
+        &mut self,
+        sample: &Sample<'_>,
+        mut then: impl FnMut(&Self, &Sample<'_>, PushOutcome),
+    ) -> Result<PushOutcome, IdentifyError> {
         let Some(mut inputs) = self.inputs.take() else {
-            return self.push_aligned(sample);
+            let outcome = self.push_aligned(sample)?;
+            then(self, sample, outcome);
+            return Ok(outcome);
         };
-        let outcome = self.push_to(&mut inputs, sample);
+        let outcome = self.push_to(&mut inputs, sample, then);
         self.inputs = Some(inputs);
         outcome
     }
@@ -265,6 +281,7 @@ impl Identifier {
         &mut self,
         inputs: &mut Inputs,
         sample: &Sample<'_>,
+        mut then: impl FnMut(&Self, &Sample<'_>, PushOutcome),
     ) -> Result<PushOutcome, IdentifyError> {
         self.stream.model().check_lengths(sample)?;
         match inputs.push(sample) {
@@ -277,9 +294,10 @@ impl Identifier {
         }
         let mut outcome = PushOutcome::Used;
         while let Some(sample) = inputs.pop() {
-            match self.push_aligned(&sample)? {
-                PushOutcome::Used => {}
-                other => outcome = other,
+            let of_sample = self.push_aligned(&sample)?;
+            then(self, &sample, of_sample);
+            if of_sample != PushOutcome::Used {
+                outcome = of_sample;
             }
         }
         Ok(outcome)
@@ -371,6 +389,13 @@ impl Identifier {
     pub fn estimate_before_change(&self) -> Option<PayloadEstimate> {
         let readout = self.update.before_change()?;
         Some(self.estimate_of(readout, self.times.since_before_s))
+    }
+
+    /// Returns the known bodies that the measured load contains besides the payload: the gripper of the robot's
+    /// description where the method measures it, and the known tool.
+    #[must_use]
+    pub fn known_bodies(&self) -> KnownBodies {
+        self.update.known()
     }
 
     /// Returns whether the estimate is one of the payload that is held now: at least 32 windows contribute to it, so that
