@@ -4,7 +4,9 @@ use std::f64::consts::TAU;
 
 use rand::{RngExt, SeedableRng, rngs::SmallRng};
 use rand_distr::StandardNormal;
-use tactid_batch::{BatchIdentifier, BatchSettings, LagIdentifier, LagSettings, MotionEstimate};
+use tactid_batch::{
+    BatchIdentifier, BatchResult, BatchSettings, LagIdentifier, LagSettings, MotionEstimate,
+};
 use tactid_dynamics::MassProperties;
 use tactid_identify::nalgebra::{Matrix3, UnitQuaternion, Vector3};
 use tactid_identify::{
@@ -12,8 +14,9 @@ use tactid_identify::{
 };
 
 use crate::common::{Experiment, Instant, Noise, SENSORS, TOOL, errors_percent, payload};
+use crate::trajectory_limits::accelerated;
 
-fn experiment(duration_s: f64) -> Experiment {
+pub(crate) fn experiment(duration_s: f64) -> Experiment {
     Experiment {
         duration_s,
         ..Experiment::default()
@@ -21,7 +24,7 @@ fn experiment(duration_s: f64) -> Experiment {
 }
 
 /// Noise on every channel.
-fn noisy(instants: &[Instant], seed: u64) -> Vec<Instant> {
+pub(crate) fn noisy(instants: &[Instant], seed: u64) -> Vec<Instant> {
     let noise = Noise {
         wrench: [0.2, 0.02],
         effort: 0.05,
@@ -39,19 +42,26 @@ fn noisy(instants: &[Instant], seed: u64) -> Vec<Instant> {
     instants.iter().map(draw).collect()
 }
 
-fn settings() -> EquationSettings {
+pub(crate) fn settings() -> EquationSettings {
     EquationSettings {
         method: Method::Combined { effort: true },
         ..EquationSettings::default()
     }
 }
 
-fn identifier(experiment: &Experiment, lag_s: f64, settings: &EquationSettings) -> LagIdentifier {
-    let lag = LagSettings { lag_s };
+pub(crate) fn identifier(
+    experiment: &Experiment,
+    lag_s: f64,
+    settings: &EquationSettings,
+) -> LagIdentifier {
+    let lag = LagSettings {
+        lag_s,
+        ..LagSettings::default()
+    };
     LagIdentifier::new(&experiment.robot(), TOOL, &SENSORS, settings, lag).unwrap()
 }
 
-fn lagged(experiment: &Experiment, instants: &[Instant], lag_s: f64) -> LagIdentifier {
+pub(crate) fn lagged(experiment: &Experiment, instants: &[Instant], lag_s: f64) -> LagIdentifier {
     let mut identifier = identifier(experiment, lag_s, &settings());
     for instant in instants {
         identifier.push(&instant.sample()).unwrap();
@@ -59,8 +69,28 @@ fn lagged(experiment: &Experiment, instants: &[Instant], lag_s: f64) -> LagIdent
     identifier
 }
 
+pub(crate) fn recorded(
+    experiment: &Experiment,
+    equations: &EquationSettings,
+    instants: &[Instant],
+) -> BatchResult {
+    let batch = BatchSettings::default();
+    let batch = BatchIdentifier::new(
+        &experiment.robot(),
+        TOOL,
+        &SENSORS,
+        equations.clone(),
+        batch,
+    );
+    let mut batch = batch.unwrap();
+    for instant in instants {
+        batch.push(&instant.sample()).unwrap();
+    }
+    batch.solve().unwrap()
+}
+
 /// Returns the largest distance of the ten values of two estimates, in standard deviations.
-fn distance(one: &PayloadEstimate, other: &PayloadEstimate) -> f64 {
+pub(crate) fn distance(one: &PayloadEstimate, other: &PayloadEstimate) -> f64 {
     let values = one.values().into_iter().zip(other.values());
     let distances = values.zip(other.std_devs);
     distances.fold(0.0, |most, ((one, other), std_dev)| {
@@ -69,38 +99,33 @@ fn distance(one: &PayloadEstimate, other: &PayloadEstimate) -> f64 {
 }
 
 /// The estimate is that of the recording where nothing is eliminated, intervals included, and is
-/// near to it with less.
+/// near to it with less, also where accelerations of the base are measured.
 #[test]
 fn it_approaches_the_recording_as_the_lag_grows() {
     let experiment = Experiment {
         step_s: 1.0 / 1024.0,
         ..experiment(2.31)
     };
-    let instants = noisy(&experiment.run(), 1);
-    // 129 bins of 18 samples end with a knot.
-    let mut batch = BatchIdentifier::new(
-        &experiment.robot(),
-        TOOL,
-        &SENSORS,
-        settings(),
-        BatchSettings::default(),
-    )
-    .unwrap();
-    for instant in &instants[..129 * 18] {
-        batch.push(&instant.sample()).unwrap();
+    let exact = experiment.run();
+    let measured = noisy(&exact, 1);
+    let mut random = SmallRng::seed_from_u64(1);
+    let accelerated = accelerated(&measured, &exact, [true; 2], &mut random);
+    for instants in [measured, accelerated] {
+        // 129 bins of 18 samples end with a knot.
+        let batch = recorded(&experiment, &settings(), &instants[..129 * 18]);
+        assert_eq!(batch.fit.motion, MotionEstimate::WithPayload);
+        let [short, longer, whole] = [0.1, 1.0, 2.2].map(|lag_s| {
+            let found = lagged(&experiment, &instants, lag_s);
+            assert_eq!(found.motion(), MotionEstimate::WithPayload, "{lag_s}");
+            found.estimate().unwrap().clone()
+        });
+        let distances = [&short, &longer, &whole].map(|found| distance(found, &batch.estimate));
+        for (one, other) in whole.std_devs.iter().zip(batch.estimate.std_devs) {
+            assert!((one / other - 1.0).abs() < 0.001, "{one} {other}");
+        }
+        assert!(distances[2] < 0.01, "{distances:?}");
+        assert!(distances[1] < 0.2 && distances[0] < 0.5, "{distances:?}");
     }
-    let batch = batch.solve().unwrap();
-    assert_eq!(batch.fit.motion, MotionEstimate::WithPayload);
-    let [short, longer, whole] = [0.1, 1.0, 2.2].map(|lag_s| {
-        let found = lagged(&experiment, &instants, lag_s);
-        found.estimate().unwrap().clone()
-    });
-    let distances = [&short, &longer, &whole].map(|found| distance(found, &batch.estimate));
-    for (one, other) in whole.std_devs.iter().zip(batch.estimate.std_devs) {
-        assert!((one / other - 1.0).abs() < 0.001, "{one} {other}");
-    }
-    assert!(distances[2] < 0.01, "{distances:?}");
-    assert!(distances[1] < 0.2 && distances[0] < 0.5, "{distances:?}");
 }
 
 /// After a second, the worst of ten values has a third of the error of the online identifier, and
@@ -207,7 +232,7 @@ fn a_gap_keeps_what_is_known() {
                 body: payload(),
                 ..found.clone()
             };
-            assert!(distance(&truth, found) < 4.0);
+            assert!(distance(&truth, &found) < 4.0);
             precision.push(found.std_devs[0]);
         }
     }
@@ -244,7 +269,7 @@ fn another_payload_begins_again() {
         body: lighter,
         ..found.clone()
     };
-    assert!(distance(&truth, found) < 4.0);
+    assert!(distance(&truth, &found) < 4.0);
 }
 
 /// Memory does not grow with the run, which may be of any length.

@@ -27,6 +27,8 @@ mod effort_intervals;
 mod findings;
 mod further_unknowns;
 mod lag;
+mod lag_settings;
+mod lag_streams;
 mod little_motion;
 mod online_findings;
 mod poses;

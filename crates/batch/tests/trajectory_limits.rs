@@ -64,7 +64,7 @@ const OF_ACCELERATIONS: [f64; 2] = [1e-3; 2];
 
 /// Sets the accelerations of the base that are measured, linear and angular, to those of the exact
 /// motion with noise. The first and the last instant have none and go.
-fn accelerated(
+pub(crate) fn accelerated(
     instants: &[Instant],
     exact: &[Instant],
     are_measured: [bool; 2],

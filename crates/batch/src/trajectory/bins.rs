@@ -99,6 +99,13 @@ struct Sums {
     values: Vec<f64>,
 }
 
+impl Sums {
+    fn clear(&mut self) {
+        (self.count, self.times_s, self.squares_s2) = (0.0, 0.0, 0.0);
+        self.values.fill(0.0);
+    }
+}
+
 /// Bins of all samples of a recording of a free-floating robot, stretch by stretch.
 #[derive(Clone, Debug)]
 pub(crate) struct SampleBins {
@@ -208,7 +215,7 @@ impl SampleBins {
         if starts || self.stretches.is_empty() {
             self.finish();
             self.stretches.push(Vec::new());
-        } else if sample.time_s - self.sums.first_s >= self.length_s {
+        } else if sample.time_s - self.sums.first_s >= self.least_s() {
             self.finish();
         }
         self.set_last(sample);
@@ -223,6 +230,17 @@ impl SampleBins {
         for (sum, value) in sums.values.iter_mut().zip(&self.last) {
             *sum += value;
         }
+    }
+
+    /// Least time from the first sample of the open bin to that of the next. Of one and of two samples
+    /// in a bin, the bin has the number whose time is nearer to its length.
+    fn least_s(&self) -> f64 {
+        let fraction = if self.sums.count == 1.0 {
+            2.0 / 3.0
+        } else {
+            1.0
+        };
+        self.length_s * fraction
     }
 
     /// Returns what a sample lacks, or that there are too many already.
@@ -242,14 +260,20 @@ impl SampleBins {
         self.stretches.last().map_or(&[], Vec::as_slice)
     }
 
-    /// Forgets all bins before a time, s, and all stretches but the last.
-    pub(super) fn forget(&mut self, until_s: f64) {
-        let mut newest = self.stretches.pop().unwrap_or_default();
-        let earlier = newest.partition_point(|bin| bin.time_s < until_s);
-        newest.drain(..earlier);
-        self.count = newest.len();
+    /// Forgets all samples. The next one starts a stretch, and shows which accelerations there are.
+    pub(super) fn clear(&mut self) {
         self.stretches.clear();
-        self.stretches.push(newest);
+        self.sums.clear();
+        self.count = 0;
+    }
+
+    /// Forgets the bins of the last stretch before a time, s.
+    pub(super) fn forget(&mut self, until_s: f64) {
+        if let Some(newest) = self.stretches.last_mut() {
+            let earlier = newest.partition_point(|bin| bin.time_s < until_s);
+            newest.drain(..earlier);
+            self.count -= earlier;
+        }
     }
 
     /// Ends the bin.
@@ -266,8 +290,7 @@ impl SampleBins {
             values: sums.values.iter().map(|sum| sum * weight).collect(),
         });
         self.count += 1;
-        (sums.count, sums.times_s, sums.squares_s2) = (0.0, 0.0, 0.0);
-        sums.values.fill(0.0);
+        sums.clear();
     }
 
     /// Writes the channels of a sample. Angles and the sign of the quaternion continue those of the
@@ -302,7 +325,7 @@ impl SampleBins {
 }
 
 /// Returns whether a sample has the linear and the angular acceleration of the base.
-fn has_accelerations(sample: &Sample<'_>) -> [bool; 2] {
+pub(super) fn has_accelerations(sample: &Sample<'_>) -> [bool; 2] {
     let base = &sample.base;
     [base.acceleration, base.angular_acceleration].map(|measured| measured.is_some())
 }

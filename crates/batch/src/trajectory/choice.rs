@@ -5,7 +5,7 @@ use tactid_identify::equations::Model;
 
 use super::bins::SampleBins;
 use super::dynamics::Dynamics;
-use super::estimate::{Estimate, Left, Pass, Problem};
+use super::estimate::{Estimate, Pass, Problem, Residuals};
 use super::{MotionEstimate, SETTINGS};
 
 /// Estimates motion and parameters at once, starting with the parameters and the covariance of an
@@ -38,7 +38,7 @@ pub(crate) fn choose(
             return (MotionEstimate::Exact, None);
         };
         let last = problem.converge(first);
-        match last.and_then(|last| problem.estimate(&last, Left::default())) {
+        match last.and_then(|last| problem.estimate(&last, Residuals::default())) {
             Some(estimate) if estimate.residual_ratio <= SETTINGS.explained => found.push(estimate),
             _ => return (MotionEstimate::Unexplained, None),
         }

@@ -12,7 +12,6 @@ use super::segment::{Derivatives, base_motion};
 const STEPS: [f64; 3] = [1e-6, 1e-5, 1e-4];
 
 /// Computes the rows of a model at states of the motion.
-#[derive(Clone, Debug)]
 pub(super) struct Dynamics {
     model: Model,
     layout: Layout,

@@ -1,5 +1,6 @@
 //! Gauss-Newton for the motion and the parameters at once.
 
+use std::collections::VecDeque;
 use std::ops::Range;
 
 use nalgebra::{Cholesky, DMatrix, SMatrix, SVector};
@@ -7,8 +8,8 @@ use nalgebra::{Cholesky, DMatrix, SMatrix, SVector};
 use super::bins::{Bin, Layout};
 use super::bordered::Bordered;
 use super::dynamics::Dynamics;
+use super::marginal_prior::MarginalPrior;
 use super::noise::Noise;
-use super::past::Past;
 use super::rows::{BinRows, Rest, Weights};
 use super::scatter::Scatter;
 use super::segment::Segment;
@@ -22,6 +23,7 @@ type Parameters = SVector<f64, 10>;
 type Matrix = SMatrix<f64, 10, 10>;
 
 /// Parameters that explain the measurements of a recording best, together with its motion.
+#[derive(Clone, Debug)]
 pub(crate) struct Estimate {
     pub(crate) parameters: Parameters,
     /// Covariance of the parameters for white noise.
@@ -35,9 +37,16 @@ pub(crate) struct Estimate {
     /// Largest mean square of the residuals of a quantity of the motion or of a channel of the load,
     /// relative to the variance of its noise, less what is chance.
     pub(crate) residual_ratio: f64,
+    /// The same of the last bins alone, which those before could hide.
+    pub(super) last_residual_ratio: f64,
 }
 
 impl Estimate {
+    /// Returns whether the residuals are those of the noise, also the last ones.
+    pub(super) fn is_explained(&self) -> bool {
+        self.residual_ratio.max(self.last_residual_ratio) <= SETTINGS.explained
+    }
+
     /// Returns the estimate from several sections of a recording, each with the weight of its
     /// information for white noise. `None` where there are none.
     pub(super) fn of_all(mut sections: Vec<Self>) -> Option<Self> {
@@ -57,28 +66,29 @@ impl Estimate {
             let terms = pairs().map(|(section, info)| info * of(section) * info);
             of_white_noise * terms.sum::<Matrix>() * of_white_noise
         };
+        let largest = |of: fn(&Self) -> f64| sections.iter().map(of).fold(0.0, f64::max);
         Some(Self {
             parameters: of_white_noise * parameters,
             covariance: mean(|section| &section.covariance),
             metric: mean(|section| &section.metric),
             freedom: sections.iter().map(|section| section.freedom).sum(),
-            residual_ratio: sections
-                .iter()
-                .fold(0.0, |a, section| a.max(section.residual_ratio)),
+            residual_ratio: largest(|section| section.residual_ratio),
+            last_residual_ratio: largest(|section| section.last_residual_ratio),
             of_white_noise,
         })
     }
 }
 
-/// The problem of some stretches of a recording, or of what of the last one has not been eliminated.
+/// The problem of some stretches of a recording, or of what of the last one has not been
+/// marginalised out.
 pub(super) struct Problem<'a> {
     layout: Layout,
     dynamics: &'a mut Dynamics,
     segments: Vec<Segment>,
     weights: Weights,
     parameters: Parameters,
-    /// What was eliminated before the first segment.
-    past: Past,
+    /// What was marginalised out before the first segment.
+    prior: MarginalPrior,
     /// Derivatives of the predictions of the dynamics, in units of their noise, by the motion that
     /// was smoothed alone, for each bin of each segment.
     by_motion: Vec<Vec<DMatrix<f64>>>,
@@ -115,8 +125,8 @@ impl<'a> Problem<'a> {
         let noise = Noise::smoothed(&mut segments, dynamics, start)?;
         let bins = segments.iter().map(|segment| segment.bins.len()).sum();
         let weights = noise.weights(dynamics.layout(), bins)?;
-        let past = Past::new(coordinates);
-        Self::linearised(segments, dynamics, weights, past, start)
+        let prior = MarginalPrior::new(coordinates);
+        Self::linearised(segments, dynamics, weights, prior, start)
     }
 
     /// Creates the problem of segments whose motion was smoothed alone.
@@ -127,7 +137,7 @@ impl<'a> Problem<'a> {
         segments: Vec<Segment>,
         dynamics: &'a mut Dynamics,
         weights: Weights,
-        past: Past,
+        prior: MarginalPrior,
         start: &Parameters,
     ) -> Result<Self, MotionEstimate> {
         let mut by_motion = Vec::new();
@@ -146,7 +156,7 @@ impl<'a> Problem<'a> {
             segments,
             weights,
             parameters: *start,
-            past,
+            prior,
             by_motion,
             factors: Vec::new(),
         })
@@ -207,8 +217,8 @@ impl<'a> Problem<'a> {
             }
             if index == 0 {
                 let coefficients = &self.segments[0].coefficients;
-                self.past.move_to(coefficients, &self.parameters);
-                self.past
+                self.prior.move_to(coefficients, &self.parameters);
+                self.prior
                     .add_to(&mut self.factors[0], &mut normal, is_first);
             }
             for bin in 0..self.segments[index].bins.len() {
@@ -235,7 +245,7 @@ impl<'a> Problem<'a> {
     }
 
     /// Returns the estimate, given what a pass leaves of the rows, and what was left before.
-    pub(super) fn estimate(&mut self, pass: &Pass, mut left: Left) -> Option<Estimate> {
+    pub(super) fn estimate(&mut self, pass: &Pass, mut left: Residuals) -> Option<Estimate> {
         for (index, changes) in pass.changes.iter().enumerate() {
             for bin in 0..self.segments[index].bins.len() {
                 self.leave(index, bin, changes, &mut left)?;
@@ -245,8 +255,6 @@ impl<'a> Problem<'a> {
         let coordinates = self.layout.coordinates() as f64;
         let scatter = &left.scatter;
         let bins = scatter.bins();
-        // By so much the mean square of so many normal variables is larger by chance.
-        let chance = 1.0 + SIGNIFICANT * (2.0 / bins).sqrt();
         let (covariance, mean) = scatter.covariance(&pass.inverse, &self.parameters)?;
         Some(Estimate {
             parameters: self.parameters,
@@ -254,7 +262,8 @@ impl<'a> Problem<'a> {
             covariance,
             metric: pass.inverse * mean,
             freedom: bins - scatter.unknowns() / coordinates,
-            residual_ratio: left.squares.iter().fold(0.0, |a, &b| f64::max(a, b)) / (bins * chance),
+            residual_ratio: mean_ratio(&left.squares, bins),
+            last_residual_ratio: left.last_ratio(),
         })
     }
 
@@ -264,7 +273,7 @@ impl<'a> Problem<'a> {
         segment: usize,
         bin: usize,
         changes: &DMatrix<f64>,
-        left: &mut Left,
+        left: &mut Residuals,
     ) -> Option<()> {
         let rows = self.rows(segment, bin)?;
         let rest = rows.rest(changes, &self.segments[segment], bin);
@@ -277,17 +286,17 @@ impl<'a> Problem<'a> {
         Some(())
     }
 
-    /// Eliminates the splines of some intervals of the first segment for good, and adds what their
-    /// rows leave to what was left before. Returns all that was eliminated.
-    pub(super) fn eliminate(
+    /// Marginalises out the splines of some intervals of the first segment, and adds what their rows
+    /// leave to what was left before. Returns all that was marginalised out.
+    pub(super) fn marginalise(
         mut self,
         intervals: usize,
         pass: &Pass,
-        left: &mut Left,
-    ) -> Option<Past> {
+        left: &mut Residuals,
+    ) -> Option<MarginalPrior> {
         let mut bin = 0;
         let coefficients = &self.segments[0].coefficients;
-        self.past.move_to(coefficients, &self.parameters);
+        self.prior.move_to(coefficients, &self.parameters);
         for interval in 0..intervals {
             let mut rows = Vec::new();
             while self.segments[0].spans.get(bin) == Some(&interval) {
@@ -298,23 +307,25 @@ impl<'a> Problem<'a> {
             let segment = &self.segments[0];
             let first = (interval + order() - 1) * segment.coordinates;
             let next = &segment.coefficients[first..first + segment.coordinates];
-            self.past.advance(&rows, next)?;
+            self.prior.advance(&rows, next)?;
             left.scatter.add_unknowns(segment.coordinates);
         }
-        Some(self.past)
+        Some(self.prior)
     }
 }
 
 /// What solutions leave of the rows of bins.
 #[derive(Clone, Debug, Default)]
-pub(super) struct Left {
+pub(super) struct Residuals {
     /// Sums of squares of the residuals: means over the channels of each quantity of the motion,
     /// then those of the channels of the load.
     squares: Vec<f64>,
+    /// Squares of the last bins.
+    last: VecDeque<Vec<f64>>,
     scatter: Scatter,
 }
 
-impl Left {
+impl Residuals {
     /// Adds what is left of the rows of a bin.
     fn add(&mut self, rest: &Rest, parameters: &Parameters, layout: Layout, measured: &[bool]) {
         let mean = |channels: Range<usize>| {
@@ -330,18 +341,42 @@ impl Left {
         let of_bin = quantities(layout).into_iter().map(mean).chain(loads);
         let of_bin: Vec<f64> = of_bin.collect();
         self.squares.resize(of_bin.len(), 0.0);
-        for (sum, of_bin) in self.squares.iter_mut().zip(of_bin) {
-            *sum += of_bin;
-        }
+        add(&mut self.squares, &of_bin);
+        self.last.truncate(SETTINGS.window - 1);
+        self.last.push_front(of_bin);
         let rows = rest.of_motion.len() + rest.of_dynamics.len();
         self.scatter.add(&rest.scores, parameters, rows);
     }
 
-    /// Ends a stretch whose splines have so many coefficients that have not been eliminated.
+    /// Returns the largest mean square of the residuals of the last bins; see
+    /// [`Estimate::residual_ratio`].
+    fn last_ratio(&self) -> f64 {
+        let mut squares = vec![0.0; self.squares.len()];
+        self.last
+            .iter()
+            .for_each(|of_bin| add(&mut squares, of_bin));
+        mean_ratio(&squares, self.last.len() as f64)
+    }
+
+    /// Ends a stretch whose splines have so many coefficients that have not been marginalised out.
     pub(super) fn end_stretch(&mut self, coefficients: usize) {
         self.scatter.add_unknowns(coefficients);
         self.scatter.end_stretch();
     }
+}
+
+/// Adds entry by entry.
+fn add(sums: &mut [f64], entries: &[f64]) {
+    sums.iter_mut()
+        .zip(entries)
+        .for_each(|(sum, entry)| *sum += entry);
+}
+
+/// Returns the largest of the means of sums of squares over so many bins, less what is chance.
+fn mean_ratio(squares: &[f64], bins: f64) -> f64 {
+    // By so much the mean square of so many normal variables is larger by chance.
+    let chance = 1.0 + SIGNIFICANT * (2.0 / bins).sqrt();
+    squares.iter().fold(0.0, |a, &b| f64::max(a, b)) / (bins * chance)
 }
 
 /// Channels of the motion by quantity: positions and velocities of the joints, position, velocity,

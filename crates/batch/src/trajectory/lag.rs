@@ -2,38 +2,53 @@
 
 use std::sync::Arc;
 
-use nalgebra::{SMatrix, SVector};
 use tactid_dynamics::{InertialParameters, Manipulator};
 use tactid_identify::equations::{EquationSettings, PushOutcome, Sample};
 use tactid_identify::solve::NullSpace;
-use tactid_identify::{Identifier, IdentifyError, Observability, PayloadEstimate};
+use tactid_identify::{
+    BoundingBox, Identifier, IdentifyError, OnlineSettings, PayloadEstimate, Range,
+};
 
-use super::bins::{SampleBins, values_at_times};
-use super::choice::is_smaller;
-use super::dynamics::Dynamics;
-use super::estimate::{Estimate, Left, Problem};
-use super::noise::Noise;
-use super::past::Past;
-use super::segment::{Knots, Segment};
-use super::{MotionEstimate, SETTINGS};
+use super::MotionEstimate;
+use super::bins::SampleBins;
+use super::estimate::Estimate;
+use super::fixed_lag::FixedLagSmoother;
 use crate::PriorKnowledge;
 use crate::diagnosis::nearest_consistent;
 use crate::solve::{Posterior, widened};
 
-type Parameters = SVector<f64, 10>;
-type Matrix = SMatrix<f64, 10, 10>;
+/// Range of [`LagSettings::lag_s`]: from two intervals between knots, s.
+const LAG_S: Range = Range {
+    contains: |lag_s| (0.1..=10.0).contains(&lag_s),
+    expected: "between 0.1 and 10",
+};
 
 /// Settings of a [`LagIdentifier`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LagSettings {
-    /// Time before the last sample in which the motion may still change, s. Rounded up to intervals
-    /// of 0.05 s, of which there is at least one. Time and memory grow with it. Default: 0.1 s.
+    /// Time before the last sample in which the motion may still change, s, from 0.1 to 10.
+    /// Rounded up to intervals of 0.05 s. Time and memory grow with it. Default: 0.1 s.
     pub lag_s: f64,
+    /// A known body in the load, and the sign and the delay of the wrenches, as the online
+    /// identifier has them. Default: none, on the payload, 0 s.
+    pub online: OnlineSettings,
+    /// A box in the end-effector frame that contains the whole payload: the estimate is projected
+    /// onto bodies that fit into it. Default: none.
+    pub bounding_box: Option<BoundingBox>,
+    /// Why there may be no estimate, where settings and samples do not show it:
+    /// [`MotionEstimate::NoVelocities`] where velocities of the base follow from its poses.
+    /// Default: none.
+    pub smoothed: Option<MotionEstimate>,
 }
 
 impl Default for LagSettings {
     fn default() -> Self {
-        Self { lag_s: 0.1 }
+        Self {
+            lag_s: 0.1,
+            online: OnlineSettings::default(),
+            bounding_box: None,
+            smoothed: None,
+        }
     }
 }
 
@@ -41,90 +56,67 @@ impl Default for LagSettings {
 /// estimate of [`BatchIdentifier`](crate::BatchIdentifier) for [`MotionEstimate::WithPayload`],
 /// with a memory that does not grow.
 ///
-/// An online identifier of its own gives it the first parameters and detects payload changes, after
-/// which it begins again. The first estimate needs 0.8 s, also after a gap, and every 0.05 s it is
-/// renewed with the samples until then. Motion that is older than the lag is eliminated: it is not
-/// changed by later samples, and what it says of the payload is kept.
+/// # Method
+/// It is a fixed-lag smoother: the motion that is older than the lag is marginalised out. Later
+/// samples do not change it, and what it says of the payload is kept. An online identifier of its
+/// own, [`online`](Self::online), gives the first parameters and detects payload changes, after
+/// which everything begins again. The first estimate needs 0.8 s, also after a gap, and every
+/// 0.05 s it is renewed with the samples until then.
 ///
 /// There is an estimate where there is one of a recording, with three differences. Rows have the
-/// weights that follow from the samples until they were eliminated, so that those of the first
+/// weights that follow from the samples until they were marginalised, so that those of the first
 /// second are less precise. Residuals, and with them the intervals, are those of the motion at that
 /// time. Wrong assumptions are not looked for, but where residuals are larger than noise: see
 /// [`online_findings`](crate::online_findings).
 ///
-/// It allocates, and the sample that completes 0.05 s takes some 5 ms for a robot with eight joints
-/// and all sources, that of the first estimate 0.1 s (measured in the profile of the tests): it
+/// A gap of the samples, and a motion that splines do not follow, end the motion, and what is known
+/// of the payload stays. Residuals that are larger than noise, of all samples or of the last second,
+/// discard it. There is no estimate where that of the online identifier is as precise.
+///
+/// # Assumptions
+/// Those of [`Identifier`], and velocities of the joints and of the base that are measured, not
+/// differentiated from positions and poses.
+///
+/// # Cost
+/// It allocates, and the sample that completes 0.05 s takes some 8 ms for a robot with eight joints
+/// and all sources, that of the first estimate 60 ms (measured in the profile of the tests): it
 /// belongs in a thread beside the control loop, which gets copies of the samples.
+///
+/// # Source
+/// Dong-Si and Mourikis 2011 for the marginalisation; the normal equations are those of a recording.
+///
+/// # Example
+/// ```no_run
+/// use tactid_batch::{LagIdentifier, LagSettings};
+/// use tactid_dynamics::{BaseKind, Manipulator};
+/// use tactid_identify::{EquationSettings, Method, Sample};
+///
+/// # fn samples() -> Vec<Sample<'static>> { Vec::new() }
+/// let urdf = std::fs::read_to_string("robot.urdf")?;
+/// let robot = Manipulator::from_urdf(&urdf, BaseKind::Floating)?;
+/// let equations = EquationSettings {
+///     method: Method::Combined { effort: true },
+///     ..EquationSettings::default()
+/// };
+/// let sensors = ["finger_left_link", "finger_right_link"];
+/// let settings = LagSettings::default();
+/// let mut identifier = LagIdentifier::new(&robot, "tool0", &sensors, &equations, settings)?;
+/// for sample in samples() {
+///     identifier.push(&sample)?;
+/// }
+/// // Where it has none, the estimate of windows is the right one, and `motion` says why.
+/// let estimate = identifier.estimate().unwrap_or_else(|| identifier.online().estimate());
+/// println!("{} kg ({:?})", estimate.body.mass_kg, identifier.motion());
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Clone, Debug)]
 pub struct LagIdentifier {
     frame: Arc<str>,
+    bounding_box: Option<BoundingBox>,
+    /// Whether the identified body contains links of the robot.
+    has_gripper: bool,
     online: Identifier,
-    bins: SampleBins,
-    dynamics: Dynamics,
-    /// Number of intervals between knots that may still change.
-    lag: usize,
-    stretch: Stretch,
-    known: Known,
-    found: Result<PayloadEstimate, MotionEstimate>,
-}
-
-/// The intervals between knots since the last gap.
-#[derive(Clone, Debug, Default)]
-struct Stretch {
-    /// Time of the first knot, s; `None` before the first bin.
-    first_s: Option<f64>,
-    /// Number of intervals of which all samples are there.
-    complete: usize,
-    /// Number of intervals that were eliminated.
-    eliminated: usize,
-}
-
-impl Stretch {
-    fn knots(&self) -> Knots {
-        Knots {
-            first_s: self.first_s.unwrap_or_default(),
-            rate_hz: SETTINGS.knots_hz,
-        }
-    }
-
-    /// First interval of those from which the motion is smoothed.
-    fn smoothed(&self) -> usize {
-        let recent = self.complete.saturating_sub(SETTINGS.window);
-        self.eliminated.min(recent)
-    }
-}
-
-/// What is known of the present payload.
-#[derive(Clone, Debug)]
-struct Known {
-    past: Past,
-    left: Left,
-    /// Mean noise of the channels, and the number of intervals from which it is.
-    noise: Option<(Noise, usize)>,
-    /// Parameters of the whole load.
-    parameters: Option<Parameters>,
-}
-
-impl Known {
-    fn nothing(coordinates: usize) -> Self {
-        Self {
-            past: Past::new(coordinates),
-            left: Left::default(),
-            noise: None,
-            parameters: None,
-        }
-    }
-
-    /// Returns the mean noise with that of the last intervals, of which there are `complete` since
-    /// the last gap, and the number of intervals from which it is.
-    fn mean_noise(&mut self, of_last: Noise, complete: usize) -> &(Noise, usize) {
-        let noise = self
-            .noise
-            .get_or_insert_with(|| (of_last.clone(), complete - 1));
-        noise.1 = (noise.1 + 1).min(SETTINGS.remembered);
-        noise.0.average(&of_last, (noise.1 as f64).recip());
-        noise
-    }
+    smoother: FixedLagSmoother,
 }
 
 impl LagIdentifier {
@@ -132,8 +124,9 @@ impl LagIdentifier {
     /// wrenches are measured in the links `sensors`.
     ///
     /// # Errors
-    /// Returns the errors of [`Identifier::new`]. A robot for which there is no such estimate is no
-    /// error: [`motion`](Self::motion) says why.
+    /// Returns the errors of [`Identifier::with_settings`], and [`IdentifyError::Option`] for a lag
+    /// that is out of its range and for a box without volume. A robot for which there is no such
+    /// estimate is no error: [`motion`](Self::motion) says why.
     pub fn new(
         robot: &Manipulator,
         tool: &str,
@@ -141,215 +134,120 @@ impl LagIdentifier {
         equations: &EquationSettings,
         settings: LagSettings,
     ) -> Result<Self, IdentifyError> {
-        let online = Identifier::new(robot, tool, sensors, equations)?;
-        let bins = SampleBins::new(robot, sensors.len(), equations, None);
-        let model = online.snapshot().stream.model().clone();
+        let LagSettings {
+            lag_s,
+            bounding_box,
+            smoothed,
+            online,
+        } = settings;
+        LAG_S.check("lag_s", &[lag_s])?;
+        bounding_box.map_or(Ok(()), |given| given.check("bounding_box"))?;
+        let online = Identifier::with_settings(robot, tool, sensors, equations, &online)?;
+        let stream = online.snapshot().stream;
+        let bins = SampleBins::new(robot, sensors.len(), equations, smoothed);
         Ok(Self {
             frame: tool.into(),
+            bounding_box,
+            has_gripper: stream.gripper_to_subtract().is_some(),
             online,
-            dynamics: Dynamics::new(model, bins.layout()),
-            lag: (settings.lag_s * SETTINGS.knots_hz).ceil().max(1.0) as usize,
-            stretch: Stretch::default(),
-            known: Known::nothing(bins.layout().coordinates()),
-            found: Err(bins.unsuited().unwrap_or(MotionEstimate::TooFew)),
-            bins,
+            smoother: FixedLagSmoother::new(stream.model().clone(), bins, lag_s),
         })
     }
 
-    /// Adds one sample.
+    /// Adds one sample, in the frames and units of [`Sample`], and reports a payload change as
+    /// [`Identifier::push`] does.
     ///
     /// # Errors
     /// Returns the errors of [`Identifier::push`].
     pub fn push(&mut self, sample: &Sample<'_>) -> Result<PushOutcome, IdentifyError> {
-        let outcome = self.online.push(sample)?;
-        match outcome {
-            PushOutcome::Rejected => return Ok(outcome),
-            PushOutcome::Used => {}
-            PushOutcome::Started => self.end_stretch(),
-            PushOutcome::PayloadChanged | PushOutcome::PayloadReturned => {
-                self.start_again(MotionEstimate::TooFew);
-            }
-        }
-        let before = self.bins.newest().len();
-        self.bins.push(sample, outcome != PushOutcome::Used);
-        if let Some(reason) = self.bins.unsuited() {
-            self.found = Err(reason);
-        } else if self.bins.newest().len() > before {
-            self.add_bin();
-        }
-        Ok(outcome)
+        let Self {
+            online, smoother, ..
+        } = self;
+        online.push_with(sample, |online, sample, outcome| {
+            smoother.push(online, sample, outcome);
+        })
     }
 
-    /// Returns the estimate of the payload in the end-effector frame; `None` where
-    /// [`motion`](Self::motion) says why.
+    /// Uses the samples that later ones would complete: after the last sample of a run.
+    ///
+    /// Motion is estimated up to the end of an interval of 0.05 s, so that up to that time of the
+    /// last samples stays unused.
+    pub fn finish(&mut self) {
+        self.online.finish();
+        self.smoother.finish(&self.online);
+    }
+
+    /// Returns the estimate of the payload in the end-effector frame, in the units of
+    /// [`PayloadEstimate`], with its covariance; `None` where [`motion`](Self::motion) says why.
+    ///
+    /// Cost: a projection onto physically consistent parameters.
     #[must_use]
-    pub fn estimate(&self) -> Option<&PayloadEstimate> {
-        self.found.as_ref().ok()
+    pub fn estimate(&self) -> Option<PayloadEstimate> {
+        let found = self.smoother.found().ok()?;
+        Some(self.reported(found))
     }
 
-    /// Returns that the motion is estimated together with the payload, or why it is not.
+    /// Returns that the motion is estimated together with the payload, or why it is not. While
+    /// samples come, the reasons are:
+    ///
+    /// | reason | meaning |
+    /// |---|---|
+    /// | [`Smoothed`](MotionEstimate::Smoothed) | for ever: the robot or the settings do not suit; until it changes: a value is unobservable, or samples had other accelerations of the base than before |
+    /// | [`NoVelocities`](MotionEstimate::NoVelocities) | the last samples had no velocities |
+    /// | [`TooFew`](MotionEstimate::TooFew) | fewer than 0.8 s since the begin, a gap or a payload change, or fewer than 40 samples in a second |
+    /// | [`TooFast`](MotionEstimate::TooFast) | the last second had frequencies that splines do not follow |
+    /// | [`Unexplained`](MotionEstimate::Unexplained) | residuals were larger than their noise, of all samples or of the last second: everything begins again |
+    /// | [`Exact`](MotionEstimate::Exact) | the estimate of the online identifier is at least as precise, so far |
+    ///
+    /// [`TooLong`](MotionEstimate::TooLong) does not occur: a run has no limit.
     #[must_use]
     pub fn motion(&self) -> MotionEstimate {
-        let reason = self.found.as_ref().err();
-        reason.copied().unwrap_or(MotionEstimate::WithPayload)
+        let reason = self.smoother.found().err();
+        reason.unwrap_or(MotionEstimate::WithPayload)
     }
 
-    /// Number of intervals before an estimate.
-    fn first_intervals(&self) -> usize {
-        SETTINGS.first_intervals.max(self.lag + 1)
+    /// Returns the time until which samples are in the last estimate, s: it stays behind where a
+    /// gap or a fast motion interrupts them. Minus infinity before the first.
+    #[must_use]
+    pub fn until_s(&self) -> f64 {
+        self.smoother.until_s()
     }
 
-    /// Forgets what is known of the payload.
-    fn start_again(&mut self, reason: MotionEstimate) {
-        self.known = Known::nothing(self.bins.layout().coordinates());
-        self.found = Err(reason);
-        self.clear();
-    }
-
-    /// Forgets all bins.
-    fn clear(&mut self) {
-        self.bins.forget(f64::INFINITY);
-        self.stretch = Stretch::default();
-    }
-
-    /// Eliminates all splines: a gap follows.
-    fn end_stretch(&mut self) {
-        if self.stretch.complete >= self.first_intervals() {
-            let known = self.solve(0).and_then(|()| {
-                let known = &mut self.known;
-                known.left.end_stretch(known.past.coefficients());
-                known.past.end_stretch().ok_or(MotionEstimate::TooFew)
-            });
-            if let Err(reason) = known {
-                self.start_again(reason);
-            }
-        }
-        self.clear();
-    }
-
-    /// Renews the estimate where the last bin shows that an interval is complete.
-    fn add_bin(&mut self) {
-        let Some(newest) = self.bins.newest().last() else {
-            return;
-        };
-        self.stretch.first_s.get_or_insert(newest.time_s);
-        let passed = self.stretch.knots().intervals_until(newest.time_s);
-        let before = std::mem::replace(&mut self.stretch.complete, passed as usize);
-        let complete = self.stretch.complete;
-        if complete == before || complete < self.first_intervals() {
-            return;
-        }
-        let Err(reason) = self.solve(self.lag) else {
-            return;
-        };
-        // A longer motion may show more of the noise.
-        if self.known.parameters.is_none() && complete < self.first_intervals() + SETTINGS.window {
-            self.known.noise = None;
-            self.found = Err(reason);
-        } else {
-            self.start_again(reason);
-        }
-    }
-
-    /// Returns the splines of the intervals from which the motion is smoothed, all zero.
-    fn segment(&self) -> Segment {
-        let knots = self.stretch.knots();
-        let intervals = self.stretch.smoothed()..self.stretch.complete;
-        let mut bins = self.bins.newest().to_vec();
-        values_at_times(&mut bins);
-        bins.retain(|bin| {
-            let passed = knots.intervals_until(bin.time_s);
-            passed >= intervals.start as f64 && passed <= intervals.end as f64
-        });
-        Segment::with_knots(bins, self.bins.layout().coordinates(), knots, intervals)
-    }
-
-    /// Renews the estimate, and eliminates all intervals but the last `lag`.
-    fn solve(&mut self, lag: usize) -> Result<(), MotionEstimate> {
-        let start = self.start()?;
-        let mut segments = vec![self.segment()];
-        let (dynamics, known) = (&mut self.dynamics, &mut self.known);
-        let Stretch {
-            complete,
-            eliminated,
-            ..
-        } = self.stretch;
-        let noise = Noise::smoothed(&mut segments, dynamics, &start)?;
-        let (noise, intervals) = known.mean_noise(noise, complete);
-        let bins = *intervals * SETTINGS.bins_of_interval as usize;
-        let weights = noise.weights(dynamics.layout(), bins)?;
-        let earlier = eliminated - self.stretch.smoothed();
-        let segments = segments.into_iter();
-        let segments = segments.map(|segment| segment.without_first(earlier));
-        let past = known.past.clone();
-        let mut problem = Problem::linearised(segments.collect(), dynamics, weights, past, &start)?;
-        let pass = problem.pass().ok_or(MotionEstimate::TooFew)?;
-        let of_windows = self.online.covariance();
-        let is_better =
-            |covariance: &Matrix| of_windows.is_none_or(|other| is_smaller(covariance, &other));
-        if known.parameters.is_none() && !is_better(&pass.inverse) {
-            return Err(MotionEstimate::Exact);
-        }
-        let pass = problem.converge(pass).ok_or(MotionEstimate::Unexplained)?;
-        let found = problem.estimate(&pass, known.left.clone());
-        let explained = |found: &Estimate| found.residual_ratio <= SETTINGS.explained;
-        let found = found.filter(explained).ok_or(MotionEstimate::Unexplained)?;
-        known.parameters = Some(found.parameters);
-        let count = (complete - eliminated).saturating_sub(lag);
-        let past = problem.eliminate(count, &pass, &mut known.left);
-        known.past = past.ok_or(MotionEstimate::TooFew)?;
-        self.stretch.eliminated += count;
-        // The value at a bin depends on the one before.
-        let kept = self.stretch.smoothed() as f64 - 1.0;
-        let knots = self.stretch.knots();
-        self.bins.forget(knots.first_s + kept / knots.rate_hz);
-        self.found = match is_better(&found.covariance) {
-            true => Ok(self.reported(&found)),
-            false => Err(MotionEstimate::Exact),
-        };
-        Ok(())
-    }
-
-    /// Returns parameters of the whole load that are near to the true ones.
-    fn start(&self) -> Result<Parameters, MotionEstimate> {
-        let estimate = self.online.estimate();
-        if estimate
-            .observability
-            .contains(&Observability::Unobservable)
-        {
-            return Err(MotionEstimate::Smoothed);
-        }
-        let whole = InertialParameters::from(estimate.composite.unwrap_or(estimate.body));
-        Ok(self.known.parameters.unwrap_or(*whole.as_vector()))
+    /// Returns the online identifier, which has the same samples: its estimate, and the
+    /// [`Snapshot`](tactid_identify::Snapshot) of which findings are computed.
+    #[must_use]
+    pub fn online(&self) -> &Identifier {
+        &self.online
     }
 
     /// Returns what a user reads of an estimate.
     fn reported(&self, found: &Estimate) -> PayloadEstimate {
-        let online = self.online.estimate();
-        let linear = |body| *InertialParameters::from(body).as_vector();
-        let gripper = online
-            .composite
-            .map(|whole| linear(whole) - linear(online.body));
-        let gripper = gripper.unwrap_or_default();
+        let known = self.online.known_bodies();
+        let of = |covariance| known.payload(&found.parameters, covariance, None);
+        let (payload, metric) = of(&found.metric);
         let scales = found.of_white_noise.diagonal().map(f64::sqrt);
-        let payload = found.parameters - gripper;
-        let consistent = nearest_consistent(payload, &found.metric, &scales, None);
+        let bounding_box = self.bounding_box;
+        let consistent = nearest_consistent(payload, &metric, &scales, bounding_box.as_ref());
         let posterior = Posterior {
             parameters: consistent.parameters,
-            covariance: widened(&found.covariance, consistent.widening, None),
+            covariance: widened(&of(&found.covariance).1, consistent.widening, None),
             null_space: &NullSpace::new(scales, std::iter::empty()),
             factors: [1.0; 10],
         };
-        let report = posterior.report(&self.frame, &PriorKnowledge::default());
-        let whole = InertialParameters::from_vector(consistent.parameters + gripper);
+        let prior = PriorKnowledge {
+            bounding_box,
+            known_mass: None,
+        };
+        let whole = InertialParameters::from_vector(consistent.parameters + known.parameters);
+        let online = self.online.estimate();
         PayloadEstimate {
-            composite: online.composite.and(whole.mass_properties()),
+            composite: whole.mass_properties().filter(|_| self.has_gripper),
             windows: online.windows,
             payload_changes: online.payload_changes,
             since_s: online.since_s,
             rejected: online.rejected,
             gaps: online.gaps,
-            ..report.estimate
+            ..posterior.report(&self.frame, &prior).estimate
         }
     }
 }

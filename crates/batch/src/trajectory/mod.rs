@@ -11,9 +11,10 @@ mod bordered;
 mod choice;
 mod dynamics;
 mod estimate;
+mod fixed_lag;
 mod lag;
+mod marginal_prior;
 mod noise;
-mod past;
 mod rows;
 mod scatter;
 mod segment;
@@ -51,8 +52,9 @@ pub enum MotionEstimate {
     /// The motion was smoothed before, because no stretch without gaps is long enough (0.35 s), or
     /// samples are so rare (below 30 Hz) that splines go through all of them.
     TooFew,
-    /// The motion was smoothed before, because the recording is longer than 100 s: windows then
-    /// have intervals of about twice the width, and a cut of the recording may have narrower ones.
+    /// The motion was smoothed before, because the recording is longer than 100 s, or 67 s at 90
+    /// samples in a second: windows then have intervals of about twice the width, and a cut of the
+    /// recording may have narrower ones.
     TooLong,
     /// The motion was smoothed before, because it has frequencies that splines do not follow.
     TooFast,
@@ -83,7 +85,10 @@ struct TrajectorySettings {
     accuracy: f64,
     /// Number of intervals before the first estimate while samples come.
     first_intervals: usize,
-    /// Number of the last intervals from which the motion is smoothed while samples come.
+    /// Least degrees of freedom that splines leave of the values while samples come, relative to
+    /// their number.
+    freedom_of_window: f64,
+    /// Least number of the last bins from which the motion is smoothed while samples come.
     window: usize,
     /// Number of the last intervals over which the noise is averaged while samples come.
     remembered: usize,
@@ -95,7 +100,8 @@ struct TrajectorySettings {
 /// three means between two knots lose nothing of it. Sections of 100 s of a robot with eight joints
 /// bound the memory of the normal equations, some 60 MB, and 6000 bins the time of a result. While
 /// samples come, splines of less than 0.8 s leave too few degrees of freedom to see the noise, those
-/// of 1 s are at the end of it as those of all samples are, and noise is that of 10 s.
+/// of 1.2 s, or of 72 bins of rarer samples, are at the end of it as those of all samples are, and noise
+/// is that of 10 s. Of samples below 38 Hz, splines leave so little that passes from there diverge.
 const SETTINGS: TrajectorySettings = TrajectorySettings {
     knots_hz: 20.0,
     bins_of_interval: 3.0,
@@ -105,7 +111,8 @@ const SETTINGS: TrajectorySettings = TrajectorySettings {
     exact: 0.01,
     accuracy: 3e-4,
     first_intervals: 16,
-    window: 20,
+    freedom_of_window: 0.4,
+    window: 72,
     remembered: 200,
     explained: 2.0,
 };

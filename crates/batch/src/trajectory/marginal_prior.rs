@@ -1,4 +1,4 @@
-//! What eliminated measurements say of the motion that follows.
+//! What marginalised measurements say of the motion that follows.
 
 use nalgebra::{DMatrix, DVector, SVector};
 
@@ -10,10 +10,10 @@ fn border() -> usize {
     SVector::<f64, 11>::zeros().len()
 }
 
-/// What rows whose splines were eliminated say of the splines that overlap with them, of the
+/// What rows whose splines were marginalised out say of the splines that overlap with them, of the
 /// parameters, and of the targets: their information, for changes from present values.
 #[derive(Clone, Debug)]
-pub(super) struct Past {
+pub(super) struct MarginalPrior {
     /// Number of coordinates.
     coordinates: usize,
     /// Information on the coefficients of the splines, the parameters, and last the targets, of
@@ -23,8 +23,8 @@ pub(super) struct Past {
     present: DVector<f64>,
 }
 
-impl Past {
-    /// Creates the past before the first measurement of so many coordinates.
+impl MarginalPrior {
+    /// Creates the prior before the first measurement of so many coordinates: nothing is known.
     pub(super) fn new(coordinates: usize) -> Self {
         let splines = (order() - 1) * coordinates;
         Self {
@@ -71,7 +71,7 @@ impl Past {
     }
 
     /// Adds rows of the interval of which the splines are the first, by its splines and the border,
-    /// and eliminates the first spline. `next` are the coefficients of its last spline. `None`
+    /// and marginalises out the first spline. `next` are the coefficients of its last spline. `None`
     /// where the rows do not determine the first one.
     pub(super) fn advance(&mut self, rows: &[DMatrix<f64>], next: &[f64]) -> Option<()> {
         let count = self.coefficients();
@@ -85,15 +85,15 @@ impl Past {
         for rows in rows {
             sum.gemm_tr(1.0, rows, rows, 1.0);
         }
-        self.information = eliminate_first(&sum, self.coordinates)?;
+        self.information = marginalise_first(&sum, self.coordinates)?;
         self.present = present;
         Some(())
     }
 
-    /// Eliminates all splines: a gap follows. `None` where the rows do not determine them.
+    /// Marginalises out all splines: a gap follows. `None` where the rows do not determine them.
     pub(super) fn end_stretch(&mut self) -> Option<()> {
         let count = self.coefficients();
-        let left = eliminate_first(&self.information, count)?;
+        let left = marginalise_first(&self.information, count)?;
         self.information.fill(0.0);
         let mut place = self
             .information
@@ -105,7 +105,7 @@ impl Past {
 
 /// Returns what an information says of all unknowns but the first ones; `None` where it does not
 /// determine these.
-fn eliminate_first(information: &DMatrix<f64>, count: usize) -> Option<DMatrix<f64>> {
+fn marginalise_first(information: &DMatrix<f64>, count: usize) -> Option<DMatrix<f64>> {
     let others = information.nrows() - count;
     let factor = information.view((0, 0), (count, count)).cholesky()?;
     let mut half = information.view((0, count), (count, others)).into_owned();
