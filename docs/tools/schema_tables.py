@@ -44,7 +44,7 @@ def finding_table(schema: Schema, name: str = "Finding") -> str:
         data = [
             f"`{key}`: {below['description']}"
             for key, below in keys.items()
-            if key not in ("kind", "text")
+            if key not in ("kind", "severity", "text")
         ]
         meaning = " Or: ".join(part["description"] for part in parts)
         lines.append(f"| `{kind_name}` | {meaning} | {'<br>'.join(data) or 'none'} |")

@@ -73,7 +73,7 @@ def test_the_command_refuses_a_format_unless_the_user_insists(
         assert done.stdout == ""
         *others, last = done.stderr.splitlines()
         assert last.startswith("tactid: error: the data contradict the result: The wrenches seem")
-        assert "let --wrench-offset identify it" in last
+        assert "let `--wrench-offset yes` identify it" in last
         assert last.endswith("--accept-contradicted gives the result as it is.")
         assert not any("constant offset" in line for line in others)
     done = command(*given, "--format", "ur", "--accept-contradicted")
@@ -103,7 +103,7 @@ def test_a_caller_gets_an_exception_unless_it_insists(shifted: Path) -> None:
             assert form(accept_contradicted=True)
         copied = pickle.loads(pickle.dumps(result.estimate))
         for form in [*formats_of(result.estimate), *formats_of(copied)]:
-            with pytest.raises(tactid.IdentificationError, match="the data contradict the result"):
+            with pytest.raises(tactid.IdentificationError, match="of the identification say why"):
                 form()
             assert form(accept_contradicted=True)
     assert replace(wrong, findings=[]).estimate.to_urdf()

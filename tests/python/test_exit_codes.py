@@ -16,7 +16,7 @@ def test_a_result_of_a_wrong_sign_ends_with_1_and_its_finding_first(
     assert "-100.0" in done.stdout
     first = done.stderr.splitlines()[0]
     assert first.startswith("The identified mass is negative")
-    assert "(--wrench-acts-on)" in first
+    assert "(`--wrench-acts-on sensor`, or payload where sensor is given)" in first
     assert "Every value is known" not in done.stderr
     report = tmp_path / "report.html"
     for form, more in (("urdf", ("--report", report)), ("mujoco", ()), ("controller", ())):
@@ -38,7 +38,7 @@ def test_json_and_exit_code_agree(identify: Identify, log: Path) -> None:
     assert first.startswith("No gravity at all, (")
     assert "m/s² in world axes, explains the wrenches far better than the given one" in first
     (found,) = (each for each in wrong["findings"] if each["kind"] == "wrong_assumption")
-    assert found["text"] == first
+    assert (found["text"], found["severity"]) == (first, "contradicts")
     assert max(map(abs, found["values"])) < 0.01
 
 

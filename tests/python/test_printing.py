@@ -57,7 +57,7 @@ def test_a_result_prints_its_table_and_a_line_for_each_thing_to_know() -> None:
     sentences = lines[-4:]
     said = [remarks.assumptions(found), provenance.sentence(found)]
     assert sentences == [str(OFFSET), str(SUMMED), *said]
-    assert "`wrench_offset`" in sentences[0]
+    assert '`wrench_offset="yes"`' in sentences[0]
     assert "--" not in "".join(sentences)
     assert "array" not in str(found)
 

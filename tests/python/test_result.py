@@ -104,7 +104,9 @@ def test_a_recording_as_json_has_the_layout_that_others_read() -> None:
     assert shown["remarks"][0].startswith("Unobservable: com z, Ixx")
     assert shown["remarks"][0].endswith(shown["motion_advice"][-1])
     assert shown["remarks"][1:] == [str(finding)]
-    assert shown["findings"] == [{"kind": "frame_assumed", **finding.data, "text": str(finding)}]
+    assert shown["findings"] == [
+        {"kind": "frame_assumed", "severity": "notes", **finding.data, "text": str(finding)}
+    ]
 
 
 def test_the_keys_of_what_was_given_have_units() -> None:

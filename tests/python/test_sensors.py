@@ -34,8 +34,9 @@ def test_an_offset_is_suspected_and_found() -> None:
     (finding,) = (each for each in taken_for_none.findings if each.kind == "wrong_assumption")
     remark = finding.worded("command-line")
     assert "constant offset" in remark
-    assert "or let --wrench-offset identify it together with the payload." in remark
-    assert "`wrench_offset` identify it" in str(finding)
+    assert "or let `--wrench-offset yes` identify it together with the payload." in remark
+    assert '`wrench_offset="yes"` identify it' in str(finding)
+    assert "`--wrench-offset no` turns this off." in shown.findings[0].worded("command-line")
     assert (np.abs(finding.data["values"] - offset.values) < offset.std_devs).all()
     assert found.findings == []
     # The history ends where the estimate is, and the prediction has the offset in it.

@@ -289,8 +289,9 @@ SENTENCES = {
         " If something is, check the units of the load and the order of its channels."
     ),
     "negative_mass": (
-        "The identified mass is negative: the opposite sign of the wrench (`wrench_acts_on`), or"
-        " of gravity (`gravity`), would explain the data."
+        "The identified mass is negative: the opposite sign of the wrench"
+        ' (`wrench_acts_on="sensor"`, or payload where sensor is given), or of gravity (`gravity`),'
+        " would explain the data."
     ),
     "known_bodies_too_heavy": (
         "The known bodies weigh 3 kg, but the whole load only 2 kg: check the mass of"
@@ -299,9 +300,9 @@ SENTENCES = {
     "wrong_assumption": (
         "The wrenches seem to have a constant offset: force (1.50 ± 0.20, 0.00 ± 0.20, 0.20 ±"
         " 0.20) N, moment (0.000 ± 0.020, 0.010 ± 0.020, 0.000 ± 0.020) N m, in the frame tool0"
-        " and with the sign of the recorded wrenches (its residuals are 10 % as large). Subtract it"
-        " from the wrenches (tare the sensor), or let `wrench_offset` identify it together with the"
-        " payload."
+        " and with the sign of the recorded wrenches (with this, residuals are 10 % of those"
+        " without). Subtract it from the wrenches (tare the sensor), or let"
+        ' `wrench_offset="yes"` identify it together with the payload.'
     ),
     "load_unexplained": (
         "The model does not explain 30 % of the load (rms 3.0 of 10.0 N m, 43 times the noise),"
@@ -622,10 +623,6 @@ ONLINE = {
         " N: check their unit and the gains. The limits of the URDF are all the same, and may be"
         " placeholders."
     ),
-    "negative_mass": (
-        "The identified mass is negative: the opposite sign of the wrench, or of gravity"
-        " (`gravity`), would explain the data: negate `wrench` before `push`."
-    ),
     "known_bodies_too_heavy": (
         "The known bodies weigh 3 kg, but the whole load only 2 kg: check the links below the tip"
         " in the URDF, and the gains of the sensors."
@@ -633,9 +630,9 @@ ONLINE = {
     "wrong_assumption": (
         "The wrenches seem to have a constant offset: force (1.50 ± 0.20, 0.00 ± 0.20, 0.20 ±"
         " 0.20) N, moment (0.000 ± 0.020, 0.010 ± 0.020, 0.000 ± 0.020) N m, in the frame tool0"
-        " and with the sign of the pushed wrenches (its residuals are 10 % as large). Subtract it"
-        " from the wrenches before `push` (tare the sensor), or let `wrench_offset` identify it"
-        " together with the payload."
+        " and with the sign of the pushed wrenches (with this, residuals are 10 % of those"
+        " without). Subtract it from the wrenches before `push` (tare the sensor), or let"
+        ' `wrench_offset="yes"` identify it together with the payload.'
     ),
     "load_unexplained": (
         "The model does not explain 30 % of the load (rms 3.0 of 10.0 N m, 43 times the noise),"
@@ -860,8 +857,9 @@ def test_advice_names_the_least_motion_that_determines_all() -> None:
         (
             "wrong_assumption",
             {"cause": "axes", "values": [-1.0] * 6},
-            "All channels of the wrench have the opposite sign (its residuals are 10 % as large)."
-            " `wrench_acts_on` says on which body the wrenches act.",
+            "All channels of the wrench have the opposite sign (with this, residuals are 10 % of"
+            ' those without). State it by `wrench_acts_on="sensor"`, or payload where sensor is'
+            " given.",
         ),
         (
             "wrong_assumption",

@@ -6,6 +6,7 @@ use tactid_dynamics::Reader;
 use tactid_dynamics::words::{general, listed, percent, with_interval};
 use tactid_identify::solve::HALF_WIDTH_95;
 
+use super::load_words::other_body;
 use super::{CHANNELS, CONTRADICTION, Hypothesis, MOST_LEFT, WrongAssumption, is_out_of_reach};
 
 /// Says which assumption the data contradict, what they show instead, and what to do.
@@ -48,7 +49,7 @@ fn statement(found: &WrongAssumption, reader: Reader) -> String {
         ""
     };
     let explained = format!(
-        "its residuals are {} as large{rest}",
+        "with this, residuals are {} of those without{rest}",
         percent(found.residual_ratio)
     );
     match found.cause {
@@ -147,13 +148,7 @@ fn of_axes(found: &WrongAssumption, reader: Reader) -> String {
     if !are_all_opposite(found) {
         return places.to_owned();
     }
-    let sign = match reader {
-        Reader::Online => "Negate `wrench` before `push`.".to_owned(),
-        _ => format!(
-            "{} says on which body the wrenches act.",
-            reader.option("wrench_acts_on")
-        ),
-    };
+    let sign = format!("State it by {}.", other_body(reader));
     let are_exchanged = found
         .names
         .iter()
@@ -306,13 +301,13 @@ fn remedy(found: &WrongAssumption, reader: Reader) -> String {
     match found.cause {
         Hypothesis::Offset if found.is_applied => format!(
             "It is identified together with the payload, whose intervals contain its uncertainty; \
-             {} can turn this off.",
-            reader.option("wrench_offset")
+             {} turns this off.",
+            reader.choice("wrench_offset", "no")
         ),
         Hypothesis::Offset => format!(
             "Subtract it from the wrenches{before} (tare the sensor), or let {} identify it \
              together with the payload.",
-            reader.option("wrench_offset")
+            reader.choice("wrench_offset", "yes")
         ),
         Hypothesis::Weight => of_weight(found, reader),
         Hypothesis::Gravity => {

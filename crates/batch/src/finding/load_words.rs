@@ -41,12 +41,11 @@ pub(super) fn gravity(
 }
 
 pub(super) fn negative_mass(method: Method, or_gravity: bool, reader: Reader) -> String {
-    let online = reader == Reader::Online;
     let gravity = || reader.option("gravity");
     if method == Method::Effort {
         // The torque of the links is in the efforts, so that a sign is only one cause.
         let mut sign = "the opposite sign of the effort".to_owned();
-        if online {
+        if reader == Reader::Online {
             sign += " (negate `effort` before `push`)";
         } else if or_gravity {
             // With a calibration, where the sign of gravity is known, this option is refused.
@@ -61,16 +60,10 @@ pub(super) fn negative_mass(method: Method, or_gravity: bool, reader: Reader) ->
              joints, and a body at or below the tip that the URDF has and the robot does not."
         );
     }
-    let is_tactile = method == Method::Tactile;
-    let hint = if is_tactile && !online {
-        format!(" ({})", reader.option("wrench_acts_on"))
+    let hint = if method == Method::Tactile {
+        format!(" ({})", other_body(reader))
     } else {
         String::new()
-    };
-    let remedy = if is_tactile && online {
-        ": negate `wrench` before `push`"
-    } else {
-        ""
     };
     let or_gravity = if or_gravity {
         format!(", or of gravity ({}),", gravity())
@@ -79,9 +72,15 @@ pub(super) fn negative_mass(method: Method, or_gravity: bool, reader: Reader) ->
     };
     format!(
         "The identified mass is negative: the opposite sign of the {}{hint}{or_gravity} would \
-         explain the data{remedy}.",
+         explain the data.",
         load_of(method)
     )
+}
+
+/// Says by which option the wrenches act on the other body.
+pub(super) fn other_body(reader: Reader) -> String {
+    let sensor = reader.choice("wrench_acts_on", "sensor");
+    format!("{sensor}, or payload where sensor is given")
 }
 
 pub(super) fn unexplained(load: &UnexplainedLoad, reader: Reader) -> String {

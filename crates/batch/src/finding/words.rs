@@ -374,13 +374,14 @@ mod tests {
         };
         assert_eq!(
             finding.to_string(),
-            "The identified mass is negative: the opposite sign of the wrench (`wrench_acts_on`), \
-             or of gravity (`gravity`), would explain the data."
+            "The identified mass is negative: the opposite sign of the wrench \
+             (`wrench_acts_on=\"sensor\"`, or payload where sensor is given), or of gravity \
+             (`gravity`), would explain the data."
         );
         assert!(
             finding
                 .words(Reader::CommandLine)
-                .contains("(--wrench-acts-on)")
+                .contains("(`--wrench-acts-on sensor`, ")
         );
         assert_eq!(finding.severity(), Severity::Contradicts);
     }

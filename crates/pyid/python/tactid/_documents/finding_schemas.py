@@ -2,14 +2,16 @@
 
 import json
 from collections.abc import Iterator
-from typing import Any
+from typing import Any, get_args
 
 from tactid import _native
+from tactid._base.findings import Severity
 from tactid._results.records import sentences
 
 Schema = dict[str, Any]
 
 KIND, TEXT = "Name of what was noticed.", "The finding in sentences."
+GRAVE = "How grave it is: the result is wrong, no precision is promised, or neither."
 CHOICE = "Which of several cases it is."
 
 
@@ -77,7 +79,7 @@ def _schema(description: str, *indices: int) -> Schema:
     return {
         "description": description,
         "type": "object",
-        "required": ["kind", "text"],
+        "required": ["kind", "severity", "text"],
         "oneOf": [_finding(each) for schema in found for each in variants(schema)],
     }
 
@@ -91,6 +93,7 @@ def _finding(variant: Schema) -> Schema:
     data = {key: {"description": CHOICE} | _plain(part) for key, part in properties.items()}
     head = {
         "kind": {"const": kind, "description": KIND},
+        "severity": {"enum": list(get_args(Severity)), "description": GRAVE},
         "text": {"type": "string", "description": TEXT},
     }
     required = [name for name in variant["required"] if name in data]

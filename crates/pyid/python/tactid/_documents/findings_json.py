@@ -9,9 +9,15 @@ from tactid._base.values import finite
 
 
 def findings(noticed: Iterable[Finding], style: Style) -> list[dict[str, Any]]:
-    """Returns findings as JSON has them: the kind, its data, and the sentences."""
+    """Returns findings as JSON has them: the kind, how grave it is, its data, and the sentences."""
     return [
-        {"kind": each.kind, **_plain(each.data), "text": each.worded(style)} for each in noticed
+        {
+            "kind": each.kind,
+            "severity": each.severity,
+            **_plain(each.data),
+            "text": each.worded(style),
+        }
+        for each in noticed
     ]
 
 

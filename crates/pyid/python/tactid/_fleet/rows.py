@@ -147,10 +147,7 @@ OWN_TYPES: dict[str, Any] = {
 def of_result(result: Identification) -> Row:
     """Returns the columns of a result."""
     found = {**result_json.plain(result), **result_json.of_payload(result)}
-    graded = zip(
-        findings_json.findings(result.findings, "command-line"), result.findings, strict=True
-    )
-    found["findings"] = [data | {"severity": each.severity} for data, each in graded]
+    found["findings"] = findings_json.findings(result.findings, "command-line")
     found["faults"] = findings_json.faults(result.faults)
     row: Row = {"outcome": outcome_of(result)}
     for name, schema in COLUMNS.items():

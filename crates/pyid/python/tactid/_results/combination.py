@@ -10,6 +10,7 @@ from tactid._results import records
 from tactid._results.formats import Formats
 from tactid._results.identification import IdentificationData
 from tactid._results.payload import PayloadEstimate
+from tactid._results.table import number
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -35,6 +36,19 @@ class CombinationData(Formats, records.Combination):
         wrong = any(noticed.contradicts_result for noticed in self.findings)
         wrong = wrong or any(run.is_contradicted for run in self.runs)
         return wrong or self.estimate.why_impossible is not None
+
+    @property
+    def disagreement(self) -> str | None:
+        """What a format without intervals leaves out of recordings that disagree; else None."""
+        if self.agreement.agree:
+            return None
+        value, limits = self.estimate.reported_values[0], self.estimate.reported_intervals[0]
+        mass = (
+            "not known"
+            if value is None or limits is None
+            else f"{number(value, limits)} kg, from {limits.low:.4g} to {limits.high:.4g} kg"
+        )
+        return f"the recordings disagree, and this format has no interval: the mass is {mass}"
 
     @property
     def inputs(self) -> Mapping[str, Path]:

@@ -123,7 +123,8 @@ class Formats(records.Record):
                 "no payload for a controller: the recordings have several tools"
             )
         tool = (tools[0], listed(subtracted(runs[0]))) if tools and tools[0] else None
-        sources = [sentence(run) for run in runs]
+        doubts: str | None = getattr(self, "disagreement", None)
+        sources = [*([f"warning: {doubts}"] if doubts else []), *(sentence(run) for run in runs)]
         if maker is None:
             text = self._in_form(partial(forms.controller, tool=tool), accept_contradicted)
             return "\n".join([text, *([""] if sources else []), *sources])
@@ -147,7 +148,7 @@ def uncontradicted(of: Formats, text: str, accepted: bool, style: Style = "keywo
     if accepted or not of.is_contradicted:
         return text
     option = option_name("accept_contradicted", style)
-    why = "Its findings say why."
+    why = "The findings of the identification say why."
     if hasattr(of, "worded_remarks"):
         why = of.worded_remarks(style)[0]
     raise IdentificationError(
