@@ -84,6 +84,7 @@ def test_info(command: TactidCommand, log: Path) -> None:
     assert "geometry_msgs/msg/WrenchStamped" in line  # a pipe is not as narrow as a terminal
     for part in ("/joint_states", "sensor_msgs/msg/JointState", "3000", "2.999 s", "tactid.truth"):
         assert part in done.stdout
+    assert done.stdout.endswith("none on opening; the messages are checked when they are read\n")
 
 
 def test_simulate_then_identify(command: TactidCommand, tmp_path: Path, log: Path) -> None:
@@ -149,7 +150,8 @@ def test_a_truncated_log_is_read_as_far_as_it_goes(
     (tmp_path / "cut.mcap").write_bytes(whole[: int(part * len(whole))])
     done = command("identify", "cut.mcap", "--json")
     assert done.returncode == 0, done.stderr
-    assert json.loads(done.stdout)["damage"]
+    (damage,) = json.loads(done.stdout)["damage"]
+    assert f" of {int(part * len(whole))}: " in damage
     assert done.stderr.startswith("tactid: note: ")
     assert done.stderr.count("\n") == 1
     assert "damage" in command("info", "cut.mcap").stdout
@@ -172,7 +174,8 @@ def test_wrong_options_are_refused(command: TactidCommand, log: Path) -> None:
     assert_refused(command("identify", log, "--within", "soon"), "--within", "soon")
     assert_refused(command("identify", log, "--within", "-1%"), "--within", "-1%")
     assert_refused(command("identify", log, "--within", "0.05"), "'0.05'", "with its sign")
-    assert_refused(command("paper", "--frequency", "fast"), "--frequency")
+    assert_refused(command("paper", "--frequency", "fast"), "--frequency", "'fast'")
+    assert_refused(command("identify", log, "--json", "--format", "ur"), "--json", "--format ur")
     assert_refused(command("paper", "--frequency", "nan"), "frequency")
     assert_refused(command("paper", "--posture", "table2"), "table2", "table1")
     assert_refused(command("paper", "--posture", "1,2,x"), "1,2,x")

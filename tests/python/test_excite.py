@@ -350,7 +350,10 @@ def test_advice_of_identify_ends_with_the_command_that_designs_the_motion(
     options = ("--urdf", "an arm.urdf", "--tip", "tool0", "--within", "0.0001%")
     done = command("identify", log, *options)
     assert done.returncode == 0, done.stderr
-    expected = "tactid excite --urdf 'an arm.urdf' --tip tool0 --payload-mass-max KG"
+    expected = (
+        "A motion that would determine more: tactid excite --urdf 'an arm.urdf' --tip tool0"
+        " --method tactile --payload-mass-max KG"
+    )
     assert expected in done.stderr
     assert "tactid excite" not in command("identify", log, "--within", "0.0001%").stderr
 

@@ -6,18 +6,22 @@ The arm records three motions. In the bag ``warm`` its sensor has a gain that is
 import json
 import shutil
 from functools import cache
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
 import jsonschema
 import numpy as np
 import pytest
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.transforms import Bbox
 
 import tactid
 from conftest import TactidCommand
 from expectations import LAYOUT, assert_fits_schema, half_widths_of, limits_of, values_of
 from recorded_arm import PAYLOAD, TIP, Arm, State, ur5e
 from recordings import clock, description, joint_states, wrenches, write_bag
+from tactid._show.forest_plot import forest
 
 NOISE = np.array([0.3] * 3 + [0.02] * 3)
 """Standard deviation of a sample of the sensor, N and N m."""
@@ -173,7 +177,21 @@ def test_formats_without_intervals_come_with_a_warning(command: TactidCommand, b
         done = command("identify", bags / "cold", bags / second, *options)
         assert done.returncode == 0, done.stderr
         assert "set_target_payload" in done.stdout
-        assert ("has no interval: the mass is" in done.stderr) == warns
+        warning = "warning: the recordings disagree, and this format has no interval: the mass is"
+        assert (warning in done.stderr) == warns
+        assert done.stdout.count(warning) == warns
+
+
+def test_the_labels_of_panels_side_by_side_are_apart() -> None:
+    figure = forest(tactid.combine([short_recording(seed) for seed in range(3)]))
+    figure.draw_without_rendering()
+    rows: dict[float, list[Bbox]] = {}
+    for axes in (each for each in figure.axes if each.axison):
+        labels = axes.xaxis.get_tightbbox(FigureCanvasAgg(figure).get_renderer())
+        assert labels is not None
+        rows.setdefault(axes.get_position().y0, []).append(labels)
+    gaps = [right.x0 - left.x1 for row in rows.values() for left, right in pairwise(row)]
+    assert min(gaps) > 15 * figure.dpi / 72  # two digits
 
 
 def test_many_short_recordings_hold_what_they_promise() -> None:

@@ -75,6 +75,8 @@ def test_no_message_that_python_raises_spells_a_flag() -> None:
         ("identify {log} --urdf /dev/null", "--urdf"),
         ("identify {log} --unloaded {log}", "--method"),
         ("identify {log} --cutoff-hz 0.01", "--cutoff-hz"),
+        ("identify {log} --begin-s 5 --end-s 3", "which is not after --begin-s"),
+        ("identify {log} --wrench-is contact", "(--wrench-is)"),
         ("view {log} --tip paw --save a.rrd", "--tip"),
     ],
 )

@@ -3,8 +3,10 @@
 The message of each says what is wrong, where, and what would be right.
 """
 
+import re
 from collections.abc import Sequence
 
+from tactid import _native
 from tactid._base.findings import DataFault
 from tactid._base.naming import Style, option_name, switched_off
 
@@ -28,16 +30,30 @@ class TactidError(Exception):
         return self.worded("keyword")
 
     def worded(self, style: Style) -> str:
-        """Returns the message with the option's name as the reader would write it."""
+        """Returns the message with names of options as the reader would write them."""
         if self.option is None:
             return self.message
+        message = self.message if style == "keyword" else _with_flags(self.message)
         keyword, name = option_name(self.option, "keyword"), option_name(self.option, style)
         off = f"`{self.option}=False`"
-        if off in self.message:
-            return self.message.replace(off, switched_off(self.option, style))
-        if keyword in self.message:
-            return self.message.replace(keyword, name)
-        return f"{name}: {self.message}"
+        if off in message:
+            return message.replace(off, switched_off(self.option, style))
+        if keyword in message:
+            return message.replace(keyword, name)
+        return message if name in message else f"{name}: {message}"
+
+
+def _with_flags(message: str) -> str:
+    """Writes the options of several words that a message names as flags.
+
+    A single word may also be the name of an array or of a link.
+    """
+    names = {option["name"] for options in _native.options() for option in options}
+    return re.sub(
+        "`([a-z]+_[a-z_]+)`",
+        lambda found: option_name(found[1], "command-line") if found[1] in names else found[0],
+        message,
+    )
 
 
 class ArgumentError(TactidError, ValueError):

@@ -69,6 +69,9 @@ def run() -> int:
         # Without a command typer has shown the help, and the message is empty.
         # Typer begins the reason with the class of its own exception.
         message = error.format_message().replace(": Value error, ", ": ")
+        if isinstance(error.__cause__, ValueError) and hasattr(error.__cause__, "errors"):
+            given = error.__cause__.errors()[0]["input"]  # Pydantic's reason is without the value.
+            message = message.replace("Invalid value", f"Invalid value {given!r}", 1)
         return _fail(message) if message else 2
     except InternalError:
         raise

@@ -67,6 +67,9 @@ class Form(str, Enum):
 AnyResult: TypeAlias = Identification | PaperIdentification | Combination
 """What an identification returns."""
 
+PAYLOAD_OF_DESIGN = "--payload-mass-max KG --payload-box X,Y,Z,X,Y,Z --out motion"
+"""What a designed motion is for, in the words of the option that a user fills in."""
+
 RESULTS = "Results"
 
 
@@ -94,7 +97,7 @@ class Output:
     figures: FigureFormat | None
     estimates: Path | None
     design: str | None
-    """The command that designs a better motion; None without a URDF."""
+    """The command that designs a motion, without method and payload; None without a URDF."""
 
 
 def identify_recording(
@@ -135,6 +138,10 @@ def identify_recording(
     The numbers of one option are separated by commas or by spaces: --gravity 0 0 -9.81.
     """
     precision = option_text.fraction("--within", within)
+    if as_json and form not in (Form.TABLE, Form.JSON):
+        raise ArgumentError(
+            f"--json and --format {form.value} exclude each other: give one of them"
+        )
     chosen, design = Form.JSON if as_json else form, _design_command(options)
     output = Output(
         chosen, precision, accept_contradicted, result_file, report, figures, estimates, design
@@ -229,7 +236,8 @@ def _print(log: Path, result: AnyResult, output: Output) -> IdentificationError 
         if each is not None:
             print_whole(each)
     else:
-        _warn_of_disagreement(output.form, result)
+        if isinstance(result, Combination) and result.disagreement is not None:
+            notes.print(f"tactid: warning: {result.disagreement}", style="yellow")
         try:
             text = _in_form(output.form, result)
             accepted = output.accepts_contradicted
@@ -241,23 +249,6 @@ def _print(log: Path, result: AnyResult, output: Output) -> IdentificationError 
         if refusal is None or line not in refusal.message:
             notes.print(line, markup=False)
     return refusal
-
-
-def _warn_of_disagreement(form: Form, result: AnyResult) -> None:
-    """Warns that a format has no interval, where recordings disagree."""
-    if isinstance(result, Combination) and not result.agreement.agree:
-        estimate = result.estimate
-        value, limits = estimate.reported_values[0], estimate.reported_intervals[0]
-        mass = (
-            "not known"
-            if value is None or limits is None
-            else f"{table.number(value, limits)} kg, from {limits.low:.4g} to {limits.high:.4g} kg"
-        )
-        notes.print(
-            f"tactid: warning: the recordings disagree, and the format {form} has no interval: the"
-            f" mass is {mass}",
-            style="yellow",
-        )
 
 
 def _record(log: Path, result: AnyResult, output: Output) -> dict[str, Any]:
@@ -286,18 +277,18 @@ def _lines(result: AnyResult, output: Output) -> list[str]:
     if output.design is None or isinstance(result, PaperIdentification):
         return lines
     if needs_another_motion(result, output.within):
-        lines.append(f"A motion that would determine every value: {output.design}")
+        design = f"{output.design} {OPTIONS['method'].flag} {result.method} {PAYLOAD_OF_DESIGN}"
+        lines.append(f"A motion that would determine more: {design}")
     return lines
 
 
 def _design_command(options: dict[str, Any]) -> str | None:
-    """Returns the command that designs a motion for the robot, the tip and the method."""
+    """Returns the command that designs a motion for the robot and the tip."""
     if options["urdf"] is None:
         return None
-    given = {name: options[name] for name in ("urdf", "tip", "method") if options[name] is not None}
+    given = {name: options[name] for name in ("urdf", "tip") if options[name] is not None}
     words = [word for name, value in given.items() for word in (OPTIONS[name].flag, str(value))]
-    payload = "--payload-mass-max KG --payload-box X,Y,Z,X,Y,Z"
-    return f"tactid excite {shlex.join(words)} {payload} --out motion"
+    return f"tactid excite {shlex.join(words)}"
 
 
 def _in_form(form: Form, result: AnyResult) -> str:

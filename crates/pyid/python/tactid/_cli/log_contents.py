@@ -36,7 +36,8 @@ def info_lines(info: LogInfo | BagInfo) -> list[str]:
     lines = [f"duration  {duration}", f"metadata  {records}"]
     if (more := len(info.topics) - MOST_TOPICS) > 0:
         lines.insert(0, f"topics    {more} more, which tactid.info in Python has")
-    return lines + [f"damage    {line}" for line in info.damage or ["none"]]
+    none = "none on opening; the messages are checked when they are read"
+    return lines + [f"damage    {line}" for line in info.damage or [none]]
 
 
 def columns_table(table: Columns) -> Table:

@@ -23,7 +23,8 @@ def forest(result: CombinationData) -> Figure:
 
     A value that is unobservable has no mark. The band is the interval of the whole.
     """
-    with mpl.rc_context(STYLE):
+    # Between the tick labels of panels side by side.
+    with mpl.rc_context(STYLE | {"figure.constrained_layout.w_pad": 0.12}):
         return _figure(result)
 
 

@@ -136,7 +136,7 @@ def _remedy(name: str, ratio: float, duration_s: float) -> str:
     """
     needed_s = duration_s * ratio**2
     if needed_s <= LONGEST_S:
-        return f"{name} needs a motion of at most {_rounded_up(needed_s)} s"
+        return f"a motion of {_rounded_up(needed_s)} s is long enough for {name}"
     return (
         f"the interval of {name} is {ratio:.3g} times its target, which no motion within these"
         " limits reaches in an hour: allow more of what binds"
