@@ -107,6 +107,9 @@ def test_every_field_of_a_result_says_what_it_is() -> None:
             assert isinstance(text, ast.Expr), f"{thing.__name__}: {ast.unparse(field)}"
             assert isinstance(text.value, ast.Constant)
             assert str(text.value.value).strip().endswith("."), ast.unparse(text)
+    for thing in own:
+        for each in dataclasses.fields(thing):
+            assert f"\n    {each.name}: " in thing.__doc__, f"{thing.__name__}: {each.name}"
 
 
 def test_no_file_imports_another_in_a_circle() -> None:

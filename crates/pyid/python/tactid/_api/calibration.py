@@ -10,12 +10,12 @@ from pathlib import Path
 from tactid import _native
 from tactid._base.equality import are_equal
 from tactid._base.errors import ArgumentError
+from tactid._base.field_docs import with_fields
 from tactid._base.files import atomic_path
 from tactid._base.output_files import FigureFormat, checked_output, checked_report
 from tactid._documents import calibration_json
 from tactid._results import records
 from tactid._results.calibration_data import CalibrationData, CalibrationRecording
-from tactid._results.field_docs import with_fields
 from tactid._show import calibration_text
 
 

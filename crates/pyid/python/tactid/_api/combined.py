@@ -7,12 +7,12 @@ from typing import Any
 
 from tactid import _native
 from tactid._base.errors import ArgumentError, IdentificationError
+from tactid._base.field_docs import with_fields
 from tactid._base.naming import Style
 from tactid._base.output_files import FigureFormat, checked_output, checked_report
 from tactid._base.values import listed_fields
 from tactid._documents import combination_json, result_json
 from tactid._results.combination import CombinationData
-from tactid._results.field_docs import with_fields
 from tactid._results.identification import IdentificationData, Recorded
 from tactid._show import captions, combination_text
 from tactid._show.outlook import WITHIN

@@ -8,6 +8,7 @@ from tactid._api.offline import identify
 from tactid._api.result import Identification, PaperIdentification
 from tactid._base.equality import ComparedByValue
 from tactid._base.errors import ArgumentError, LogError, TactidError
+from tactid._base.field_docs import with_fields
 from tactid._base.naming import Style, option_name
 from tactid._options.options import Estimator, Method, Options
 
@@ -25,6 +26,7 @@ CHOSEN = ("method", "estimator")
 """The options that a comparison does not have, because it runs each of their choices."""
 
 
+@with_fields
 @dataclass(frozen=True, eq=False)
 class Attempt(ComparedByValue):
     """An identification by one method and estimator, or the reason why there is none."""

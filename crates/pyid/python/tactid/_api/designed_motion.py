@@ -5,11 +5,11 @@ from __future__ import annotations
 import os
 from pathlib import Path
 
+from tactid._base.field_docs import with_fields
 from tactid._base.output_files import FigureFormat, checked_report
 from tactid._documents import motion_files, motion_json
 from tactid._documents.motion_speed import SPEED, optional_speed
 from tactid._results import records
-from tactid._results.field_docs import with_fields
 from tactid._show import captions, motion_text
 
 

@@ -6,12 +6,14 @@ from typing import Any
 
 from tactid import _native
 from tactid._api.designed_motion import DesignedMotion
+from tactid._base.field_docs import with_fields
 from tactid._base.meshes import Meshes
 from tactid._native import Manipulator
 from tactid._options.declaration import with_options
 from tactid._options.options import OPTIONS, OWN, Options, collect, take_own
 
 
+@with_fields
 @dataclass(frozen=True)
 class Grip:
     """A grip of two flat pads that face each other, in the tip's frame."""

@@ -10,16 +10,19 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from tactid import _native
+from tactid._base.field_docs import with_fields
 from tactid._base.findings import Finding
+from tactid._base.naming import counted
 from tactid._base.values import Array
 from tactid._native import Manipulator
 from tactid._options.arrays import with_arrays
 from tactid._options.declaration import documented
 from tactid._options.options import OPTIONS, Options, collect
-from tactid._results.payload import PaperEstimate, PayloadEstimate
+from tactid._results.payload import PaperEstimate, Payload, PayloadEstimate
 from tactid._results.records import SingularValues, WrenchOffset
 
 
+@with_fields
 @dataclass(frozen=True)
 class WrenchEstimate:
     """A wrench of a load or of a contact with its uncertainty."""
@@ -45,6 +48,15 @@ class _Online:
     """Base class of the online solvers: samples in."""
 
     _native: _native.OnlineSolver
+
+    def estimate(self) -> Payload:
+        """Returns the payload as known now."""
+        raise NotImplementedError
+
+    def __repr__(self) -> str:
+        estimate = self.estimate()
+        windows = counted(estimate.windows, "window")
+        return f"<tactid.{type(self).__name__}: {estimate.summary}, {windows}>"
 
     @with_arrays("online")
     def push(  # noqa: D417 - arrays are documented by their declarations

@@ -9,13 +9,13 @@ import numpy as np
 from tactid import _native
 from tactid._api.compensation import Progress, Source
 from tactid._base.errors import IdentificationError
+from tactid._base.field_docs import with_fields
 from tactid._base.files import atomic_path
 from tactid._base.naming import Style, counted
 from tactid._base.output_files import FigureFormat, checked_output, checked_report
 from tactid._documents import result_json
 from tactid._results import records
 from tactid._results.compensation import Compensation
-from tactid._results.field_docs import with_fields
 from tactid._results.identification import IdentificationData, Recorded
 from tactid._results.payload import PaperEstimate
 from tactid._show import captions, summary

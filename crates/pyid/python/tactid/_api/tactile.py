@@ -6,11 +6,13 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from tactid._base.errors import ArgumentError
+from tactid._base.field_docs import with_fields
 
 OUT_OF_REACH_M = 2.0
 """Distance from the origin of its link beyond which no point of an array is, m."""
 
 
+@with_fields
 @dataclass(frozen=True, eq=False)
 class SummedForces:
     """The wrench of forces at points of a link, for the keywords of `identify`."""

@@ -9,6 +9,7 @@ from dataclasses import dataclass, field
 from typing import Any, Literal, get_args
 
 from tactid import _native
+from tactid._base.field_docs import with_fields
 from tactid._base.naming import Style
 
 Severity = Literal["contradicts", "doubts", "notes"]
@@ -20,6 +21,7 @@ Subject = Literal["measurements", "assumption", "result", "consequence"]
 is caused by wrong measurements as well, and guesses at another cause."""
 
 
+@with_fields
 @dataclass(frozen=True)
 class Finding:
     """Something that a reader of the result should know; ``print`` shows it as a sentence."""
@@ -67,6 +69,7 @@ class Finding:
         return grade
 
 
+@with_fields
 @dataclass(frozen=True)
 class DataFault:
     """One kind of fault in the messages of one topic; ``print`` shows it as a sentence."""

@@ -10,6 +10,7 @@ import numpy as np
 
 from tactid._api.simulation import FILES, files_of
 from tactid._base.errors import ArgumentError
+from tactid._base.field_docs import with_fields
 from tactid._base.values import PATHS, values_of
 from tactid._fleet.recordings import Recording, content_of
 from tactid._fleet.rows import Row, Task
@@ -19,6 +20,7 @@ from tactid._options.declaration import with_options
 from tactid._options.options import OPTIONS, Method, Options, collect
 
 
+@with_fields
 @dataclass(frozen=True)
 class StudyErrors:
     """How far the estimates of one value by one method are from the truth."""

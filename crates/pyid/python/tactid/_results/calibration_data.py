@@ -10,9 +10,9 @@ from pathlib import Path
 import numpy as np
 
 from tactid import _native
+from tactid._base.field_docs import with_fields
 from tactid._base.values import Array
 from tactid._results import records
-from tactid._results.field_docs import with_fields
 
 
 @with_fields

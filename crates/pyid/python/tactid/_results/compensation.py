@@ -5,9 +5,9 @@ from typing import cast
 
 import numpy as np
 
+from tactid._base.field_docs import with_fields
 from tactid._base.findings import DataFault, Finding
 from tactid._base.values import Array
-from tactid._results.field_docs import with_fields
 
 
 @with_fields

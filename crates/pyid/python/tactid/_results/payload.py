@@ -5,6 +5,7 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 from tactid._base.bodies import why_impossible
+from tactid._base.field_docs import with_fields
 from tactid._base.values import (
     Array,
     Interval,
@@ -16,7 +17,6 @@ from tactid._base.values import (
 )
 from tactid._native import VALUE_NAMES, MassProperties
 from tactid._results import records, table
-from tactid._results.field_docs import with_fields
 from tactid._results.formats import Formats
 
 

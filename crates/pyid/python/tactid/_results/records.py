@@ -15,6 +15,7 @@ import numpy as np
 
 from tactid import _native
 from tactid._base.equality import ComparedByValue
+from tactid._base.field_docs import with_fields
 
 CLASSES: dict[str, type["Record"]] = {}
 """The class of each structure: the one with methods where there is one."""
@@ -145,7 +146,8 @@ def _made(name: str, schema: dict[str, Any]) -> type[Record]:
     members = [(key, Any, _field(part)) for key, part in in_order(schema).items()]
     namespace = {"__doc__": schema.get("description"), "__module__": __name__}
     base = CLASSES[schema["x-base"]] if "x-base" in schema else Record
-    return make_dataclass(name, members, bases=(base,), namespace=namespace, frozen=True, eq=False)
+    made = make_dataclass(name, members, bases=(base,), namespace=namespace, frozen=True, eq=False)
+    return with_fields(made)
 
 
 globals().update(

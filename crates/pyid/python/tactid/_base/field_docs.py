@@ -9,8 +9,6 @@ import textwrap
 from itertools import pairwise
 from typing import TypeVar
 
-from tactid._results import records
-
 _Class = TypeVar("_Class", bound=type)
 
 
@@ -29,15 +27,19 @@ def with_fields(cls: _Class) -> _Class:
 
 
 def _below_fields(cls: type) -> dict[str, str]:
-    """Returns the documentation of the fields of a class by their names: the string below each."""
-    if cls.__module__ == records.__name__:
-        known = dataclasses.fields(cls) if dataclasses.is_dataclass(cls) else ()
-        texts = {each.name: each.metadata["schema"].get("description", "") for each in known}
-        return {name: " ".join(text.split()) for name, text in texts.items()}
-    if not inspect.get_annotations(cls):
-        return {}  # reading the source takes longer than all else that makes a class
+    """Returns the documentation of the fields of a class by their names.
+
+    It is the description of a field's schema, or the string below the field.
+    """
+    known = dataclasses.fields(cls) if dataclasses.is_dataclass(cls) else ()
+    schemas = {each.name: each.metadata["schema"] for each in known if "schema" in each.metadata}
+    texts = {
+        name: " ".join(schema.get("description", "").split()) for name, schema in schemas.items()
+    }
+    if inspect.get_annotations(cls).keys() <= texts.keys():
+        return texts  # reading the source takes longer than all else that makes a class
     body = _classes(cls.__module__).get(cls.__name__, [])
-    return {
+    return texts | {
         field.target.id: " ".join(text.value.value.split())
         for field, text in pairwise(body)
         if isinstance(field, ast.AnnAssign)
