@@ -1,5 +1,6 @@
 """Arguments as a newcomer gives them: what fits is taken, each mistake is named with its cure."""
 
+import re
 from pathlib import Path
 from typing import Any
 
@@ -196,10 +197,13 @@ def test_one_sensor_has_wrenches_of_any_shape() -> None:
         assert mass(robot=arm(), wrench=shaped, sensors=["tool0"]) == expected
     identifier = tactid.Identifier(arm())
     q, qd = RECORDED["q"], RECORDED["qd"]
+    unknown = "unknown mass in tool0, 0 of 10 values identifiable, 0 windows"
+    assert repr(identifier) == f"<tactid.Identifier: {unknown}>"
     shapes = [wrench[0], wrench[1, None], wrench[2, None, None]]
     for k, shaped in enumerate(shapes):
         identifier.push(TIME[k], q[k], qd[k], shaped)
     assert identifier.push(TIME[3:], q[3:], qd[3:], wrench[3:]) == len(TIME) - 3
+    assert re.search(r" kg in tool0, 10 of 10 .*, \d\d+ windows>$", repr(identifier))
     two = tactid.Identifier(arm(), ["tool0", "upper"])
     two.push(0.0, q[0], qd[0], np.zeros((2, 6)))
     assert two.push(TIME[1:], q[1:], qd[1:], np.zeros((399, 2, 6))) == 399
@@ -269,7 +273,7 @@ Q, W = RECORDED["q"], RECORDED["wrench"]
         ({"options": {"cutoff_hz": 5.0}}, r"`options` is of type dict: expected tactid.Options"),
         (
             {"gravity": -9.81},
-            r"`gravity` is -9\.81: expected three numbers, of the shape \(3,\), or ",
+            r"`gravity` is -9\.81: expected three numbers, or 'auto' or 'unknown'$",
         ),
         (
             {"bounding_box": [1, 2, 3]},
@@ -286,6 +290,10 @@ Q, W = RECORDED["q"], RECORDED["wrench"]
         ({"urdf": 3, "robot": None}, "^`urdf`: a URDF is given as its text, .* or as the path "),
         ({"wrench": None}, r"`wrench` is missing: nothing measures the load: .* the efforts"),
         ({"method": "effort"}, r"`effort` is missing: the effort method needs it"),
+        (
+            {"gravity": "unknown", "method": "effort", "effort": Q},
+            "^a direction of gravity that is unknown needs the tactile method and not the effort",
+        ),
         ({"method": "joint-sensing"}, "needs a free-floating base.*; `method` chooses the method$"),
         ({"robot": arm("floating"), "pose": np.zeros((400, 7))}, r"`pose` .* of norm one"),
         ({"robot": arm("floating"), "pose": np.full((400, 4, 4), np.nan)}, r"`pose` .*without NaN"),

@@ -5,6 +5,7 @@ use std::sync::Arc;
 use thiserror::Error;
 
 use crate::names::list_similar;
+use crate::words::{abridged, counted};
 
 /// Reason why a robot cannot be modelled. Each message names the link or joint at fault.
 #[derive(Debug, Error)]
@@ -107,7 +108,7 @@ pub enum ModelError {
     #[error("link `{0}` closes a loop: it is the child of more than one joint or its own ancestor")]
     Loop(String),
     /// More than one link, listed in the field, has no parent.
-    #[error("the links {0:?} all have no parent: a robot has one root")]
+    #[error("the links {} have no parent: a robot has one root", abridged(.0))]
     Roots(Vec<String>),
     /// A name is used twice. The fields are the kind of object and the name.
     #[error("the {0} name `{1}` is used twice")]
@@ -135,7 +136,7 @@ impl ModelError {
 #[derive(Debug, Error, PartialEq)]
 pub enum StateError {
     /// A slice does not have one entry for each independent joint.
-    #[error("{what} has {given} entries, but the robot has {expected} joints: {}", joints.join(", "))]
+    #[error("{what} has {given} entries, but the robot has {}: {}", counted(*.expected, "joint"), joints.join(", "))]
     Length {
         /// The quantity at fault, for instance `position`.
         what: &'static str,

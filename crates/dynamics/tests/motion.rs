@@ -226,7 +226,7 @@ fn wrong_lengths_are_refused() {
         let error = base_acceleration(&mut workspace, &base, joints).unwrap_err();
         let message = error.to_string();
         assert!(
-            message.contains(what) && message.contains("1 joints: joint"),
+            message.contains(what) && message.contains("has 1 joint: joint"),
             "{message}"
         );
     }

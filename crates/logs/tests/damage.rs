@@ -126,10 +126,11 @@ fn a_bad_checksum_ends_the_log() {
         (third as u64 - 60..third as u64).contains(&damage[0].at_byte),
         "{damage:?}"
     );
+    let place = format!("byte {} of {}: ", damage[0].at_byte, bytes.len());
     assert!(
         damage[0]
             .to_string()
-            .contains("log.mcap is damaged at byte"),
+            .contains(&format!("log.mcap is damaged at {place}")),
         "{}",
         damage[0]
     );

@@ -7,6 +7,7 @@ use numpy::PyArrayDyn;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use tactid_batch::online_findings;
+use tactid_dynamics::words::counted;
 use tactid_dynamics::{BaseKind, Wrench};
 use tactid_identify::{
     BaseState, ContactState, IdentifyError, PushOutcome, Sample, WrenchEstimate,
@@ -404,14 +405,14 @@ fn check_given(
 ) -> PyResult<()> {
     if let (Some(dof @ 1..), None) = (expects.dof, q) {
         return Err(ArgumentError::new_err(format!(
-            "`q` is missing: the robot has {dof} joints"
+            "`q` is missing: the robot has {}",
+            counted(dof, "joint")
         )));
     }
     if expects.sensors > 0 && wrench.is_none() {
-        let sensors = expects.sensors;
-        let plural = if sensors == 1 { "" } else { "s" };
         return Err(ArgumentError::new_err(format!(
-            "`wrench` is missing: each sample has that of {sensors} sensor{plural}"
+            "`wrench` is missing: each sample has that of {}",
+            counted(expects.sensors, "sensor")
         )));
     }
     if expects.uses_effort && effort.is_none() {

@@ -156,7 +156,7 @@ pub(crate) fn expected(kind: Kind) -> String {
         Kind::Path => "the path of a file",
         Kind::Names => "a dict of names in the log and names in the URDF",
         Kind::Vector => "three numbers, of the shape (3,)",
-        Kind::Gravity => "three numbers, of the shape (3,), or 'auto' or 'unknown'",
+        Kind::Gravity => "three numbers, or 'auto' or 'unknown'",
         Kind::Recordings => "the path of a log, arrays by their names, or a list of these",
         Kind::Posture => "a position for each joint, or positions by the names of joints",
         Kind::EachNumber => "a number for each recording",

@@ -128,8 +128,7 @@ options! {
         /// each channel weighted by its own residuals (combined).
         #[option(
             MEASUREMENTS, METHODS,
-            default = "tactile where there are wrenches, else effort",
-            python = "Online, the default is tactile, as it is for a design."
+            default = "tactile where there are wrenches, else effort; tactile online and for a design"
         )]
         pub method: Option<Method>,
         /// An unloaded recording of the same motion, whose joint efforts are subtracted by the

@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 
 use tactid_dynamics::ModelError;
+use tactid_dynamics::words::counted;
 use tactid_excitation::ExcitationError;
 use tactid_logs::LogError;
 use thiserror::Error;
@@ -100,7 +101,7 @@ pub enum SimError {
         what: &'static str,
     },
     /// The number of commanded accelerations is not the number of the arm's joints.
-    #[error("{given} joint accelerations were given, but the arm has {expected} joints")]
+    #[error("{given} joint accelerations were given, but the arm has {}", counted(*.expected, "joint"))]
     Command {
         /// Number of accelerations given.
         given: usize,

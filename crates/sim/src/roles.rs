@@ -1,5 +1,6 @@
 //! What an experiment uses the links and joints of its robot for, with checks that they fit.
 
+use tactid_dynamics::words::counted;
 use tactid_dynamics::{MassProperties, list_similar};
 
 use crate::experiment::{BaseProperties, ExcitationKind, JointExcitation, Noise, StdDev, refuse};
@@ -197,9 +198,9 @@ fn check_posture(robot: &Robot, arm: &[usize], experiment: &Experiment) -> Resul
     let positions = posture.positions();
     if positions.len() != arm.len() {
         let why = format!(
-            "has {} joint positions, but the arm has {} joints: give one for each of {}",
+            "has {} joint positions, but the arm has {}: give one for each of {}",
             positions.len(),
-            arm.len(),
+            counted(arm.len(), "joint"),
             joint_names(robot, arm).join(", ")
         );
         return Err(refuse("posture", format_args!("{posture}"), &why));

@@ -190,9 +190,13 @@ impl EquationSettings {
 
     fn check_method(&self, robot: &Manipulator, sensors: &[&str]) -> Result<(), IdentifyError> {
         if self.unknowns.any() && self.method != Method::Tactile {
+            let what = if self.unknowns.gravity {
+                "a direction of gravity that is unknown"
+            } else {
+                "a weight that was subtracted from the wrenches and is unknown"
+            };
             return Err(IdentifyError::Method(format!(
-                "a weight that was subtracted from the wrenches and is unknown, or a direction of gravity that is, needs the \
-                 tactile method and not the {} method",
+                "{what} needs the tactile method and not the {} method",
                 self.method.name()
             )));
         }

@@ -37,7 +37,8 @@ pub(super) fn decompress(
 ) -> Result<Decompressed, LogError> {
     let metadata = file.metadata();
     let metadata = metadata.map_err(|source| LogError::io("read", path, source))?;
-    let most_bytes = opening.space.add_packed(metadata.len());
+    let of_bytes = metadata.len();
+    let most_bytes = opening.space.add_packed(of_bytes);
     let unreadable = |source| LogError::io("read", path, source);
     let not_decompressed = |source: io::Error| {
         let folder = std::env::temp_dir();
@@ -70,6 +71,7 @@ pub(super) fn decompress(
             Some(Damage {
                 path: path.to_owned(),
                 at_byte,
+                of_bytes,
                 what,
             })
         }

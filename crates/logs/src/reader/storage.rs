@@ -186,6 +186,8 @@ pub struct Damage {
     pub path: PathBuf,
     /// Offset of the first byte that cannot be used.
     pub at_byte: u64,
+    /// Size of the file, bytes.
+    pub of_bytes: u64,
     /// Description of the fault.
     pub what: String,
 }
@@ -194,9 +196,10 @@ impl fmt::Display for Damage {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(
             f,
-            "{} is damaged at byte {}: {}",
+            "{} is damaged at byte {} of {}: {}",
             self.path.display(),
             self.at_byte,
+            self.of_bytes,
             self.what
         )
     }

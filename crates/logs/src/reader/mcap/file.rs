@@ -128,6 +128,7 @@ impl LogFile {
         Damage {
             path: self.path.clone(),
             at_byte,
+            of_bytes: self.length,
             what: what.into(),
         }
     }
