@@ -329,24 +329,3 @@ pub(super) fn has_accelerations(sample: &Sample<'_>) -> [bool; 2] {
     let base = &sample.base;
     [base.acceleration, base.angular_acceleration].map(|measured| measured.is_some())
 }
-
-/// Replaces the means of a stretch by values at the mean times: a mean differs from them by half of
-/// the second derivative times the spread of the times.
-pub(super) fn values_at_times(bins: &mut [Bin]) {
-    let means: Vec<Bin> = bins.to_vec();
-    let count = bins.len();
-    if count < 3 {
-        return;
-    }
-    for (k, bin) in bins.iter_mut().enumerate() {
-        let middle = k.clamp(1, count - 2);
-        let [a, b, c] = [0, 1, 2].map(|i| &means[middle - 1 + i]);
-        let (before_s, after_s) = (b.time_s - a.time_s, c.time_s - b.time_s);
-        let factor = bin.spread_s2 / (before_s + after_s);
-        for (channel, value) in bin.values.iter_mut().enumerate() {
-            let rise = (c.values[channel] - b.values[channel]) / after_s;
-            let rise_before = (b.values[channel] - a.values[channel]) / before_s;
-            *value -= factor * (rise - rise_before);
-        }
-    }
-}

@@ -78,6 +78,12 @@ impl Bordered {
         Some(())
     }
 
+    /// Returns the logarithm of the determinant of a matrix that was [factored](Self::factor).
+    pub(super) fn log_determinant(&self) -> f64 {
+        let roots = self.rows.iter().skip(self.width - 1).step_by(self.width);
+        roots.map(|root| 2.0 * root.ln()).sum()
+    }
+
     /// Returns `Gᵀ A⁻¹ G` and, row by row, `A⁻¹ G` for the border `G` beside a matrix that was
     /// [factored](Self::factor), and sets the border to zero.
     pub(super) fn solve(&mut self) -> (DMatrix<f64>, Vec<f64>) {

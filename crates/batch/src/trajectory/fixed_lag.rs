@@ -5,7 +5,7 @@ use tactid_dynamics::InertialParameters;
 use tactid_identify::Identifier;
 use tactid_identify::equations::{Model, PushOutcome, Sample};
 
-use super::bins::{SampleBins, has_accelerations, values_at_times};
+use super::bins::{SampleBins, has_accelerations};
 use super::choice::is_smaller;
 use super::dynamics::Dynamics;
 use super::estimate::{Estimate, Problem, Residuals};
@@ -222,7 +222,6 @@ impl FixedLagSmoother {
         let knots = self.stretch.knots();
         let intervals = self.first_smoothed()..self.stretch.complete;
         let mut bins = self.bins.newest().to_vec();
-        values_at_times(&mut bins);
         bins.retain(|bin| {
             let passed = knots.intervals_until(bin.time_s);
             passed >= intervals.start as f64 && passed <= intervals.end as f64
@@ -302,7 +301,7 @@ impl FixedLagSmoother {
         self.stretch.marginalised += count;
         let knots = self.stretch.knots();
         self.until_s = knots.first_s + complete as f64 / knots.rate_hz;
-        // The value at a bin depends on the one before.
+        // One interval more than is used.
         let kept = self.first_smoothed() as f64 - 1.0;
         self.bins.forget(knots.first_s + kept / knots.rate_hz);
         self.found = match is_better(&found.covariance, online) {

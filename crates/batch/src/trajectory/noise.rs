@@ -7,7 +7,7 @@ use super::bins::Layout;
 use super::dynamics::Dynamics;
 use super::rows::Weights;
 use super::segment::Segment;
-use super::smoothing::{residuals, sixth_differences, smooth, unfollowed};
+use super::smoothing::{residuals, sixth_differences, smooth, unfollowed, values_at_times};
 use super::{MotionEstimate, SETTINGS};
 
 type Parameters = SVector<f64, 10>;
@@ -24,8 +24,8 @@ pub(super) struct Noise {
 }
 
 impl Noise {
-    /// Sets the splines of segments to the measured motion alone, and returns the noise that they
-    /// leave. Segments of too few bins are left out.
+    /// Sets the splines of segments to the measured motion alone, and means to values at their times,
+    /// and returns the noise that the splines leave. Segments of too few bins are left out.
     ///
     /// # Errors
     /// Returns why the motion cannot be estimated with splines.
@@ -37,6 +37,9 @@ impl Noise {
         segments.retain(|segment| segment.freedom() >= SETTINGS.least_freedom);
         if segments.is_empty() {
             return Err(MotionEstimate::TooFew);
+        }
+        for segment in segments.iter_mut() {
+            values_at_times(segment).ok_or(MotionEstimate::TooFew)?;
         }
         let layout = dynamics.layout();
         let std_devs = smooth(segments, layout).ok_or(MotionEstimate::TooFew)?;

@@ -5,7 +5,7 @@ use std::ops::Range;
 use nalgebra::{DMatrix, Isometry3, Quaternion, SMatrix, UnitQuaternion, Vector3, Vector4};
 use tactid_dynamics::FrameMotion;
 
-use super::bins::{Bin, values_at_times};
+use super::bins::Bin;
 use super::spline::{Basis, basis, order};
 
 /// Values of all coordinates at one time, then their first and second derivatives.
@@ -47,8 +47,6 @@ impl Segment {
     /// Creates a segment of so many coordinates, at rest at zero, with about `knots_hz` knots in a
     /// second, of which the first and the last are at bins.
     pub(super) fn new(bins: &[Bin], coordinates: usize, knots_hz: f64) -> Self {
-        let mut bins = bins.to_vec();
-        values_at_times(&mut bins);
         let first_s = bins[0].time_s;
         let length_s = bins[bins.len() - 1].time_s - first_s;
         let intervals = (length_s * knots_hz).ceil().max(1.0);
@@ -56,11 +54,11 @@ impl Segment {
             first_s,
             rate_hz: intervals / length_s,
         };
-        Self::with_knots(bins, coordinates, knots, 0..intervals as usize)
+        Self::with_knots(bins.to_vec(), coordinates, knots, 0..intervals as usize)
     }
 
-    /// Creates a segment of so many coordinates, at rest at zero, from values at the times of bins
-    /// in some of the intervals between knots.
+    /// Creates a segment of so many coordinates, at rest at zero, from bins in some of the intervals
+    /// between knots.
     pub(super) fn with_knots(
         bins: Vec<Bin>,
         coordinates: usize,

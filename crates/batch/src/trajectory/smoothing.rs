@@ -54,6 +54,49 @@ fn fit(
     Some((coefficients, residuals))
 }
 
+/// Replaces the means of a segment by values at the mean times: a mean differs from them by half of
+/// the second derivative times the spread of the times. The derivative is that of splines: with
+/// that of neighbouring bins, noise above 10 Hz, which residuals show, would be larger than below,
+/// where the motion is. `None` where the bins do not determine the splines.
+pub(super) fn values_at_times(segment: &mut Segment) -> Option<()> {
+    let (bins, channels) = (segment.bins.len(), segment.bins[0].values.len());
+    let means = DMatrix::from_fn(bins, channels, |bin, k| segment.bins[bin].values[k]);
+    let (coefficients, _) = fit(segment, &vec![means], [1.0; 2])?;
+    for (k, bin) in segment.bins.iter_mut().enumerate() {
+        for (spline, weight) in segment.bases[k][2].iter().enumerate() {
+            let first = (segment.spans[k] + spline) * channels;
+            let of_spline = &coefficients[first..first + channels];
+            for (value, coefficient) in bin.values.iter_mut().zip(of_spline) {
+                *value -= 0.5 * bin.spread_s2 * weight * coefficient;
+            }
+        }
+    }
+    Some(())
+}
+
+/// Returns the degrees of freedom of splines that values and rates with these variances determine:
+/// derivatives of the logarithm of the determinant of the information by that of each weight.
+fn determined(segment: &Segment, variances: [f64; 2]) -> Option<[f64; 2]> {
+    let log_determinant = |of_values: f64| {
+        let mut system = Bordered::zeros(segment.splines, order(), 1);
+        for (&span, basis) in segment.spans.iter().zip(&segment.bases) {
+            let mut block = DMatrix::zeros(order(), order());
+            for (splines, weight) in basis.iter().zip([of_values, variances[0] / variances[1]]) {
+                let splines = DMatrix::from_column_slice(order(), 1, splines);
+                block.gemm(weight, &splines, &splines.transpose(), 1.0);
+            }
+            system.add(span, &block);
+        }
+        system.factor()?;
+        Some(system.log_determinant())
+    };
+    let step = f64::EPSILON.cbrt();
+    let [below, above] = [1.0 - step, 1.0 + step];
+    let difference = log_determinant(above)? - log_determinant(below)?;
+    let of_values = difference / (above / below).ln();
+    Some([of_values, segment.splines as f64 - of_values])
+}
+
 /// Returns the residuals of splines through values alone.
 pub(super) fn residuals(segment: &Segment, values: DMatrix<f64>) -> Option<DMatrix<f64>> {
     Some(fit(segment, &vec![values], [1.0; 2])?.1.remove(0))
@@ -121,6 +164,7 @@ fn noise_of_acceleration(segments: &[Segment], channel: usize) -> Option<f64> {
 fn smooth_rotation(segments: &mut [Segment], layout: Layout, std_devs: &mut [f64]) -> Option<()> {
     let (of_turn, of_rate) = (layout.quaternion(), layout.angular_velocity());
     let first = layout.joints + 3;
+    let mut of_columns = [1.0; 2];
     for pass in 0..2 {
         let measured = segments.iter().map(|segment| {
             let bins = segment.bins.len();
@@ -142,12 +186,14 @@ fn smooth_rotation(segments: &mut [Segment], layout: Layout, std_devs: &mut [f64
             coordinates: (first, 4),
             measured: measured.collect(),
         };
-        smooth_group(segments, &group)?;
+        of_columns = smooth_group(segments, &group)?;
     }
-    let (mut squares, mut bins, mut unknowns) = ([0.0; 6], 0.0, 0.0);
+    let (mut squares, mut freedom) = ([0.0; 6], [0.0; 2]);
     for segment in segments.iter() {
-        bins += segment.bins.len() as f64;
-        unknowns += segment.splines as f64;
+        let taken = determined(segment, of_columns.map(|std_dev| std_dev * std_dev))?;
+        for (freedom, taken) in freedom.iter_mut().zip(taken) {
+            *freedom += (segment.bins.len() as f64 - taken).max(1.0);
+        }
         for (bin, found) in segment.bins.iter().enumerate() {
             let at = segment.at(bin);
             let (turn, rate) = rotation_residuals(&at, &found.values, layout);
@@ -156,8 +202,8 @@ fn smooth_rotation(segments: &mut [Segment], layout: Layout, std_devs: &mut [f64
             }
         }
     }
-    let freedom = (bins - 0.5 * unknowns).max(1.0);
-    let roots = squares.map(|square: f64| (square / freedom).sqrt());
+    let root = |k: usize| (squares[k] / freedom[k / 3]).sqrt();
+    let roots: [f64; 6] = std::array::from_fn(root);
     let largest = roots[..3].iter().fold(f64::EPSILON, |a, &b| a.max(b));
     for axis in 0..3 {
         std_devs[of_turn + axis] = roots[axis].max(f64::EPSILON);
@@ -202,7 +248,7 @@ fn smooth_group(segments: &mut [Segment], group: &Group) -> Option<[f64; 2]> {
     }
     // The ratio of the two variances converges at once: values and rates differ in frequency.
     for _ in 0..3 {
-        let (mut squares, mut freedom) = ([0.0; 2], 0.0);
+        let (mut squares, mut freedom) = ([0.0; 2], [0.0; 2]);
         for (segment, measured) in segments.iter_mut().zip(&group.measured) {
             let (coefficients, residuals) = fit(segment, measured, variances)?;
             for (spline, row) in coefficients.chunks_exact(columns).enumerate() {
@@ -213,10 +259,12 @@ fn smooth_group(segments: &mut [Segment], group: &Group) -> Option<[f64; 2]> {
                 *square += rest.norm_squared();
             }
             let count = (columns * segment.bins.len()) as f64;
-            freedom += (count - 0.5 * (columns * segment.splines) as f64).max(1.0);
+            for (freedom, taken) in freedom.iter_mut().zip(determined(segment, variances)?) {
+                *freedom += (count - columns as f64 * taken).max(1.0);
+            }
         }
-        for ((variance, square), floor) in variances.iter_mut().zip(squares).zip(floors) {
-            *variance = (square / freedom).max(floor);
+        for (k, variance) in variances.iter_mut().enumerate() {
+            *variance = (squares[k] / freedom[k]).max(floors[k]);
         }
     }
     Some(variances.map(f64::sqrt))
@@ -289,4 +337,93 @@ pub(super) fn unfollowed(
         }
     }
     reason
+}
+
+#[cfg(test)]
+mod tests {
+    use nalgebra::{Isometry3, UnitQuaternion};
+    use rand::{RngExt, SeedableRng, rngs::SmallRng};
+    use rand_distr::StandardNormal;
+    use tactid_dynamics::{BaseKind, Manipulator};
+    use tactid_identify::BaseState;
+    use tactid_identify::equations::{EquationSettings, Sample};
+
+    use super::super::bins::SampleBins;
+    use super::*;
+
+    const HINGE: &str = r#"<robot name="hinge"><link name="base"/><link name="tip"/>
+      <joint name="hinge" type="continuous"><parent link="base"/><child link="tip"/></joint>
+      </robot>"#;
+
+    /// Returns the bins of a minute at 1 kHz in which the joint and the base oscillate, with white
+    /// noise of these standard deviations of values, rad and m, and of rates.
+    fn oscillation([of_values, of_rates]: [f64; 2]) -> SampleBins {
+        let robot = Manipulator::from_urdf(HINGE, BaseKind::Floating).unwrap();
+        let mut bins = SampleBins::new(&robot, 0, &EquationSettings::default(), None);
+        let mut random = SmallRng::seed_from_u64(3);
+        let mut noise = |std_dev: f64| -> Vector3<f64> {
+            Vector3::from_fn(|_, _| std_dev * random.sample::<f64, _>(StandardNormal))
+        };
+        for k in 0..60_000 {
+            let (sin, cos) = (8e-3 * f64::from(k)).sin_cos();
+            let turned = UnitQuaternion::from_scaled_axis(Vector3::x() * sin);
+            let turned = UnitQuaternion::from_scaled_axis(noise(of_values)) * turned;
+            let position = Vector3::y() * sin + noise(of_values);
+            bins.push(
+                &Sample {
+                    time_s: 1e-3 * f64::from(k),
+                    base: BaseState {
+                        pose: Isometry3::from_parts(position.into(), turned),
+                        velocity: Vector3::y() * 8.0 * cos + noise(of_rates),
+                        angular_velocity: Vector3::x() * 8.0 * cos + noise(of_rates),
+                        ..BaseState::fixed()
+                    },
+                    joint_position: &[sin + noise(of_values).x],
+                    joint_velocity: &[8.0 * cos + noise(of_rates).x],
+                    joint_effort: &[sin + noise(of_values).x],
+                    wrenches: &[],
+                },
+                k == 0,
+            );
+        }
+        bins.finish();
+        bins
+    }
+
+    /// The noise of bins is that of means of so many samples, 17 in a sixtieth of a second: for
+    /// values and rates of the joint and of the base, whichever determine the splines, and for an
+    /// effort.
+    #[test]
+    fn the_noise_of_bins_is_that_of_their_samples() {
+        for of_samples in [[1e-3, 1e-2], [1e-3, 1e-1], [1e-4, 1e-2]] {
+            let bins = oscillation(of_samples);
+            let layout = bins.layout();
+            let stretch = bins.sections()[0][0];
+            let mut segments = [Segment::new(
+                stretch,
+                layout.coordinates(),
+                SETTINGS.knots_hz,
+            )];
+            values_at_times(&mut segments[0]).unwrap();
+            let found = smooth(&mut segments, layout).unwrap();
+            let [segment] = segments;
+            let efforts = segment.bins.iter().map(|bin| bin.values[layout.effort()]);
+            let efforts = DMatrix::from_iterator(stretch.len(), 1, efforts);
+            let left = residuals(&segment, efforts).unwrap().norm_squared();
+            let of_effort = (left / (segment.freedom() * stretch.len() as f64)).sqrt();
+            let mean = |channels: Range<usize>| {
+                let squares = found[channels.clone()].iter().map(|found| found.powi(2));
+                (squares.sum::<f64>() / channels.len() as f64).sqrt()
+            };
+            let (position, turn) = (layout.position(), layout.quaternion());
+            let of_values = [0..1, position..position + 3, turn..turn + 3].map(mean);
+            let of_rates = [1..2, position + 3..turn, turn + 4..turn + 7].map(mean);
+            let ratios = of_values.into_iter().chain([of_effort]);
+            let ratios = ratios.map(|found| found / of_samples[0]);
+            let ratios = ratios.chain(of_rates.map(|found| found / of_samples[1]));
+            let ratios: Vec<f64> = ratios.map(|ratio| ratio * 17f64.sqrt()).collect();
+            let are_found = ratios.iter().all(|ratio| (ratio - 1.0).abs() < 0.06);
+            assert!(are_found, "{of_samples:?}: {ratios:.3?}");
+        }
+    }
 }
