@@ -153,7 +153,10 @@ FINDINGS = [
     ),
     Finding("joint_zero_moved", {"size": -0.0213, "std_dev": 0.0025, "joint": "elbow"}),
     Finding("unloaded_left_out", {"noise_ratio": 5.4}),
-    Finding("unloaded_efforts_scaled", {"joints": ["shoulder", "elbow"], "ratios": [0.0941, 0.112]}),
+    Finding(
+        "unloaded_efforts_scaled",
+        {"joints": ["shoulder", "elbow"], "ratios": [0.0941, 0.112], "has_gains": False},
+    ),
     Finding("recording_calibrated", {"is_loaded": True}),
     Finding("unknown_joints", {"joints": ["finger"]}),
     Finding("absent_joints", {"joints": ["head"]}),
@@ -439,10 +442,10 @@ SENTENCES = {
         " unloaded motion at the same temperature, or identify without `unloaded`."
     ),
     "unloaded_efforts_scaled": (
-        "The efforts of the unloaded arm are not those that its weight needs by the URDF: their"
-        " ratio is 0.094 for shoulder and 0.11 for elbow. They may be motor currents, or have"
-        " another unit, and the load is wrong by the same ratio. `effort_gain` has the effort of"
-        " each joint for one unit of the recorded value; a calibration of the arm identifies it."
+        "The efforts of the unloaded arm are 0.094 (shoulder) and 0.11 (elbow) times what its"
+        " weight needs by the URDF: they are motor currents or have another unit, and the load is"
+        " wrong by the same number, or the masses of the URDF are wrong. For the first, give"
+        " `effort_gain`, about 11 and 8.9 for these joints, or 1 for N m, or calibrate the arm."
     ),
     "recording_calibrated": (
         "This recording calibrated the arm with the payload that was given for it: the result"

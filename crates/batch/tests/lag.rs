@@ -212,6 +212,16 @@ fn unsuited_robots_and_samples_have_no_estimate() {
     assert!(on_ground.estimate().is_none());
 }
 
+/// The first estimate needs 0.8 s, whatever the lag: nothing is marginalised out before.
+#[test]
+fn a_long_lag_delays_nothing() {
+    let experiment = experiment(1.0);
+    let instants = noisy(&experiment.run(), 1);
+    let lagged = lagged(&experiment, &instants, 5.0);
+    assert_eq!(lagged.motion(), MotionEstimate::WithPayload);
+    assert!(lagged.until_s() > 0.9);
+}
+
 /// A gap ends the motion, and what was known of the payload stays: the estimate is as before, and
 /// more precise with the samples after it.
 #[test]

@@ -143,9 +143,8 @@ fn settings_are_checked() {
         ..LagSettings::default()
     };
     assert_eq!(new(given).unwrap_err().option(), Some("bounding_box"));
-    let smoothed = Some(MotionEstimate::NoVelocities);
     let given = LagSettings {
-        smoothed,
+        has_derived_velocity: true,
         ..LagSettings::default()
     };
     let identifier = new(given).unwrap();

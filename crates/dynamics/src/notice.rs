@@ -83,7 +83,8 @@ impl Reader {
     pub fn choice(self, field: &str, value: &str) -> String {
         match self {
             Self::CommandLine => format!("`{} {value}`", self.option(field)),
-            Self::Rust | Self::Python | Self::Online => format!("`{field}=\"{value}\"`"),
+            Self::Python => format!("`{field}=\"{value}\"`"),
+            Self::Rust | Self::Online => format!("`{field}` ({value})"),
         }
     }
 }

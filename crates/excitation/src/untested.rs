@@ -14,7 +14,7 @@ pub struct UntestedLink {
     /// Name of the link.
     pub link: String,
     /// The first of its shapes that cannot be tested: file of a mesh, or element of the URDF, which is
-    /// `<visual>` where a link has no collision shape and carries a joint.
+    /// `<visual>` where a part of the arm has no collision shape.
     pub shape: String,
     /// Why the shape cannot be tested.
     pub because: String,
@@ -26,14 +26,15 @@ pub struct UntestedLinks(pub Vec<UntestedLink>);
 
 impl UntestedLinks {
     /// Returns what makes a test possible.
-    pub(crate) fn remedy(&self) -> &'static str {
-        if self.0.is_empty() {
-            "give a URDF with collision shapes"
-        } else if self.0.iter().all(|link| link.shape == VISUAL) {
-            "give them collision shapes in the URDF"
-        } else {
-            "put the meshes, as STL, OBJ or PLY files, where the URDF names them (for package://, ROS_PACKAGE_PATH may name the \
-             folder that contains the package)"
+    pub(crate) fn remedy(&self) -> String {
+        let missing = self.0.iter().filter(|link| link.shape == VISUAL).count();
+        let shapes = "give a URDF with collision shapes";
+        let meshes = "put the meshes, as STL, OBJ or PLY files, where the URDF names them (for package://, ROS_PACKAGE_PATH may \
+                      name the folder that contains the package)";
+        match (missing, self.0.len()) {
+            (missing, all) if missing == all => shapes.to_owned(),
+            (0, _) => meshes.to_owned(),
+            _ => format!("{shapes} and {meshes}"),
         }
     }
 }
@@ -60,6 +61,14 @@ impl fmt::Display for UntestedLinks {
             let names: Vec<&str> = links.iter().map(|link| link.link.as_str()).collect();
             let separator = if group > 0 { "; " } else { "" };
             let noun = if names.len() > 1 { "links" } else { "link" };
+            if links[0].shape == VISUAL {
+                let names = listed(&names);
+                write!(
+                    formatter,
+                    "{separator}the URDF has no collision shape of the {noun} {names}"
+                )?;
+                continue;
+            }
             write!(
                 formatter,
                 "{separator}collision shapes of the {noun} {} are left out (`{}`: {because})",

@@ -84,26 +84,39 @@ fn the_links_that_lost_their_shapes_are_named() {
     );
 }
 
-/// A part of the arm with a visual shape alone is a reason to refuse a motion: the motion could run
-/// the arm through it.
-#[test]
-fn a_part_of_the_arm_without_collision_shape_is_refused() {
-    let (mut problem, model) = with_changed_shapes(|xml| {
-        let start = xml.find("<link name=\"forearm_link\">").unwrap();
-        let end = start + xml[start..].find("</link>").unwrap();
-        let link = xml[start..end].replace("collision", "visual");
-        format!("{}{link}{}", &xml[..start], &xml[end..])
-    });
-    problem.collisions = Some(model.clone());
-    let message = design(&problem, &quick()).unwrap_err().to_string();
-    let expected = "collision shapes of the link forearm_link are left out (`<visual>`: the URDF has no collision shape of this part of \
-                    the arm); give them collision shapes in the URDF, or accept a motion";
-    assert!(message.contains(expected), "{message}");
-    problem.collisions = Some(model.accepting_untested());
-    assert!(design(&problem, &quick()).is_ok());
+/// Replaces the collision shapes of a link by visual shapes.
+fn with_visuals(xml: &str, link: &str) -> String {
+    let start = xml.find(&format!("<link name=\"{link}\">")).unwrap();
+    let end = start + xml[start..].find("</link>").unwrap();
+    let visual = xml[start..end].replace("collision", "visual");
+    format!("{}{visual}{}", &xml[..start], &xml[end..])
 }
 
-/// A link with a visual shape alone that carries no joint is no reason to refuse a motion, and is reported.
+/// A part of the arm with a visual shape alone is a reason to refuse a motion: the motion could run
+/// the arm through it. The last link carries no joint.
+#[test]
+fn a_part_of_the_arm_without_collision_shape_is_refused() {
+    for link in ["forearm_link", "wrist_3_link"] {
+        let (mut problem, model) = with_changed_shapes(|xml| with_visuals(xml, link));
+        problem.collisions = Some(model.clone());
+        let message = design(&problem, &quick()).unwrap_err().to_string();
+        let expected = format!(
+            "tested: the URDF has no collision shape of the link {link}; give a URDF with collision shapes, or accept"
+        );
+        assert!(message.contains(&expected), "{message}");
+        problem.collisions = Some(model.accepting_untested());
+        assert!(design(&problem, &quick()).is_ok());
+    }
+    let (mut problem, model) = with_changed_shapes(|xml| {
+        adding_mesh(&with_visuals(xml, "forearm_link"), "wrist_1_link", "b.stl")
+    });
+    problem.collisions = Some(model);
+    let message = design(&problem, &quick()).unwrap_err().to_string();
+    let expected = "shapes and put the meshes, as STL";
+    assert!(message.contains(expected), "{message}");
+}
+
+/// A link with a visual shape alone that is fixed to the arm is no reason to refuse a motion, and is reported.
 #[test]
 fn links_that_have_no_collision_shape_are_reported() {
     let (_, model) = with_changed_shapes(|xml| {

@@ -15,7 +15,7 @@ const EVERY: u64 = 16;
 const LEAST_EXPLAINED: f64 = 0.5;
 /// Joints that need less than this fraction of the largest effort are not compared.
 const LEAST_EFFORT: f64 = 0.1;
-/// Smallest ratio of efforts that masses of a URDF do not explain.
+/// Smallest ratio of efforts, or its inverse, that wrong masses of a URDF hardly explain.
 const OTHER_UNIT: f64 = 3.0;
 
 /// Compares the efforts of the unloaded arm with what its weight needs by the URDF.
@@ -24,6 +24,8 @@ pub(crate) struct UnloadedScale {
     /// arm, or its base moves.
     arm: Option<(Workspace, Vector3<f64>)>,
     still: Vec<f64>,
+    /// Whether the request has gains of the efforts.
+    has_gains: bool,
     count: u64,
     sums: Vec<Sums>,
 }
@@ -59,6 +61,7 @@ impl UnloadedScale {
         Self {
             arm: is_compared.then(|| (Workspace::new(robot), gravity)),
             still: vec![0.0; robot.dof()],
+            has_gains: plan.request.effort_gain.is_some(),
             count: 0,
             sums: vec![Sums::default(); robot.dof()],
         }
@@ -93,19 +96,18 @@ impl UnloadedScale {
     pub(crate) fn finding(&self, names: &[String]) -> Option<Finding> {
         let largest = self.sums.iter().map(|sums| sums.needed);
         let least = LEAST_EFFORT.powi(2) * largest.fold(0.0, f64::max);
-        let (joints, ratios): (Vec<String>, Vec<f64>) = names
+        let explained = names
             .iter()
             .zip(&self.sums)
-            .filter(|(_, sums)| sums.needed > least && sums.is_explained())
-            .map(|(name, sums)| (name.clone(), sums.both / sums.needed))
-            .unzip();
-        let (lowest, highest) = ratios
-            .iter()
-            .fold((f64::INFINITY, 0.0), |(low, high), ratio| {
-                (ratio.min(low), ratio.max(high))
-            });
-        let is_other = lowest > OTHER_UNIT || highest < OTHER_UNIT.recip();
-        (joints.len() > 1 && lowest > 0.0 && is_other)
-            .then_some(Finding::UnloadedEffortsScaled { joints, ratios })
+            .filter(|(_, sums)| sums.needed > least && sums.is_explained());
+        let ratios = explained.map(|(name, sums)| (name.clone(), sums.both / sums.needed));
+        let is_other = |ratio: f64| !(OTHER_UNIT.recip()..=OTHER_UNIT).contains(&ratio.abs());
+        let (joints, ratios): (Vec<String>, Vec<f64>) =
+            ratios.filter(|(_, ratio)| is_other(*ratio)).unzip();
+        (joints.len() > 1).then_some(Finding::UnloadedEffortsScaled {
+            joints,
+            ratios,
+            has_gains: self.has_gains,
+        })
     }
 }

@@ -8,8 +8,8 @@ use crate::common::{Experiment, Instant, TOOL, URDF, payload};
 use crate::recorded_arrays::{Recording, quick, recorded};
 use nalgebra::{Isometry3, Vector3};
 use tactid_dynamics::{
-    BaseKind, FrameMotion, InertialParameters, JointMotion, Manipulator, Urdf, Workspace, forces,
-    motion,
+    BaseKind, FrameMotion, InertialParameters, JointMotion, Manipulator, Notice, Severity, Urdf,
+    Workspace, forces, motion,
 };
 use tactid_recordings::{
     Arrays, Finding, Identification, Method, RecordingError, Request, UnloadedArrays,
@@ -187,31 +187,44 @@ fn is_scaled(found: &Identification) -> bool {
         .any(|finding| matches!(finding, Finding::UnloadedEffortsScaled { .. }))
 }
 
-/// Motor currents, whose gains are not given, contradict the weight of the unloaded arm: the load
-/// would be wrong by the same ratio, without another sign of it.
+/// Motor currents contradict the weight of the unloaded arm: the load would be wrong by the same
+/// ratios, without another sign of it. Their signs and their ratios may differ between joints.
 #[test]
 fn currents_without_gains_are_named() {
-    let (loaded, unloaded) = (Arm::new(true, 0.0), Arm::new(false, 1.3));
-    let with_gain = |gain: f64| {
+    let with_gains = |gains: [f64; 8]| {
         let request = Request {
             method: Some(Method::Effort),
-            effort_gain: Some(vec![gain; 8]),
             ..quick()
         };
+        let arms = [Arm::new(true, 0.0), Arm::new(false, 1.3)];
+        let [loaded, unloaded] = arms.map(|mut arm| {
+            for (k, effort) in arm.effort.iter_mut().enumerate() {
+                *effort *= gains[k % 8];
+            }
+            arm
+        });
         loaded.identify(&unloaded, &request).unwrap()
     };
-    assert!(!is_scaled(&with_gain(1.0)));
-    for gain in [0.1, 10.0] {
-        let found = with_gain(gain);
-        let scaled = found
+    assert!(!is_scaled(&with_gains([1.0; 8])));
+    let of_arm = |second: f64, third: f64| [1.0, second, third, 1.0, 1.0, 1.0, 1.0, 1.0];
+    for (gains, severity) in [
+        (of_arm(0.1, 0.08), Severity::Contradicts),
+        (of_arm(-0.1, 0.08), Severity::Contradicts),
+        (of_arm(10.0, 12.0), Severity::Doubts),
+    ] {
+        let found = with_gains(gains);
+        let finding = found
             .recording
             .findings
             .iter()
-            .find_map(|finding| match finding {
-                Finding::UnloadedEffortsScaled { ratios, .. } => Some(ratios.clone()),
-                _ => None,
-            });
-        for ratio in scaled.unwrap() {
+            .find(|finding| matches!(finding, Finding::UnloadedEffortsScaled { .. }));
+        let finding = finding.unwrap();
+        assert_eq!(finding.severity(), severity, "{finding}");
+        let Finding::UnloadedEffortsScaled { joints, ratios, .. } = finding else {
+            unreachable!()
+        };
+        assert_eq!(joints, &["joint_2", "joint_3"]);
+        for (ratio, gain) in ratios.iter().zip(&gains[1..]) {
             // Friction is up to two thirds of what the weight needs.
             assert!((ratio / gain - 1.0).abs() < 0.35, "{ratio}");
         }

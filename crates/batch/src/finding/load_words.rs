@@ -32,8 +32,8 @@ pub(super) fn gravity(
     // Without the sign of zero.
     let [x, y, z] = better.map(|entry| general(entry + 0.0, 6));
     format!(
-        "{what}, ({x}, {y}, {z}) m/s², explains the {} far better than the given one (its \
-         residuals are {} as large): check the sign of {} and the axes of the world.",
+        "{what}, ({x}, {y}, {z}) m/s², explains the {} far better than the given one (with \
+         this, residuals are {} of those without): check the sign of {} and the axes of the world.",
         load_of(method),
         percent(residual_ratio),
         reader.option("gravity")

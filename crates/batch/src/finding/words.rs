@@ -375,7 +375,7 @@ mod tests {
         assert_eq!(
             finding.to_string(),
             "The identified mass is negative: the opposite sign of the wrench \
-             (`wrench_acts_on=\"sensor\"`, or payload where sensor is given), or of gravity \
+             (`wrench_acts_on` (sensor), or payload where sensor is given), or of gravity \
              (`gravity`), would explain the data."
         );
         assert!(

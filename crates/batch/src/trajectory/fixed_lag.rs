@@ -105,7 +105,7 @@ impl FixedLagSmoother {
         self.until_s
     }
 
-    /// Adds a sample that the online identifier has used, and what it was to that.
+    /// Adds a sample with the outcome that the online identifier returned for it.
     pub(super) fn push(&mut self, online: &Identifier, sample: &Sample<'_>, outcome: PushOutcome) {
         if outcome == PushOutcome::Rejected || self.bins.unsuited().is_some() {
             return;
@@ -196,7 +196,7 @@ impl FixedLagSmoother {
     /// Renews the estimate from all complete intervals, and marginalises out all but the last `lag`,
     /// unless that has to wait for more samples.
     fn renew(&mut self, online: &Identifier, lag: usize) -> Result<(), MotionEstimate> {
-        if self.stretch.complete < SETTINGS.first_intervals.max(self.lag + 1) {
+        if self.stretch.complete < SETTINGS.first_intervals {
             return Ok(());
         }
         let segment = self.segment();
@@ -256,7 +256,7 @@ impl FixedLagSmoother {
         let bins_of_interval = bins as f64 / (complete - self.first_smoothed()) as f64;
         let mut segments = vec![segment];
         let of_last = Noise::smoothed(&mut segments, dynamics, start)?;
-        // The splines follow the motion now, and did before.
+        // The splines must follow the motion of this segment, and with it that of all before.
         of_last.weights(dynamics.layout(), bins)?;
         let (noise, intervals) = self
             .known

@@ -35,10 +35,9 @@ pub struct LagSettings {
     /// A box in the end-effector frame that contains the whole payload: the estimate is projected
     /// onto bodies that fit into it. Default: none.
     pub bounding_box: Option<BoundingBox>,
-    /// Why there may be no estimate, where settings and samples do not show it:
-    /// [`MotionEstimate::NoVelocities`] where velocities of the base follow from its poses.
-    /// Default: none.
-    pub smoothed: Option<MotionEstimate>,
+    /// Whether velocities of the base are differentiated from its poses: there is no estimate then.
+    /// Default: false.
+    pub has_derived_velocity: bool,
 }
 
 impl Default for LagSettings {
@@ -47,7 +46,7 @@ impl Default for LagSettings {
             lag_s: 0.1,
             online: OnlineSettings::default(),
             bounding_box: None,
-            smoothed: None,
+            has_derived_velocity: false,
         }
     }
 }
@@ -137,13 +136,14 @@ impl LagIdentifier {
         let LagSettings {
             lag_s,
             bounding_box,
-            smoothed,
+            has_derived_velocity,
             online,
         } = settings;
         LAG_S.check("lag_s", &[lag_s])?;
         bounding_box.map_or(Ok(()), |given| given.check("bounding_box"))?;
         let online = Identifier::with_settings(robot, tool, sensors, equations, &online)?;
         let stream = online.snapshot().stream;
+        let smoothed = has_derived_velocity.then_some(MotionEstimate::NoVelocities);
         let bins = SampleBins::new(robot, sensors.len(), equations, smoothed);
         Ok(Self {
             frame: tool.into(),

@@ -1,6 +1,6 @@
 //! Collision shapes of a robot's links.
 
-use std::collections::HashSet;
+use std::collections::{HashMap, HashSet};
 use std::fmt;
 
 use parry3d_f64::shape::SharedShape;
@@ -63,8 +63,8 @@ pub enum CollisionFinding {
         /// The reason.
         because: NotTested,
     },
-    /// Links with a visual shape and no collision shape. No motion is designed where one of them
-    /// carries a joint; others, such as a camera, are not tested.
+    /// Links with a visual shape and no collision shape. No motion is designed where one of them is
+    /// a part of the arm; others, such as a camera, are not tested.
     LinksWithoutShapes {
         /// Names of the links.
         links: Vec<String>,
@@ -287,16 +287,12 @@ impl Reading<'_, '_> {
 
     /// Returns the model with findings about all links; `without` have a visual shape only.
     fn finish(mut self, without: Vec<String>, urdf: &Urdf) -> CollisionModel {
-        // The other links tell that the URDF has collision shapes, and that those of the arm are lost.
-        let joints = urdf.robot().joints.iter();
-        let carriers: HashSet<_> = joints
-            .filter(|joint| joint.joint_type != JointType::Fixed)
-            .map(|joint| &joint.parent.link)
-            .filter(|_| !self.model.links.is_empty())
-            .collect();
-        for link in without.iter().filter(|link| carriers.contains(link)) {
-            let because = "the URDF has no collision shape of this part of the arm";
-            self.leave_out(link, VISUAL.to_owned(), because.to_owned());
+        // Where there are other shapes, those of the arm are lost.
+        if !self.model.links.is_empty() {
+            let parts = parts_of_arms(urdf);
+            for link in without.iter().filter(|link| parts.contains(link.as_str())) {
+                self.leave_out(link, VISUAL.to_owned(), String::new());
+            }
         }
         let Self { mut model, .. } = self;
         let findings = &mut model.findings;
@@ -318,6 +314,28 @@ impl Reading<'_, '_> {
         }
         model
     }
+}
+
+/// Returns the links that joints move or that carry joints, but not what is fixed to them, such as a
+/// camera.
+fn parts_of_arms(urdf: &Urdf) -> HashSet<&str> {
+    let joints = &urdf.robot().joints;
+    let parents: HashMap<&str, &str> = joints
+        .iter()
+        .map(|joint| (joint.child.link.as_str(), joint.parent.link.as_str()))
+        .collect();
+    let moving = joints
+        .iter()
+        .filter(|joint| joint.joint_type != JointType::Fixed);
+    let mut parts = HashSet::new();
+    for joint in moving {
+        let mut link = Some(joint.child.link.as_str());
+        // The links above one that is known are known.
+        while let Some(part) = link.filter(|part| parts.insert(*part)) {
+            link = parents.get(part).copied();
+        }
+    }
+    parts
 }
 
 /// Returns the name of a shape: the file of a mesh, or the element of the URDF.

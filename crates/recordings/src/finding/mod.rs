@@ -228,12 +228,16 @@ pub enum Finding {
         noise_ratio: f64,
     },
     /// The efforts of the unloaded arm are far from what its weight needs by the URDF: they are motor
-    /// currents, or have another unit, and so has the load.
+    /// currents, or have another unit, and the load is wrong by the same ratio, or the masses of the
+    /// URDF are wrong, which does not matter.
     UnloadedEffortsScaled {
         /// The joints that show it.
         joints: Vec<String>,
-        /// Ratio of the recorded to the needed efforts of each of them, without a unit.
+        /// Ratio of the recorded efforts, with their gains, to the needed ones of each of them,
+        /// without a unit.
         ratios: Vec<f64>,
+        /// Whether gains were given, so that the masses of the URDF are as likely to be wrong.
+        has_gains: bool,
     },
     /// The recording is one of those that calibrated the arm: its payload was given, and the result
     /// repeats it.

@@ -2,7 +2,7 @@
 
 use tactid_batch::p_equals;
 use tactid_dynamics::Reader;
-use tactid_dynamics::words::{listed, percent, with_interval};
+use tactid_dynamics::words::{abridged, general, listed, percent, with_interval};
 use tactid_identify::EffortContent;
 
 use super::Finding;
@@ -20,13 +20,7 @@ impl Finding {
                 link,
                 origin_m,
             } => frame_followed(frame, link, *origin_m),
-            Self::AxesAssumed { topic, axes, point } => format!(
-                "{topic} is in `{axes}`, which does not move with the tool: its wrenches are taken \
-                 to have the axes of `{axes}`, and moments about the origin of `{point}`. {} and \
-                 {} state other ones.",
-                reader.option("wrench_axes"),
-                reader.option("sensor_frame")
-            ),
+            Self::AxesAssumed { topic, axes, point } => axes_assumed([topic, axes, point], reader),
             Self::TopicRecognized {
                 topic,
                 content,
@@ -66,6 +60,11 @@ impl Finding {
                 std_dev_kg,
             } => heavy_load(*mass_kg, *std_dev_kg, reader),
             Self::ShapeContradicted { p_value, scale } => wrong_shape(*p_value, *scale, reader),
+            Self::UnloadedEffortsScaled {
+                joints,
+                ratios,
+                has_gains,
+            } => efforts_scaled(joints, ratios, *has_gains, reader),
             Self::ForcesAndMomentsExchanged { residual_ratio } => {
                 forces_and_moments_exchanged(*residual_ratio)
             }
@@ -90,6 +89,36 @@ fn wrong_shape(p_value: f64, scale: Option<f64>, reader: Reader) -> String {
         "The measurements contradict the shape ({}, {}): {cause}. The result does not use it.",
         reader.option("shape"),
         p_equals(p_value)
+    )
+}
+
+fn efforts_scaled(joints: &[String], ratios: &[f64], has_gains: bool, reader: Reader) -> String {
+    let of_joints = joints.iter().zip(ratios);
+    let of_joints: Vec<String> = of_joints
+        .map(|(joint, ratio)| format!("{} ({joint})", general(*ratio, 2)))
+        .collect();
+    let option = reader.option("effort_gain");
+    let cure = if has_gains {
+        format!("divide {option} by these numbers")
+    } else {
+        let gains = ratios.iter().map(|ratio| general(ratio.recip(), 2));
+        let gains = abridged(&gains.collect::<Vec<_>>());
+        format!("give {option}, about {gains} for these joints, or 1 for N m")
+    };
+    format!(
+        "The efforts of the unloaded arm are {} times what its weight needs by the URDF: they are \
+         motor currents or have another unit, and the load is wrong by the same number, or the \
+         masses of the URDF are wrong. For the first, {cure}, or calibrate the arm.",
+        abridged(&of_joints)
+    )
+}
+
+fn axes_assumed([topic, axes, point]: [&str; 3], reader: Reader) -> String {
+    format!(
+        "{topic} is in `{axes}`, which does not move with the tool: its wrenches are taken to have \
+         the axes of `{axes}`, and moments about the origin of `{point}`. {} and {} state other ones.",
+        reader.option("wrench_axes"),
+        reader.option("sensor_frame")
     )
 }
 

@@ -3,7 +3,7 @@
 use std::fmt;
 
 use tactid_dynamics::words::{
-    HALF_WIDTH_95, abridged, at_most, decimals_of, general, listed, percent, two_figures,
+    HALF_WIDTH_95, at_most, decimals_of, general, listed, percent, two_figures,
 };
 use tactid_dynamics::{Notice, Reader, Severity, Subject};
 
@@ -22,11 +22,17 @@ impl Notice for Finding {
             | Self::ForcesAndMomentsExchanged { .. }
             | Self::ShapeContradicted { .. }
             | Self::JointSignContradicted { .. }
-            | Self::JointsExchanged { .. }
-            | Self::UnloadedEffortsScaled { .. } => Severity::Contradicts,
+            | Self::JointsExchanged { .. } => Severity::Contradicts,
+            // An arm without masses in its URDF needs less than it is measured to need.
+            Self::UnloadedEffortsScaled {
+                ratios,
+                has_gains: false,
+                ..
+            } if ratios.iter().all(|ratio| ratio.abs() < 1.0) => Severity::Contradicts,
             Self::FrictionChanged(changed) if changed.has_other_friction() => Severity::Contradicts,
             Self::GainsChanged(changed) if changed.has_other_gains() => Severity::Contradicts,
-            Self::RecordingCalibrated { .. }
+            Self::UnloadedEffortsScaled { .. }
+            | Self::RecordingCalibrated { .. }
             | Self::HeavyLoad { .. }
             | Self::TopicSilent { .. }
             | Self::TopicsNotUsed { .. }
@@ -69,7 +75,6 @@ impl Notice for Finding {
             | Self::CalibrationContradicted(_) => self.of_calibration(reader),
             Self::JointZeroMoved { .. }
             | Self::UnloadedLeftOut { .. }
-            | Self::UnloadedEffortsScaled { .. }
             | Self::RecordingCalibrated { .. } => self.of_other_recordings(reader),
             Self::DelayCorrected { .. } | Self::DelayDoubtful { .. } => self.of_delay(reader),
             Self::OptionNotUsed { .. }
@@ -87,6 +92,7 @@ impl Notice for Finding {
             | Self::HeavyLoad { .. }
             | Self::JointSignContradicted { .. }
             | Self::ShapeContradicted { .. }
+            | Self::UnloadedEffortsScaled { .. }
             | Self::JointsExchanged { .. } => self.of_readings(reader),
             Self::FrameAssumed { .. }
             | Self::ForcesSummed { .. }
@@ -337,20 +343,6 @@ impl Finding {
                 ratio(*noise_ratio),
                 reader.option("unloaded")
             ),
-            Self::UnloadedEffortsScaled { joints, ratios } => {
-                let of_joints = joints.iter().zip(ratios);
-                let of_joints: Vec<String> = of_joints
-                    .map(|(joint, ratio)| format!("{} for {joint}", general(*ratio, 2)))
-                    .collect();
-                format!(
-                    "The efforts of the unloaded arm are not those that its weight needs by the \
-                     URDF: their ratio is {}. They may be motor currents, or have another unit, and \
-                     the load is wrong by the same ratio. {} has the effort of each joint for one \
-                     unit of the recorded value; a calibration of the arm identifies it.",
-                    abridged(&of_joints),
-                    reader.option("effort_gain")
-                )
-            }
             Self::RecordingCalibrated { is_loaded } => {
                 let held = if *is_loaded {
                     "with the payload that was given for it"

@@ -39,7 +39,7 @@ class CombinationData(Formats, records.Combination):
 
     @property
     def disagreement(self) -> str | None:
-        """What a format without intervals leaves out of recordings that disagree; else None."""
+        """Says that recordings disagree, and the interval of the mass; None where they agree."""
         if self.agreement.agree:
             return None
         value, limits = self.estimate.reported_values[0], self.estimate.reported_intervals[0]
@@ -48,7 +48,7 @@ class CombinationData(Formats, records.Combination):
             if value is None or limits is None
             else f"{number(value, limits)} kg, from {limits.low:.4g} to {limits.high:.4g} kg"
         )
-        return f"the recordings disagree, and this format has no interval: the mass is {mass}"
+        return f"the recordings disagree, which formats without intervals hide: the mass is {mass}"
 
     @property
     def inputs(self) -> Mapping[str, Path]:
