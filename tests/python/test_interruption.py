@@ -57,7 +57,7 @@ def test_ctrl_c_while_libraries_load_is_one_line(
 def test_a_program_that_imports_the_package_is_interrupted_as_usual(tmp_path: Path) -> None:
     program = (
         "import signal\n"
-        "try:\n    import tactid\n"
+        "try:\n    import tactid\n    tactid.calibrate\n"
         "except KeyboardInterrupt:\n    print('caught')\n"
         "assert signal.getsignal(signal.SIGINT) is signal.default_int_handler\n"
     )
