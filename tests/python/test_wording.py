@@ -279,8 +279,8 @@ FINDINGS = [
 SENTENCES = {
     "gravity_contradicted": (
         "Gravity of the opposite sign, (0, 0, 9.81) m/s², explains the wrench far better than the"
-        " given one (its residuals are 0.10 % as large): check the sign of `gravity` and the axes"
-        " of the world."
+        " given one (with this, residuals are 0.10 % of those without): check the sign of `gravity`"
+        " and the axes of the world."
     ),
     "too_few_windows": (
         "The residuals exceed the noise, and the recording is too short to show whether the model"
@@ -443,9 +443,10 @@ SENTENCES = {
     ),
     "unloaded_efforts_scaled": (
         "The efforts of the unloaded arm are 0.094 (shoulder) and 0.11 (elbow) times what its"
-        " weight needs by the URDF: they are motor currents or have another unit, and the load is"
-        " wrong by the same number, or the masses of the URDF are wrong. For the first, give"
-        " `effort_gain`, about 11 and 8.9 for these joints, or 1 for N m, or calibrate the arm."
+        " weight needs by the URDF: they may be motor currents, or have another unit, and the load"
+        " is wrong by the same factor. Give `effort_gain` for every joint, about 11 (shoulder) and"
+        " 8.9 (elbow), or calibrate the arm. If they are in N m, the masses of the URDF are wrong"
+        " and the result is right: a gain of 1 for every joint says so."
     ),
     "recording_calibrated": (
         "This recording calibrated the arm with the payload that was given for it: the result"
@@ -849,8 +850,8 @@ def test_advice_names_the_least_motion_that_determines_all() -> None:
 @pytest.mark.parametrize(
     ("kind", "changed", "words"),
     [
-        ("gravity_contradicted", {"residual_ratio": 0.135}, "its residuals are 14 % as large"),
-        ("gravity_contradicted", {"residual_ratio": 1e-9}, "residuals are under 0.001 % as large"),
+        ("gravity_contradicted", {"residual_ratio": 0.135}, "residuals are 14 % of those"),
+        ("gravity_contradicted", {"residual_ratio": 1e-9}, "residuals are under 0.001 % of"),
         ("acceleration_not_used", {"power_ratio": 2.5}, "residuals 50 % as large, power 250 %"),
         ("delay_corrected", {}, "stamped 37.00 ms later than the motion: this delay was corrected"),
         ("load_unexplained", {}, "30 % of the load (rms 3.0 of 10.0 N m, 43 times the noise)"),
@@ -1038,6 +1039,13 @@ def test_gains_of_another_robot_contradict_the_result() -> None:
     small = Finding("gains_changed", {**data, "change": 0.1, "joint_change": 0.12})
     assert not small.contradicts_result
     assert "identify without it" not in str(small)
+
+
+def test_given_gains_of_an_unloaded_arm_are_doubted_and_contradict_nothing() -> None:
+    data = {"joints": ["shoulder", "elbow"], "ratios": [0.1, 0.1], "has_gains": True}
+    finding = Finding("unloaded_efforts_scaled", data)
+    assert finding.severity == "doubts"
+    assert "The gains of the efforts (`effort_gain`) may be wrong: with them" in str(finding)
 
 
 def test_a_negative_mass_by_efforts_claims_no_sign_and_no_option_that_is_refused() -> None:

@@ -109,7 +109,7 @@ impl BatchSettings {
 ///
 /// Memory is bounded: at most 30 000 equations are stored, and neighbours are merged beyond that.
 /// Where motion and payload may be estimated at once, means of the samples are stored beside them,
-/// for 67 to 100 s at most, by the rate of the samples, and solved in sections of some 60 MB.
+/// at most 6000 (100 s at 1 kHz), and solved in sections of some 60 MB.
 #[derive(Clone, Debug)]
 pub struct BatchIdentifier {
     frame: Arc<str>,

@@ -27,13 +27,17 @@ pub struct UntestedLinks(pub Vec<UntestedLink>);
 impl UntestedLinks {
     /// Returns what makes a test possible.
     pub(crate) fn remedy(&self) -> String {
+        let all = self.0.len();
         let missing = self.0.iter().filter(|link| link.shape == VISUAL).count();
-        let shapes = "give a URDF with collision shapes";
+        let shapes = match all {
+            0 => "give a URDF with collision shapes",
+            _ => "give these links collision shapes in the URDF",
+        };
         let meshes = "put the meshes, as STL, OBJ or PLY files, where the URDF names them (for package://, ROS_PACKAGE_PATH may \
                       name the folder that contains the package)";
-        match (missing, self.0.len()) {
-            (missing, all) if missing == all => shapes.to_owned(),
-            (0, _) => meshes.to_owned(),
+        match missing {
+            _ if missing == all => shapes.to_owned(),
+            0 => meshes.to_owned(),
             _ => format!("{shapes} and {meshes}"),
         }
     }

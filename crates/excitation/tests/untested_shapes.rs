@@ -101,7 +101,7 @@ fn a_part_of_the_arm_without_collision_shape_is_refused() {
         problem.collisions = Some(model.clone());
         let message = design(&problem, &quick()).unwrap_err().to_string();
         let expected = format!(
-            "tested: the URDF has no collision shape of the link {link}; give a URDF with collision shapes, or accept"
+            "tested: the URDF has no collision shape of the link {link}; give these links collision shapes in the URDF, or accept"
         );
         assert!(message.contains(&expected), "{message}");
         problem.collisions = Some(model.accepting_untested());
@@ -112,7 +112,7 @@ fn a_part_of_the_arm_without_collision_shape_is_refused() {
     });
     problem.collisions = Some(model);
     let message = design(&problem, &quick()).unwrap_err().to_string();
-    let expected = "shapes and put the meshes, as STL";
+    let expected = "shapes in the URDF and put the meshes, as STL";
     assert!(message.contains(expected), "{message}");
 }
 

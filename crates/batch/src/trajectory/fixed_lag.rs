@@ -196,7 +196,7 @@ impl FixedLagSmoother {
     /// Renews the estimate from all complete intervals, and marginalises out all but the last `lag`,
     /// unless that has to wait for more samples.
     fn renew(&mut self, online: &Identifier, lag: usize) -> Result<(), MotionEstimate> {
-        if self.stretch.complete < SETTINGS.first_intervals {
+        if self.stretch.complete < SETTINGS.first_intervals.max(lag + 1) {
             return Ok(());
         }
         let segment = self.segment();

@@ -59,7 +59,8 @@ impl Default for LagSettings {
 /// It is a fixed-lag smoother: the motion that is older than the lag is marginalised out. Later
 /// samples do not change it, and what it says of the payload is kept. An online identifier of its
 /// own, [`online`](Self::online), gives the first parameters and detects payload changes, after
-/// which everything begins again. The first estimate needs 0.8 s, also after a gap, and every
+/// which everything begins again. The first estimate needs 0.8 s, or the lag and 0.05 s where that is
+/// longer, also after a gap, and every
 /// 0.05 s it is renewed with the samples until then.
 ///
 /// There is an estimate where there is one of a recording, with three differences. Rows have the
@@ -194,7 +195,7 @@ impl LagIdentifier {
     /// |---|---|
     /// | [`Smoothed`](MotionEstimate::Smoothed) | for ever: the robot or the settings do not suit; until it changes: a value is unobservable, or samples had other accelerations of the base than before |
     /// | [`NoVelocities`](MotionEstimate::NoVelocities) | the last samples had no velocities |
-    /// | [`TooFew`](MotionEstimate::TooFew) | fewer than 0.8 s since the begin, a gap or a payload change, or fewer than 40 samples in a second |
+    /// | [`TooFew`](MotionEstimate::TooFew) | fewer than 0.8 s, or than the lag and 0.05 s, since the begin, a gap or a payload change, or fewer than 40 samples in a second |
     /// | [`TooFast`](MotionEstimate::TooFast) | the last second had frequencies that splines do not follow |
     /// | [`Unexplained`](MotionEstimate::Unexplained) | residuals were larger than their noise, of all samples or of the last second: everything begins again |
     /// | [`Exact`](MotionEstimate::Exact) | the estimate of the online identifier is at least as precise, so far |

@@ -52,8 +52,9 @@ pub enum MotionEstimate {
     /// The motion was smoothed before, because no stretch without gaps is long enough (0.35 s), or
     /// samples are so rare (below 30 Hz) that splines go through all of them.
     TooFew,
-    /// The motion was smoothed before, because the recording is longer than 100 s, or 67 s at 90
-    /// samples in a second: windows then have intervals of about twice the width, and a cut of the
+    /// The motion was smoothed before, because the recording has more than 6000 means over about a
+    /// sixtieth of a second, those of 67 to 150 s by the rate of its samples (100 s at 1 kHz): windows
+    /// then have intervals of about twice the width, and a cut of the
     /// recording may have narrower ones.
     TooLong,
     /// The motion was smoothed before, because it has frequencies that splines do not follow.

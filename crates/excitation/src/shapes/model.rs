@@ -288,10 +288,11 @@ impl Reading<'_, '_> {
     /// Returns the model with findings about all links; `without` have a visual shape only.
     fn finish(mut self, without: Vec<String>, urdf: &Urdf) -> CollisionModel {
         // Where there are other shapes, those of the arm are lost.
-        if !self.model.links.is_empty() {
+        if !self.model.links.is_empty() || !self.model.untested.is_empty() {
             let parts = parts_of_arms(urdf);
             for link in without.iter().filter(|link| parts.contains(link.as_str())) {
-                self.leave_out(link, VISUAL.to_owned(), String::new());
+                let because = "the URDF has no collision shape of it";
+                self.leave_out(link, VISUAL.to_owned(), because.to_owned());
             }
         }
         let Self { mut model, .. } = self;

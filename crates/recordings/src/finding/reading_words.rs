@@ -97,19 +97,24 @@ fn efforts_scaled(joints: &[String], ratios: &[f64], has_gains: bool, reader: Re
     let of_joints: Vec<String> = of_joints
         .map(|(joint, ratio)| format!("{} ({joint})", general(*ratio, 2)))
         .collect();
-    let option = reader.option("effort_gain");
-    let cure = if has_gains {
-        format!("divide {option} by these numbers")
-    } else {
-        let gains = ratios.iter().map(|ratio| general(ratio.recip(), 2));
-        let gains = abridged(&gains.collect::<Vec<_>>());
-        format!("give {option}, about {gains} for these joints, or 1 for N m")
-    };
+    let (share, option) = (abridged(&of_joints), reader.option("effort_gain"));
+    if has_gains {
+        return format!(
+            "The gains of the efforts ({option}) may be wrong: with them, the efforts of the \
+             unloaded arm are {share} times what its weight needs by the URDF, and the load is wrong \
+             by the same factor. If the masses of the URDF are wrong, the result is right."
+        );
+    }
+    let gains = joints.iter().zip(ratios);
+    let gains: Vec<String> = gains
+        .map(|(joint, ratio)| format!("{} ({joint})", general(ratio.recip(), 2)))
+        .collect();
     format!(
-        "The efforts of the unloaded arm are {} times what its weight needs by the URDF: they are \
-         motor currents or have another unit, and the load is wrong by the same number, or the \
-         masses of the URDF are wrong. For the first, {cure}, or calibrate the arm.",
-        abridged(&of_joints)
+        "The efforts of the unloaded arm are {share} times what its weight needs by the URDF: they \
+         may be motor currents, or have another unit, and the load is wrong by the same factor. Give \
+         {option} for every joint, about {}, or calibrate the arm. If they are in N m, the masses of \
+         the URDF are wrong and the result is right: a gain of 1 for every joint says so.",
+        abridged(&gains)
     )
 }
 
