@@ -627,6 +627,11 @@ ONLINE = {
         " N: check their unit and the gains. The limits of the URDF are all the same, and may be"
         " placeholders."
     ),
+    "negative_mass": (
+        "The identified mass is negative: the opposite sign of the wrench (`wrench_acts_on`"
+        " (sensor), or payload where sensor is given), or of gravity (`gravity`), would explain the"
+        " data."
+    ),
     "known_bodies_too_heavy": (
         "The known bodies weigh 3 kg, but the whole load only 2 kg: check the links below the tip"
         " in the URDF, and the gains of the sensors."
@@ -636,7 +641,7 @@ ONLINE = {
         " 0.20) N, moment (0.000 ± 0.020, 0.010 ± 0.020, 0.000 ± 0.020) N m, in the frame tool0"
         " and with the sign of the pushed wrenches (with this, residuals are 10 % of those"
         " without). Subtract it from the wrenches before `push` (tare the sensor), or let"
-        ' `wrench_offset="yes"` identify it together with the payload.'
+        " `wrench_offset` (yes) identify it together with the payload."
     ),
     "load_unexplained": (
         "The model does not explain 30 % of the load (rms 3.0 of 10.0 N m, 43 times the noise),"
