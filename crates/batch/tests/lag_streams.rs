@@ -6,12 +6,12 @@ use std::f64::consts::TAU;
 use rand::{SeedableRng, rngs::SmallRng};
 use tactid_batch::{LagIdentifier, MotionEstimate};
 use tactid_dynamics::MassProperties;
-use tactid_identify::nalgebra::{Matrix3, Vector3};
+use tactid_identify::nalgebra::Vector3;
 use tactid_identify::{EquationSettings, Method, PushOutcome};
 
 use crate::common::{Experiment, Instant, payload};
 use crate::lag::{distance, experiment, identifier, lagged, noisy, recorded, settings};
-use crate::trajectory_limits::accelerated;
+use crate::trajectory_limits::{accelerated, with_light_payload};
 
 /// Returns the estimate that is exact, with the uncertainty of the present one.
 fn off(identifier: &LagIdentifier, body: MassProperties) -> f64 {
@@ -31,16 +31,10 @@ fn push_all(identifier: &mut LagIdentifier, instants: &[Instant]) {
 /// projected onto bodies that exist.
 #[test]
 fn a_light_payload_is_that_of_the_recording() {
-    let body = MassProperties {
-        mass_kg: 0.08,
-        center_of_mass: Vector3::new(0.1, 0.0, 0.0),
-        inertia: Matrix3::identity() * 0.004,
-    };
-    let light = Experiment {
-        swap: Some((-1.0, body)),
+    let light = with_light_payload(Experiment {
         step_s: 1.0 / 1024.0,
         ..experiment(2.31)
-    };
+    });
     let equations = EquationSettings {
         method: Method::JointSensing,
         ..EquationSettings::default()

@@ -174,19 +174,23 @@ fn accelerations_of_some_samples_keep_windows() {
     assert_eq!(found.fit.motion, MotionEstimate::Smoothed);
 }
 
-/// What is found about the mass agrees with the interval of the mass.
-#[test]
-fn a_light_payload_is_held() {
+/// Returns an experiment with a payload of 80 g from the beginning.
+pub(crate) fn with_light_payload(experiment: Experiment) -> Experiment {
     let body = MassProperties {
         mass_kg: 0.08,
         center_of_mass: Vector3::new(0.1, 0.0, 0.0),
         inertia: Matrix3::identity() * 0.004,
     };
-    let light = Experiment {
+    Experiment {
         swap: Some((-1.0, body)),
-        ..experiment()
-    };
-    let exact = light.run();
+        ..experiment
+    }
+}
+
+/// What is found about the mass agrees with the interval of the mass.
+#[test]
+fn a_light_payload_is_held() {
+    let exact = with_light_payload(experiment()).run();
     for seed in 0..8 {
         let found = solve(&noisy(&exact, seed), with(Method::JointSensing));
         let is_empty = found

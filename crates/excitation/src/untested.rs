@@ -35,10 +35,12 @@ impl UntestedLinks {
         };
         let meshes = "put the meshes, as STL, OBJ or PLY files, where the URDF names them (for package://, ROS_PACKAGE_PATH may \
                       name the folder that contains the package)";
-        match missing {
-            _ if missing == all => shapes.to_owned(),
-            0 => meshes.to_owned(),
-            _ => format!("{shapes} and {meshes}"),
+        if missing == all {
+            shapes.to_owned()
+        } else if missing == 0 {
+            meshes.to_owned()
+        } else {
+            format!("{shapes} and {meshes}")
         }
     }
 }

@@ -20,8 +20,8 @@ const OTHER_UNIT: f64 = 3.0;
 
 /// Compares the efforts of the unloaded arm with what its weight needs by the URDF.
 pub(crate) struct UnloadedScale {
-    /// The arm and the gravitational acceleration, m/s²; `None` where the efforts do not hold the
-    /// arm, or its base moves.
+    /// The arm and the gravitational acceleration, m/s²; `None` where there is no unloaded recording,
+    /// its efforts do not hold the arm, or the base moves.
     arm: Option<(Workspace, Vector3<f64>)>,
     still: Vec<f64>,
     /// Whether the request has gains of the efforts.
@@ -57,7 +57,8 @@ impl UnloadedScale {
         let gravity = plan.equations.gravity_for(robot.base_kind());
         let content = plan.request.efforts_are.unwrap_or_default();
         let holds_arm = content == EffortContent::Measured;
-        let is_compared = holds_arm && robot.base_kind() == BaseKind::Fixed;
+        let is_fixed = robot.base_kind() == BaseKind::Fixed;
+        let is_compared = plan.streams.unloaded && holds_arm && is_fixed;
         Self {
             arm: is_compared.then(|| (Workspace::new(robot), gravity)),
             still: vec![0.0; robot.dof()],

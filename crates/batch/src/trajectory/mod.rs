@@ -54,8 +54,8 @@ pub enum MotionEstimate {
     TooFew,
     /// The motion was smoothed before, because the recording has more than 6000 means over about a
     /// sixtieth of a second, those of 67 to 150 s by the rate of its samples (100 s at 1 kHz): windows
-    /// then have intervals of about twice the width, and a cut of the
-    /// recording may have narrower ones.
+    /// then have intervals of about twice the width, and a cut of the recording may have narrower
+    /// ones.
     TooLong,
     /// The motion was smoothed before, because it has frequencies that splines do not follow.
     TooFast,

@@ -94,10 +94,9 @@ impl Noise {
     }
 }
 
-/// Returns the covariance of the rows of the dynamics. The noise of a
-/// measured load is what splines through its own values leave: it depends on no model. Known noise
-/// keeps its proportions. What no sensor measures is next to exact, in proportion to what the noise
-/// of the motion leaves of it.
+/// Returns the covariance of the rows of the dynamics. The noise of a measured load is what splines
+/// through its own values leave: it depends on no model. Known noise keeps its proportions. What no
+/// sensor measures is next to exact, in proportion to what the noise of the motion leaves of it.
 fn covariance_of_dynamics(
     segments: &[Segment],
     dynamics: &mut Dynamics,
@@ -129,7 +128,7 @@ fn covariance_of_dynamics(
     // The inverse of a sample covariance is too large in the mean, by this number of channels of the
     // source and one. With few bins, correlations are not known.
     let taken = |i: usize| 1.0 + sources.iter().filter(|of| **of == sources[i]).count() as f64;
-    let covariance = DMatrix::from_fn(channels, channels, |i, j| {
+    let mut covariance = DMatrix::from_fn(channels, channels, |i, j| {
         let is_known = freedom > 2.0 * taken(i);
         if i != j && !(sources[i] == sources[j] && is_known) {
             return 0.0;
@@ -145,7 +144,6 @@ fn covariance_of_dynamics(
         let least = SETTINGS.accuracy.powi(2) * sizes[i] / bins;
         of_pair + if are_measured[i] { least } else { 0.0 } + f64::MIN_POSITIVE.sqrt()
     });
-    let mut covariance = covariance;
     for known in dynamics.known_noise() {
         keep_proportions(&mut covariance, &(&noise / freedom), &known);
     }
