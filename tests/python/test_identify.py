@@ -261,6 +261,48 @@ def test_online_estimates_know_their_uncertainty_and_detect_a_payload_change(
     assert 4 < estimate.since_s < 4.2
 
 
+def test_motion_and_payload_at_once_while_samples_come(
+    robot: tactid.Manipulator, rng: np.random.Generator
+) -> None:
+    """With noise on every channel, the estimate with a lag is better than that of windows."""
+    payload = tactid.MassProperties(7.0, [0.1, -0.2, 0.3], np.diag([0.4, 0.5, 0.6]))
+    time = np.arange(0, 3, 1e-3)
+    q, qd, regressor = carried(robot, time, rng)
+
+    def noisy(values: np.ndarray, std_dev: float) -> np.ndarray:
+        return values + std_dev * rng.standard_normal(values.shape)
+
+    base = {name: noisy(values, 2e-3) for name, values in at_rest(len(time)).items()}
+    base["pose"][:, 3:] /= np.linalg.norm(base["pose"][:, 3:], axis=1, keepdims=True)
+    samples = (noisy(q, 2e-3), noisy(qd, 5e-3), noisy(regressor @ payload.parameters, 0.05))
+    identifier = tactid.LagIdentifier(robot, ["tool0"], lag_s=0.2)
+    assert (identifier.estimate(), identifier.motion()) == (None, "too-few")
+    assert identifier.until() == -np.inf
+    assert repr(identifier) == "<tactid.LagIdentifier: no estimate yet>"
+    for rows in np.split(np.arange(len(time)), 3):
+        q_, qd_, wrench = (values[rows] for values in samples)
+        now = {name: values[rows] for name, values in base.items()}
+        identifier.push(time[rows], q_, qd_, wrench[:, None], **now)
+    assert identifier.motion() == "with-payload"
+    assert 2.9 < identifier.until() <= 2.999
+    identifier.finish()
+    # The fingers have no rail for such joint positions.
+    assert [each.kind for each in identifier.findings()] == ["positions_beyond_limits"]
+    estimate, windows = identifier.estimate(), identifier.window_estimate()
+    assert estimate is not None
+    error = (estimate.values - values_of(payload)) / estimate.std_devs
+    assert np.abs(error).max() < 4
+    # Splines know the mean noise of the motion; windows take it into their rows.
+    assert np.exp(np.mean(np.log(estimate.std_devs / windows.std_devs))) < 0.7
+
+
+def test_an_estimate_with_a_lag_says_why_there_is_none(urdf: str) -> None:
+    fixed = tactid.Manipulator.from_urdf(urdf, base="fixed")
+    assert tactid.LagIdentifier(fixed, ["tool0"]).motion() == "smoothed"
+    with pytest.raises(tactid.ArgumentError, match=r"`lag_s` is 0\.05, but must be between 0\.1"):
+        tactid.LagIdentifier(fixed, ["tool0"], lag_s=0.05)
+
+
 def test_what_cannot_be_identified_is_refused(robot: tactid.Manipulator, urdf: str) -> None:
     with pytest.raises(tactid.IdentificationError, match="needs at least one wrench"):
         tactid.Identifier(robot, sensors=[])

@@ -186,6 +186,22 @@ def test_an_interruption_that_a_library_turns_into_its_own_error_is_one_line(
     assert (done.returncode, done.stderr) == (code, f"tactid: {word}\n")
 
 
+def test_ctrl_c_while_numpy_is_loaded_is_no_panic() -> None:
+    program = (
+        "import sys, tactid\n"
+        "class Interrupting:\n"
+        "    def find_spec(self, name, path, target=None):\n"
+        "        if name == 'numpy':\n            raise KeyboardInterrupt\n"
+        "sys.meta_path.insert(0, Interrupting())\n"
+        "try:\n    tactid.info\n"
+        "except KeyboardInterrupt:\n    print('caught')\n"
+    )
+    done = subprocess.run(
+        [sys.executable, "-c", program], capture_output=True, text=True, check=False
+    )
+    assert (done.returncode, done.stdout, done.stderr) == (0, "caught\n", "")
+
+
 def test_ctrl_c_ends_the_opening_of_a_log_without_index(tmp_path: Path) -> None:
     """Such a log is read to its end, and its chunks hold back the signal if nothing looks."""
     path = tmp_path / "long.mcap"
@@ -202,9 +218,10 @@ def test_ctrl_c_ends_the_opening_of_a_log_without_index(tmp_path: Path) -> None:
         for _ in range(400):
             file.write(whole[begin:])
     program = (
-        "import os, signal, threading, tactid\n"
+        "import os, signal, threading\n"
+        "from tactid import info\n"
         "threading.Timer(0.3, os.kill, (os.getpid(), signal.SIGINT)).start()\n"
-        f"try:\n    tactid.info({str(path)!r})\n"
+        f"try:\n    info({str(path)!r})\n"
         "except KeyboardInterrupt:\n    print('caught')\n"
     )
     done = subprocess.run(

@@ -26,6 +26,7 @@ mod live;
 mod logs;
 mod motion;
 mod online;
+mod online_samples;
 mod options;
 mod poses;
 mod ranges;
@@ -80,7 +81,7 @@ mod _native {
     #[pymodule_export]
     use crate::logs::{LogInfo, Topic, info, set_log_memory};
     #[pymodule_export]
-    use crate::online::{Identifier, OnlineSolver, PaperFilter};
+    use crate::online::{Identifier, LagIdentifier, OnlineSolver, PaperFilter};
     #[pymodule_export]
     use crate::options::options;
     #[pymodule_export]
@@ -104,7 +105,8 @@ mod _native {
             eprintln!("tactid: internal error: {what}; please report it");
         }));
         // The first array, and the first borrowed one, load the interface of NumPy, which panics where a
-        // signal interrupts it.
+        // signal interrupts it: NumPy itself, which takes longest, is loaded before.
+        module.py().import("numpy")?;
         let array = numpy::PyArray1::<f64>::zeros(module.py(), 0, false);
         drop(numpy::PyArrayMethods::try_readonly(&array)?);
         module.add("__version__", env!("CARGO_PKG_VERSION"))

@@ -2,24 +2,20 @@
 
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
-use nalgebra::Vector3;
 use numpy::PyArrayDyn;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
+use pythonize::pythonize;
 use tactid_batch::online_findings;
-use tactid_dynamics::words::counted;
-use tactid_dynamics::{BaseKind, Wrench};
-use tactid_identify::{
-    BaseState, ContactState, IdentifyError, PushOutcome, Sample, WrenchEstimate,
-};
-use tactid_recordings::{OnlineSetup, Request, base_is_fixed};
+use tactid_identify::{ContactState, IdentifyError, PushOutcome, Sample, Snapshot, WrenchEstimate};
+use tactid_recordings::{OnlineSetup, Request};
 
-use crate::arguments::{borrowed, read_joints, read_robot, read_sensors, read_wrenches};
-use crate::arrays::{Sampled, Series, common_length, output};
-use crate::errors::{ArgumentError, IntoPyErr, detached, with_option};
+use crate::arguments::{borrowed, read_robot, read_sensors};
+use crate::arrays::output;
+use crate::errors::{IntoPyErr, detached, with_option};
 use crate::findings::findings;
+use crate::online_samples::{Expected, Samples};
 use crate::options;
-use crate::poses::Poses;
 use crate::record::fields;
 
 type Argument<'a, 'py> = Option<&'a Bound<'py, PyAny>>;
@@ -40,6 +36,12 @@ impl Solver for tactid_identify::Identifier {
     }
 }
 
+impl Solver for tactid_batch::LagIdentifier {
+    fn push(&mut self, sample: &Sample<'_>) -> Result<PushOutcome, IdentifyError> {
+        self.push(sample)
+    }
+}
+
 impl Solver for tactid_recordings::PaperFilter {
     fn push(&mut self, sample: &Sample<'_>) -> Result<PushOutcome, IdentifyError> {
         self.push(sample)
@@ -52,16 +54,6 @@ pub(crate) struct OnlineSolver {
     /// The solver, which the subclass shares under its own type.
     solver: Arc<Mutex<dyn Solver>>,
     expects: Expected,
-}
-
-/// What each sample must have.
-#[derive(Clone, Copy)]
-struct Expected {
-    /// Number of joints; `None` for a sensor without a robot.
-    dof: Option<usize>,
-    base: BaseKind,
-    sensors: usize,
-    uses_effort: bool,
 }
 
 #[pymethods]
@@ -84,7 +76,12 @@ impl OnlineSolver {
         let joints = [q, qd, effort];
         let base = [pose, twist, acceleration];
         let samples = Samples::read(self.expects, time, joints, wrench, base)?;
-        detached(py, || samples.push_to(&mut *lock(&self.solver)))?
+        detached(py, || {
+            let solver = &mut *lock(&self.solver);
+            let used = samples.for_each(|sample| solver.push(sample))?;
+            solver.finish();
+            Ok(used)
+        })?
     }
 }
 
@@ -198,12 +195,70 @@ impl Identifier {
 
     /// Returns what the most recent windows show about the assumptions.
     fn findings<'py>(&self, py: Python<'py>) -> PyResult<Vec<Bound<'py, PyAny>>> {
-        let noticed = detached(py, || {
-            let snapshot = lock(&self.0).snapshot();
-            online_findings(&snapshot)
-        })?;
-        findings(py, &noticed, "online")
+        findings_of(py, || lock(&self.0).snapshot())
     }
+}
+
+/// Motion and payload at once while samples come: see :class:`tactid.LagIdentifier`.
+#[pyclass(module = "tactid._native", frozen, extends = OnlineSolver)]
+pub(crate) struct LagIdentifier(Arc<Mutex<tactid_batch::LagIdentifier>>);
+
+#[pymethods]
+impl LagIdentifier {
+    #[new]
+    fn new(
+        robot: Argument<'_, '_>,
+        sensors: Argument<'_, '_>,
+        effort: bool,
+        lag_s: f64,
+        options: &Bound<'_, PyDict>,
+    ) -> PyResult<PyClassInitializer<Self>> {
+        let (setup, expects) = set_up(&options::request(options)?, robot, sensors, effort)?;
+        let solver = setup.lag_identifier(lag_s);
+        let solver = solver.map_err(IntoPyErr::into_py_err)?;
+        let (solver, base) = shared(expects, solver);
+        Ok(PyClassInitializer::from(base).add_subclass(Self(solver)))
+    }
+
+    /// Uses the samples that later ones would complete.
+    fn finish(&self, py: Python<'_>) -> PyResult<()> {
+        detached(py, || lock(&self.0).finish())
+    }
+
+    /// Returns the payload as known now; None where `motion` says why.
+    fn estimate<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyDict>>> {
+        let estimate = detached(py, || lock(&self.0).estimate())?;
+        estimate.map(|estimate| fields(py, &estimate)).transpose()
+    }
+
+    /// Returns the estimate of windows from the same samples.
+    fn window_estimate<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+        fields(py, &detached(py, || lock(&self.0).online().estimate())?)
+    }
+
+    /// Returns how the motion entered the estimate.
+    fn motion<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        Ok(pythonize(py, &detached(py, || lock(&self.0).motion())?)?)
+    }
+
+    /// Returns the time until which samples are in the last estimate, s.
+    fn until(&self, py: Python<'_>) -> PyResult<f64> {
+        detached(py, || lock(&self.0).until_s())
+    }
+
+    /// Returns what the most recent windows show about the assumptions.
+    fn findings<'py>(&self, py: Python<'py>) -> PyResult<Vec<Bound<'py, PyAny>>> {
+        findings_of(py, || lock(&self.0).online().snapshot())
+    }
+}
+
+/// Returns the findings of a copy, so that nobody waits for them.
+fn findings_of<'py>(
+    py: Python<'py>,
+    snapshot: impl FnOnce() -> Snapshot + Send,
+) -> PyResult<Vec<Bound<'py, PyAny>>> {
+    let noticed = detached(py, || online_findings(&snapshot()))?;
+    findings(py, &noticed, "online")
 }
 
 /// Time, s, force and moment, their covariance, and whether the payload may have changed.
@@ -299,152 +354,4 @@ fn shared<T: Solver + 'static>(expects: Expected, solver: T) -> (Arc<Mutex<T>>, 
 fn lock<T: ?Sized>(solver: &Mutex<T>) -> MutexGuard<'_, T> {
     // A push that panicked has left numbers behind, not broken memory.
     solver.lock().unwrap_or_else(PoisonError::into_inner)
-}
-
-/// Samples in arrays, one after the other.
-struct Samples {
-    time: Series,
-    q: Series,
-    qd: Series,
-    effort: Series,
-    wrench: Series,
-    pose: Poses,
-    twist: Series,
-    acceleration: Option<Series>,
-    count: usize,
-}
-
-impl Samples {
-    fn read(
-        expects: Expected,
-        time: &Bound<'_, PyAny>,
-        joints: [Argument<'_, '_>; 3],
-        wrench: Argument<'_, '_>,
-        base: [Argument<'_, '_>; 3],
-    ) -> PyResult<Self> {
-        check_given(expects, joints, wrench)?;
-        check_base(expects, base)?;
-        let [q, qd, effort] = read_joints(joints, expects.dof)?;
-        let [pose, twist, acceleration] = base;
-        let acceleration = acceleration.map(|given| Series::read(given, "acceleration", &[6]));
-        let mut samples = Self {
-            time: Series::read(time, "time", &[])?,
-            q,
-            qd,
-            effort,
-            wrench: read_wrenches(wrench, expects.sensors)?,
-            pose: Poses::read_measured_or_identity(pose, "pose")?,
-            twist: Series::read_or_zero(twist, "twist", 6)?,
-            acceleration: acceleration.transpose()?,
-            count: 1,
-        };
-        let Self {
-            time,
-            q,
-            qd,
-            effort,
-            wrench,
-            pose,
-            twist,
-            acceleration,
-            ..
-        } = &samples;
-        let mut all: Vec<&dyn Sampled> = vec![time, q, qd, effort, wrench, pose, twist];
-        all.extend(acceleration.iter().map(|series| series as &dyn Sampled));
-        samples.count = common_length(&all)?.unwrap_or(1);
-        Ok(samples)
-    }
-
-    /// Pushes every sample, and returns how many were used.
-    fn push_to(&self, solver: &mut dyn Solver) -> PyResult<usize> {
-        let (mut used, mut loads) = (0, Vec::new());
-        for k in 0..self.count {
-            loads.clear();
-            loads.extend(self.wrench.at(k).chunks_exact(6).map(|six| Wrench {
-                force: Vector3::from_column_slice(&six[..3]),
-                moment: Vector3::from_column_slice(&six[3..]),
-            }));
-            let sample = Sample {
-                time_s: self.time.at(k)[0],
-                base: self.base(k),
-                joint_position: self.q.at(k),
-                joint_velocity: self.qd.at(k),
-                joint_effort: self.effort.at(k),
-                wrenches: &loads,
-            };
-            let outcome = solver.push(&sample).map_err(IntoPyErr::into_py_err)?;
-            used += usize::from(match outcome {
-                PushOutcome::Used | PushOutcome::PayloadChanged | PushOutcome::PayloadReturned => {
-                    true
-                }
-                PushOutcome::Started | PushOutcome::Rejected => false,
-            });
-        }
-        solver.finish();
-        Ok(used)
-    }
-
-    /// Returns the state of the base at a sample.
-    fn base(&self, k: usize) -> BaseState {
-        let measured = self.acceleration.as_ref();
-        BaseState {
-            pose: *self.pose.at(k),
-            velocity: self.twist.vector(k, 0),
-            angular_velocity: self.twist.vector(k, 3),
-            acceleration: measured.map(|series| series.vector(k, 0)),
-            angular_acceleration: measured.map(|series| series.vector(k, 3)),
-        }
-    }
-}
-
-/// Checks that a sample has the joints and the wrenches that it needs.
-fn check_given(
-    expects: Expected,
-    [q, _, effort]: [Argument<'_, '_>; 3],
-    wrench: Argument<'_, '_>,
-) -> PyResult<()> {
-    if let (Some(dof @ 1..), None) = (expects.dof, q) {
-        return Err(ArgumentError::new_err(format!(
-            "`q` is missing: the robot has {}",
-            counted(dof, "joint")
-        )));
-    }
-    if expects.sensors > 0 && wrench.is_none() {
-        return Err(ArgumentError::new_err(format!(
-            "`wrench` is missing: each sample has that of {}",
-            counted(expects.sensors, "sensor")
-        )));
-    }
-    if expects.uses_effort && effort.is_none() {
-        return Err(ArgumentError::new_err(
-            "`effort` is missing: the method uses the efforts of the joints",
-        ));
-    }
-    Ok(())
-}
-
-/// Checks that the motion of the base, or of the sensor without a robot, is complete, and absent
-/// for a fixed base.
-fn check_base(expects: Expected, given: [Argument<'_, '_>; 3]) -> PyResult<()> {
-    let names = ["pose", "twist", "acceleration"];
-    let first = names.iter().zip(given).find(|(_, given)| given.is_some());
-    if let (BaseKind::Fixed, Some((name, _))) = (expects.base, first) {
-        return Err(base_is_fixed(name).into_py_err());
-    }
-    if expects.base == BaseKind::Fixed {
-        return Ok(());
-    }
-    let whose = if expects.dof.is_some() {
-        "the floating base"
-    } else {
-        "the sensor"
-    };
-    let message = match given {
-        [None, ..] => format!("`pose` is missing: that of {whose} in the world"),
-        [_, None, _] => format!(
-            "`twist` is missing: online, the velocities of {whose} are not derived from its poses"
-        ),
-        [Some(_), Some(_), _] => return Ok(()),
-    };
-    Err(ArgumentError::new_err(message))
 }

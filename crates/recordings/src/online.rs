@@ -1,5 +1,6 @@
 //! What an online solver is created from.
 
+use tactid_batch::{LagIdentifier, LagSettings};
 use tactid_dynamics::{BaseKind, Manipulator};
 use tactid_identify::{EquationSettings, Identifier, IdentifyError, Method, OnlineSettings};
 
@@ -96,6 +97,20 @@ impl OnlineSetup {
         let sensors = self.sensor_names();
         let (settings, online) = (&self.settings, &self.online);
         Identifier::with_settings(&self.robot, &self.tip, &sensors, settings, online)
+    }
+
+    /// Creates the identifier of motion and payload at once, with a lag in s.
+    ///
+    /// # Errors
+    /// Returns the errors of [`LagIdentifier::new`].
+    pub fn lag_identifier(&self, lag_s: f64) -> Result<LagIdentifier, IdentifyError> {
+        let sensors = self.sensor_names();
+        let settings = LagSettings {
+            lag_s,
+            online: self.online,
+            ..LagSettings::default()
+        };
+        LagIdentifier::new(&self.robot, &self.tip, &sensors, &self.settings, settings)
     }
 
     /// Creates the paper's filter.

@@ -8,6 +8,7 @@ from ._api.excitation import Grip as Grip, design_excitation as design_excitatio
 from ._api.offline import identify as identify
 from ._api.online import (
     Identifier as Identifier,
+    LagIdentifier as LagIdentifier,
     PaperFilter as PaperFilter,
     WrenchEstimate as WrenchEstimate,
 )

@@ -17,58 +17,6 @@ _Data: TypeAlias = dict[str, Any]
 _Load: TypeAlias = tuple[_Data, str | None, str | None]
 """Values by the names of the fields of a class in ``tactid._results.records``."""
 
-__all__ = [
-    "PARAMETER_NAMES",
-    "VALUE_NAMES",
-    "ArmModel",
-    "Estimator",
-    "Experiment",
-    "FrameMotion",
-    "Identifier",
-    "LiveSession",
-    "Lms",
-    "LogInfo",
-    "LogMessages",
-    "Manipulator",
-    "MassProperties",
-    "Nlms",
-    "OnlineSolver",
-    "PaperFilter",
-    "Rls",
-    "Samples",
-    "Topic",
-    "__version__",
-    "calibrate_arm",
-    "combine",
-    "compensate_arrays",
-    "compensate_into",
-    "compensate_log",
-    "design_excitation",
-    "distance_of_runs",
-    "fault_words",
-    "finding_grade",
-    "finding_schemas",
-    "finding_words",
-    "identify_arrays",
-    "identify_log",
-    "identify_logs",
-    "identify_poses",
-    "info",
-    "options",
-    "probability",
-    "read",
-    "read_motion",
-    "record_schemas",
-    "remaining",
-    "set_log_memory",
-    "simulate",
-    "split_log",
-    "wrench_regressor",
-    "write_estimates",
-    "write_samples",
-    "write_trajectory",
-]
-
 __version__: Final[str]
 VALUE_NAMES: Final[list[str]]
 PARAMETER_NAMES: Final[list[str]]
@@ -233,6 +181,18 @@ class Identifier(OnlineSolver):
     def wrenches(self, point: str, axes: str | None) -> tuple[_Wrench, _Wrench] | None: ...
     def contact_latency(self) -> float | None: ...
     def wrench_offset(self) -> _Data | None: ...
+    def findings(self) -> list[Any]: ...
+
+@final
+class LagIdentifier(OnlineSolver):
+    def __new__(
+        cls, robot: _Robot, sensors: _Sensors, effort: bool, lag_s: float, options: _Data
+    ) -> Self: ...
+    def finish(self) -> None: ...
+    def estimate(self) -> _Data | None: ...
+    def window_estimate(self) -> _Data: ...
+    def motion(self) -> Any: ...
+    def until(self) -> float: ...
     def findings(self) -> list[Any]: ...
 
 @final

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -20,6 +20,9 @@ from tactid._options.declaration import documented
 from tactid._options.options import OPTIONS, Options, collect
 from tactid._results.payload import PaperEstimate, Payload, PayloadEstimate
 from tactid._results.records import SingularValues, WrenchOffset
+
+if TYPE_CHECKING:
+    from tactid._results.records import MotionEstimate
 
 
 @with_fields
@@ -49,12 +52,14 @@ class _Online:
 
     _native: _native.OnlineSolver
 
-    def estimate(self) -> Payload:
+    def estimate(self) -> Payload | None:
         """Returns the payload as known now."""
         raise NotImplementedError
 
     def __repr__(self) -> str:
         estimate = self.estimate()
+        if estimate is None:
+            return f"<tactid.{type(self).__name__}: no estimate yet>"
         windows = counted(estimate.windows, "window")
         return f"<tactid.{type(self).__name__}: {estimate.summary}, {windows}>"
 
@@ -287,6 +292,105 @@ class Identifier(_Online):
         Online, nothing checks whether the wrenches are delayed. To check it once, identify a
         recording of the same sensors.
         """
+        return self._native.findings()
+
+
+@documented(OPTIONS, "online")
+class LagIdentifier(_Online):
+    """Estimates the motion of a free-floating robot together with its payload, while samples come.
+
+    Where base, joints and wrenches are all noisy, its estimate is much more precise than the one of
+    :class:`Identifier`, and comes close to the one of a recording: it is a fixed-lag smoother,
+    which marginalises out the motion that is older than the lag. The first estimate needs 0.8 s of
+    samples, or the lag and 0.05 s where that is longer; then it is renewed every 0.05 s. Everything
+    begins again after a payload change.
+
+    There is an estimate where velocities of the joints and the base are measured, and where it is
+    more precise than the one of windows; :meth:`motion` says why there is none, and
+    :meth:`window_estimate` has the one that serves then. A sample that completes 0.05 s takes some
+    milliseconds and allocates memory: push samples in a thread beside the control loop.
+
+    Args:
+        robot: The robot, with a floating base, with its gripper and without the payload.
+        sensors: The links in whose frames the wrenches of each sample are, one name or several.
+            Default: the tip for the tactile method, none for other methods.
+        effort: For the combined method, whether each sample has the joints' efforts.
+        lag_s: Time before the last sample in which the motion may still change, s, 0.1 to 10,
+            rounded up to intervals of 0.05 s. Time and memory grow with it.
+        options: Options to start from; keywords replace them.
+        **keywords: The fields of :class:`tactid.Options` that apply online, as follows.
+
+            <options>
+
+    Raises:
+        ModelError: The robot has no such link.
+        ArgumentError: An option does not exist, does not apply online, or is out of range.
+        IdentificationError: The method does not fit the robot or the sensors.
+    """
+
+    _native: _native.LagIdentifier
+
+    def __init__(
+        self,
+        robot: Manipulator,
+        sensors: str | Sequence[str] | None = None,
+        *,
+        effort: bool = True,
+        lag_s: float = 0.1,
+        options: Options | None = None,
+        **keywords: Any,
+    ) -> None:
+        named = ("robot", "sensors", "effort", "lag_s", "options")
+        collected = collect(options, keywords, "online", named)
+        self._native = _native.LagIdentifier(robot, sensors, effort, lag_s, collected.plain())
+
+    def finish(self) -> None:
+        """Uses the samples that later ones would complete: after the last sample of a run.
+
+        Up to the last 0.05 s stay unused.
+        """
+        self._native.finish()
+
+    def estimate(self) -> PayloadEstimate | None:
+        """Returns the payload as known now; None where :meth:`motion` says why."""
+        estimate = self._native.estimate()
+        return None if estimate is None else PayloadEstimate(**estimate)
+
+    def window_estimate(self) -> PayloadEstimate:
+        """Returns the estimate that an :class:`Identifier` has of the same samples."""
+        return PayloadEstimate(**self._native.window_estimate())
+
+    def motion(self) -> MotionEstimate:
+        """Returns ``"with-payload"`` where there is an estimate, or why there is none.
+
+        ==================  ====================================================================
+        reason              meaning
+        ==================  ====================================================================
+        ``smoothed``        For ever, the robot or the options do not suit; until it changes, a
+                            value is unobservable, or samples had other accelerations of the base
+                            than before.
+        ``no-velocities``   The last samples had no velocities.
+        ``too-few``         Fewer than 0.8 s, or than the lag and 0.05 s, since the begin, a gap
+                            or a payload change, or fewer than 40 samples in a second.
+        ``too-fast``        The last second had frequencies that splines do not follow.
+        ``unexplained``     Residuals were larger than their noise, of all samples or of the last
+                            second: everything begins again.
+        ``exact``           The estimate of windows is at least as precise, so far.
+        ==================  ====================================================================
+        """
+        motion: MotionEstimate = self._native.motion()
+        return motion
+
+    def until(self) -> float:
+        """Returns the time until which samples are in the last estimate, s.
+
+        It stays behind where a gap or a fast motion interrupts the estimate, and is minus infinity
+        before the first one.
+        """
+        return self._native.until()
+
+    def findings(self) -> list[Finding]:
+        """Returns what the recent samples show, as :meth:`Identifier.findings` does."""
         return self._native.findings()
 
 
