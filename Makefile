@@ -34,9 +34,7 @@ lint: lint-rust lint-python lint-header lint-supply ## formatting, clippy, ruff,
 
 lint-rust: tools
 	cargo fmt --all --check
-	cargo fmt --all --check --manifest-path bench/Cargo.toml
 	cargo clippy --workspace --all-targets --locked -- -D warnings
-	cargo clippy --manifest-path bench/Cargo.toml --target-dir target/bench --all-targets --locked -- -D warnings
 	RUSTDOCFLAGS='-D warnings' cargo doc --workspace --no-deps --locked --quiet
 
 lint-python: $(VENV)/linters
@@ -58,7 +56,7 @@ header: $(BIN)/cbindgen ## write the C header anew, crates/capi/include/tactid.h
 
 # Each lock file has its dependencies; what deny.toml allows for one, the others need not have.
 lint-supply: $(BIN)/cargo-deny
-	for workspace in . bench fuzz; do \
+	for workspace in . fuzz; do \
 	    $(BIN)/cargo-deny --manifest-path $$workspace/Cargo.toml --config deny.toml --locked check \
 	        --allow unmatched-skip --allow unmatched-skip-root --allow license-exception-not-encountered \
 	        licenses bans sources || exit 1; \
@@ -73,7 +71,7 @@ miri: tools ## run the unit tests of nlms and dynamics under Miri; it needs a ni
 	    -p tactid-nlms -p tactid-dynamics --lib
 
 soak: tools ## a day of samples at 1 kHz through the online identifier, 90 s on an idle core
-	cargo run --release --locked --manifest-path bench/Cargo.toml --target-dir target/bench --bin soak -- 86400
+	cargo run --release --locked -p tactid-bench --bin soak -- 86400
 
 docs: $(VENV)/installed $(VENV)/site-builder ## build the documentation site into site/, with warnings as errors
 	NO_MKDOCS_2_WARNING=1 $(BIN)/mkdocs build --quiet

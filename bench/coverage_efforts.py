@@ -102,7 +102,7 @@ def run(seed: int) -> tuple[Array, Array]:
         return values + LEVEL * size(values) * random.standard_normal(values.shape)
 
     estimate = tactid.identify(
-        motion.times_s,
+        motion.time,
         robot=robot,
         tip="tool0",
         method="effort",

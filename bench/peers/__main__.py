@@ -35,6 +35,7 @@ def main() -> None:
     is_quick = "--quick" in words
     chosen = [word for word in words if word != "--quick"]
     use_one_core()
+    BUILD.mkdir(parents=True, exist_ok=True)
     tasks = [each for module in MODULES for each in module.comparisons()]
     if chosen:
         tasks = [each for each in tasks if any(word in each.task for word in chosen)]
@@ -86,7 +87,7 @@ def facts() -> dict[str, str]:
 
 
 def rust_flags() -> str:
-    """How tactid is compiled: the profile of `bench/Cargo.toml` and what the environment adds."""
+    """How tactid is compiled: the profile of `Cargo.toml` and what the environment adds."""
     given = os.environ.get("RUSTFLAGS")
     return f"release, one codegen unit, baseline {platform.machine()}" + (
         f", {given}" if given else ""

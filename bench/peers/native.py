@@ -57,10 +57,10 @@ def handle(pointer: int | None, what: str) -> ctypes.c_void_p:
 @cache
 def tactid_library() -> ctypes.CDLL:
     """The kernels of tactid, with the flags of the product."""
-    command = ["cargo", "build", "--release", "--quiet", "--locked"]
+    command = ["cargo", "build", "--release", "--quiet", "--locked", "-p", "tactid-bench"]
     with all_cores():
-        subprocess.run([*command, "--target-dir", BUILD], cwd=BENCH, check=True)
-    library = ctypes.CDLL(str(BUILD / "release" / "libtactid_bench.so"))
+        subprocess.run(command, cwd=BENCH, check=True)
+    library = ctypes.CDLL(str(BUILD.parent / "release" / "libtactid_bench.so"))
     library.tactid_dynamics_new.restype = ctypes.c_void_p
     library.tactid_dynamics_run.restype = ctypes.c_bool
     library.tactid_estimator_run.restype = ctypes.c_bool
@@ -108,7 +108,6 @@ def cxx_library(name: str, *flags: str, needs: tuple[str, ...]) -> ctypes.CDLL:
     key = "\n".join([*command, *texts, importlib.metadata.version("pin")])
     library = BUILD / f"{source.stem}-{hashlib.sha256(key.encode()).hexdigest()[:16]}.so"
     if not library.exists():
-        BUILD.mkdir(parents=True, exist_ok=True)
         with all_cores():
             subprocess.run([*command, "-o", library], check=True)
     return ctypes.CDLL(str(library))
