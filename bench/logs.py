@@ -3,13 +3,14 @@
 Run by `make bench-study-logs`. All six joints move at once; a first run without noise tells the
 peaks, of each joint, of each axis of the base, of its IMU and of each finger. A seed draws anew the
 noise of the sensors and of the command. The controllers do not feel it: it is in the logs alone.
+The rows with a lag are what is known online at the time.
 """
 
 import tempfile
 from pathlib import Path
 
 import numpy as np
-from recorded import Array, Recorded, scales
+from recorded import FINGERS, Array, Recorded, scales
 from rich.console import Console
 from rich.progress import track
 from rich.table import Table
@@ -22,8 +23,16 @@ LEVEL = 0.01
 SECONDS = [1, 10]
 METHODS = {
     "tactile": {"method": "tactile"},
+    "effort": {"method": "effort"},
+    "joint sensing": {"method": "joint-sensing"},
     "combined": {"method": "combined"},
     "combined, IMU": {"method": "combined", "imu_topic": "/base/imu"},
+}
+ONLINE = {
+    "tactile, online": ("tactile", tactid.Identifier),
+    "tactile, lag 0.1 s": ("tactile", tactid.LagIdentifier),
+    "combined, online": ("combined", tactid.Identifier),
+    "combined, lag 0.1 s": ("combined", tactid.LagIdentifier),
 }
 
 
@@ -31,7 +40,8 @@ def main() -> None:
     """Prints the worst of ten, and each, for each method and time."""
     text = Path(__file__).with_name("all_joints.toml").read_text()
     experiment = tactid.Experiment.from_toml(text)
-    found = {(method, seconds): [] for method in METHODS for seconds in SECONDS}
+    robot = tactid.Manipulator.from_urdf(experiment.urdf, "floating")
+    found = {(method, seconds): [] for method in [*METHODS, *ONLINE] for seconds in SECONDS}
     with tempfile.TemporaryDirectory() as folder:
         log = Path(folder) / "run.mcap"
         tactid.simulate(experiment, log)
@@ -43,6 +53,11 @@ def main() -> None:
                 for method, options in METHODS.items():
                     estimate = tactid.identify(log, **options).estimate
                     found[method, seconds].append(estimate.values)
+                recorded = Recorded.read(log)
+                for name, (method, kind) in ONLINE.items():
+                    found[name, seconds].append(
+                        online(recorded, kind(robot, FINGERS, method=method))
+                    )
     title = f"{100 * LEVEL:g} % noise in the logs, {SEEDS} seeds: rms error in %"
     table = Table("method", "after", "worst", *tactid.VALUE_NAMES, title=title)
     for (method, seconds), values in found.items():
@@ -50,6 +65,20 @@ def main() -> None:
         rms = np.sqrt(np.mean((errors / scales(experiment.payload)) ** 2, axis=0))
         table.add_row(method, f"{seconds} s", *(f"{value:.2g}" for value in (rms.max(), *rms)))
     Console(width=120).print(table)
+
+
+def online(recorded: Recorded, identifier: tactid.Identifier | tactid.LagIdentifier) -> Array:
+    """The ten values after the last sample, of windows where there is no estimate with a lag."""
+    identifier.push(
+        recorded.time,
+        recorded.q,
+        recorded.qd,
+        recorded.wrench,
+        effort=recorded.effort,
+        pose=recorded.pose(),
+        twist=recorded.world_twist(),
+    )
+    return (identifier.estimate() or identifier.window_estimate()).values
 
 
 def noise(log: Path) -> str:
