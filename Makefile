@@ -8,7 +8,7 @@ INSTALL := $(BIN)/python -m pip install --quiet --disable-pip-version-check
 SOURCES := Cargo.toml Cargo.lock pyproject.toml README.md $(shell find crates -type f \
     \( -name '*.rs' -o -name '*.py' -o -name '*.pyi' -o -name '*.json' -o -name '*.toml' -o -name '*.urdf' -o -name '*.msg' \))
 
-.PHONY: help demo test miri instructions test-rust test-python lint lint-rust lint-python lint-header header docs pictures bench bench-peers bench-seeds bench-split bench-study \
+.PHONY: help demo test miri instructions test-rust test-python lint lint-rust lint-python lint-header header docs pictures bench bench-noises bench-peers bench-seeds bench-split bench-study \
     bench-study-logs bench-active bench-coverage bench-excite bench-faults bench-fleet bench-hour bench-many bench-real bench-shape bench-swap bench-update clean tools fuzz soak lint-supply wheel
 
 help: ## list the targets
@@ -99,11 +99,14 @@ bench-study: $(VENV)/installed ## the estimators against noise, time and the Cra
 bench-study-logs: $(VENV)/installed ## from logs with 1 % noise on every channel that the simulator draws, 20 seeds
 	$(BIN)/python bench/logs.py
 
-bench-coverage: $(VENV)/installed ## how often 95 % intervals hold the truth, 1000 runs of each method, 400 of each motion from efforts, and errors of the model
+bench-coverage: $(VENV)/installed ## how often 95 % intervals hold the truth, 400 runs of each method and of each motion from efforts, and errors of the model
 	$(BIN)/python bench/coverage.py
 	$(BIN)/python bench/coverage_efforts.py
 	$(BIN)/python bench/coverage_remedies.py
 	$(BIN)/python bench/coverage_model.py
+
+bench-noises: $(VENV)/installed ## intervals with white, coloured and quantised noise, 400 runs of each method; combined beside its parts
+	$(BIN)/python bench/noises.py
 
 bench-fleet: $(VENV)/fleet ## recordings in a bucket on two workers, killed and stopped; bytes read; the report of 10,000 rows
 	$(BIN)/python bench/fleet.py

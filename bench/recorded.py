@@ -1,6 +1,7 @@
 """A recorded motion whose noise can be drawn anew, for the studies beside this file."""
 
 import tempfile
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -12,8 +13,16 @@ from tactid._base.values import values_of
 
 Array = NDArray[np.float64]
 
+Noise = Callable[[Array, Array, np.random.Generator], Array]
+"""Noise on values, (n, ...), with standard deviations, (...), from a generator."""
+
 FINGERS = ["finger_left_link", "finger_right_link"]
 METHODS = ["tactile", "effort", "joint-sensing", "combined"]
+
+
+def white(values: Array, std_devs: Array, random: np.random.Generator) -> Array:
+    """Noise that each sample draws anew."""
+    return std_devs * random.standard_normal(values.shape)
 
 
 @dataclass(frozen=True)
@@ -85,25 +94,31 @@ class Recorded:
         own = (np.einsum("nij,nj->ni", tool_from_world, vector) for vector in vectors)
         return tactid.wrench_regressor(*own)
 
-    def with_noise(self, level: float, random: np.random.Generator, *, motion: bool) -> "Recorded":
-        """White noise of ``level`` times each channel's peak; without motion on wrenches alone."""
+    def with_noise(
+        self,
+        random: np.random.Generator,
+        *,
+        wrench: float,
+        motion: float = 0.0,
+        effort: float = 0.0,
+        draw: "Noise" = white,
+    ) -> "Recorded":
+        """Noise whose standard deviation is such a part of each channel's peak."""
 
-        def draw(values: Array) -> Array:
-            return level * np.abs(values).max(axis=0) * random.standard_normal(values.shape)
+        def of(values: Array, level: float) -> Array:
+            std_devs = level * np.abs(values).max(axis=0)
+            return draw(values, std_devs, random) if level > 0 else 0.0 * values
 
-        noisy = replace(self, wrench=self.wrench + draw(self.wrench))
-        if not motion:
-            return noisy
-        # Small rotations: twice the quaternion's vector part.
-        turns = draw(2 * self.orientation[:, :3])
         return replace(
-            noisy,
-            q=self.q + draw(self.q),
-            qd=self.qd + draw(self.qd),
-            effort=self.effort + draw(self.effort),
-            position=self.position + draw(self.position),
-            orientation=turned(self.orientation, turns),
-            twist=self.twist + draw(self.twist),
+            self,
+            wrench=self.wrench + of(self.wrench, wrench),
+            # Small rotations: twice the quaternion's vector part.
+            orientation=turned(self.orientation, of(2 * self.orientation[:, :3], motion)),
+            q=self.q + of(self.q, motion),
+            qd=self.qd + of(self.qd, motion),
+            effort=self.effort + of(self.effort, effort),
+            position=self.position + of(self.position, motion),
+            twist=self.twist + of(self.twist, motion),
         )
 
     def identify(

@@ -89,7 +89,8 @@ class Trial:
         """Returns errors in %, (seeds, seconds, 10). Methods and estimators see the same noise."""
         found = []
         for seed in seeds if level > 0 else [0]:
-            noisy = self.recorded.with_noise(level, np.random.default_rng(seed), motion=motion)
+            other, random = level * motion, np.random.default_rng(seed)
+            noisy = self.recorded.with_noise(random, wrench=level, motion=other, effort=other)
             results = [noisy.identify(self.robot, method, s, estimator, **options) for s in seconds]
             found.append([result.estimate.values for result in results])
         return 100 * (np.array(found) - values_of(self.payload)) / scales(self.payload)
@@ -163,7 +164,7 @@ def filter_table(trial: Trial) -> Table:
     def errors(make: Callable[[], tactid.Estimator], level: float) -> Array:
         found = []
         for seed in range(RUNS) if level > 0 else [0]:
-            noisy = recorded.with_noise(level, np.random.default_rng(seed), motion=False)
+            noisy = recorded.with_noise(np.random.default_rng(seed), wrench=level)
             recursive = make()
             recursive.update(rows, np.einsum("fij,nfj->ni", fingers, noisy.wrench).ravel())
             found.append(values_of(tactid.MassProperties.from_parameters(recursive.parameters)))

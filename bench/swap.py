@@ -34,10 +34,9 @@ def main() -> None:
     )
     for level in LEVELS:
         seeds = track(range(RUNS), f"{100 * level:g} %", console=Console(stderr=True))
-        runs = [
-            run(recorded.with_noise(level, np.random.default_rng(k), motion=True), robot)
-            for k in seeds
-        ]
+        levels = {"wrench": level, "motion": level, "effort": level}
+        generators = map(np.random.default_rng, seeds)
+        runs = [run(recorded.with_noise(random, **levels), robot) for random in generators]
         delays, false, errors = zip(*runs, strict=True)
         rms = np.sqrt(np.mean(np.square(errors), axis=0))
         seen = [1e3 * delay for delay in delays if delay is not None]
