@@ -12,12 +12,11 @@ from tactid._base.errors import ArgumentError
 from tactid._base.output_files import FigureFormat, figure_outputs
 from tactid._base.terminal import printable
 from tactid._cli import option_flags
+from tactid._cli.command import FLAG, interruptible
 from tactid._cli.console import (
     FIGURES,
-    FLAG,
     check_figures,
     check_files,
-    interruptible,
     notes,
     print_json,
     print_whole,

@@ -11,9 +11,9 @@ from tactid._base.files import write_atomically
 from tactid._base.text_table import empty_table
 from tactid._base.values import nested
 from tactid._cli import option_flags, option_text
+from tactid._cli.command import interruptible
 from tactid._cli.console import (
     check_files,
-    interruptible,
     notes,
     print_whole,
     print_written,

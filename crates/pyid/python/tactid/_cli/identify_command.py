@@ -23,13 +23,12 @@ from tactid._base.errors import ArgumentError, IdentificationError
 from tactid._base.output_files import FigureFormat, figure_outputs
 from tactid._base.terminal import printable
 from tactid._cli import option_flags, option_text
+from tactid._cli.command import EXIT_CODES, FLAG, interruptible
 from tactid._cli.console import (
     FIGURES,
-    FLAG,
     Writers,
     check_figures,
     check_files,
-    interruptible,
     notes,
     print_json,
     print_whole,
@@ -71,6 +70,9 @@ PAYLOAD_OF_DESIGN = "--payload-mass-max KG --payload-box X,Y,Z,X,Y,Z --out motio
 """What a designed motion is for, in the words of the option that a user fills in."""
 
 RESULTS = "Results"
+
+SETTINGS = {"epilog": EXIT_CODES}
+"""Settings of typer that other commands do not have."""
 
 
 def _result(text: str, *flags: str, metavar: str | None = None) -> Any:
