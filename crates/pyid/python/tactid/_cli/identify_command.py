@@ -16,7 +16,6 @@ from rich.table import Table
 
 from tactid._api.combined import Combination
 from tactid._api.offline import identify
-from tactid._api.poses import identify_pose_table
 from tactid._api.result import Identification, PaperIdentification
 from tactid._base import terminal
 from tactid._base.errors import ArgumentError, IdentificationError
@@ -212,6 +211,8 @@ def _identified(logs: list[Path], options: Options, done: Callable[[float], obje
     """Identifies the payload from logs, or from a table of poses at rest."""
     poses = read_poses(logs[0], options) if len(logs) == 1 else None
     if poses is not None:
+        from tactid._api.poses import identify_pose_table  # only such a table needs it
+
         return identify_pose_table(logs[0], poses, options)
     return identify(tuple(logs), options=options, progress=done)
 
