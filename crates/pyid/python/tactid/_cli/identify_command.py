@@ -19,7 +19,7 @@ from tactid._api.offline import identify
 from tactid._api.result import Identification, PaperIdentification
 from tactid._base import terminal
 from tactid._base.errors import ArgumentError, IdentificationError
-from tactid._base.output_files import FigureFormat, figure_outputs
+from tactid._base.output_files import FigureFormat, check_ending, figure_outputs
 from tactid._base.terminal import printable
 from tactid._cli import option_flags, option_text
 from tactid._cli.command import EXIT_CODES, FLAG, interruptible
@@ -200,6 +200,8 @@ def _check(output: Output, logs: list[Path], options: dict[str, Any]) -> list[Pa
         },
     )
     check_figures(output.report, output.figures)
+    check_ending("--result", output.result_file, ".json")
+    check_ending("--estimates", output.estimates, ".mcap")
     if output.estimates is not None and len(logs) > 1:
         raise ArgumentError(
             f"--estimates writes the estimate over time of one recording, but {len(logs)} are given"

@@ -6,7 +6,7 @@ from typing import Annotated
 
 import typer
 
-from tactid._base.errors import ArgumentError
+from tactid._base.output_files import check_ending
 from tactid._cli.command import interruptible
 from tactid._cli.console import check_files, notes, print_written
 
@@ -40,8 +40,7 @@ def show_view(
     """
     inputs = {"the log": log, "--result": result_file, "--urdf": urdf}
     replaced = check_files({"--save": save}, inputs)
-    if save is not None and save.suffix != ".rrd":
-        raise ArgumentError(f"--save {save}: expected a name that ends in .rrd, which Rerun opens")
+    check_ending("--save", save, ".rrd")
     from tactid import _view as viewer
 
     with tempfile.TemporaryDirectory(prefix="tactid-") as folder:
