@@ -203,6 +203,7 @@ def test_ctrl_c_ends_the_opening_of_a_log_without_index(tmp_path: Path) -> None:
             file.write(whole[begin:])
     program = (
         "import os, signal, threading, tactid\n"
+        "tactid.info  # imports NumPy, which takes a while\n"
         "threading.Timer(0.3, os.kill, (os.getpid(), signal.SIGINT)).start()\n"
         f"try:\n    tactid.info({str(path)!r})\n"
         "except KeyboardInterrupt:\n    print('caught')\n"
