@@ -187,7 +187,7 @@ $(VENV)/fleet: $(VENV)/installed
 	@touch $@
 
 $(VENV)/linters: pyproject.toml | $(BIN)/python
-	$(INSTALL) 'mypy>=1.13' 'ruff>=0.8' 'numpy>=1.26' 'typer>=0.12' 'rich>=13.7' 'matplotlib>=3.9' 'rerun-sdk>=0.39'
+	$(INSTALL) 'mypy>=1.13' 'ruff>=0.8' 'numpy>=1.26' 'typer>=0.29' 'rich>=13.7' 'matplotlib>=3.9' 'rerun-sdk>=0.39'
 	@touch $@
 
 # From a wheel: its 140 crates would have to be compiled for it.

@@ -17,7 +17,7 @@ from mkdocs.exceptions import PluginError
 from mkdocs.structure.files import File, Files
 
 from tactid import calibration_schema, combination_schema, result_schema
-from tactid._cli.cli import app
+from tactid._cli.cli import COMMANDS
 
 sys.path.insert(0, str(Path(__file__).parent))
 
@@ -72,7 +72,7 @@ def on_files(files: Files, config: MkDocsConfig) -> Files:
 
 def _command_line() -> str:
     sections = ["# Command line", "This page is what `tactid COMMAND --help` prints."]
-    for command in [None, *(command.name for command in app.registered_commands)]:
+    for command in [None, *COMMANDS]:
         called = ["tactid", command] if command else ["tactid"]
         sections.append(f"## `{' '.join(called)}`")
         sections.append(f"```text\n{_help(called)}\n```")

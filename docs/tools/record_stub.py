@@ -1,4 +1,4 @@
-"""The stub of the module ``tactid._results.records``, which makes its classes on import.
+"""The stub of the module ``tactid._results.records``, which makes its classes when they are used.
 
 ``python docs/tools/record_stub.py`` writes it.
 """

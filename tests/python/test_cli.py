@@ -257,10 +257,10 @@ def test_help_has_the_names_of_all_options_in_a_narrow_terminal(
     command: TactidCommand, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setenv("COLUMNS", "80")
-    every = get_command(cli.app).commands  # type: ignore[attr-defined]
+    group: Any = get_command(cli.app)
     for name in ("fleet", "view"):
         words = command(name, "--help").stdout.split()
-        for parameter in every[name].params:
+        for parameter in group.get_command(None, name).params:
             if not parameter.hidden and parameter.opts[0].startswith("--"):
                 assert ",".join(parameter.opts) in words, name
 

@@ -12,7 +12,7 @@ import bombs
 import tactid
 from conftest import TactidCommand
 from tactid import __main__
-from tactid._cli import cli
+from tactid._cli import info_command
 from test_cli import assert_refused
 
 NO_TEXT = os.fsdecode(b"\xff")
@@ -158,7 +158,7 @@ def run_info(monkeypatch: pytest.MonkeyPatch) -> Callable[[Exception], int]:
         def fail(_log: Path) -> None:
             raise error
 
-        monkeypatch.setattr(cli, "contents", fail)
+        monkeypatch.setattr(info_command, "contents", fail)
         monkeypatch.setattr(sys, "argv", ["tactid", "info", "a"])
         monkeypatch.setenv("MPLBACKEND", "agg")
         return __main__._run()

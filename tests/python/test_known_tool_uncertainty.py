@@ -206,6 +206,15 @@ def test_a_wrong_tool_is_refused(gripper: Any, tmp_path: Path) -> None:
         both(known_tool_std_dev=0.01)
 
 
+def test_a_tool_whose_centre_is_in_mm_is_refused() -> None:
+    mass, x, y, z, *inertia = GRIPPER
+    in_mm = [mass, 1e3 * x, 1e3 * y, 1e3 * z, *inertia]
+    farthest = 1e3 * max(abs(x), abs(y), abs(z))
+    message = f"`known_tool` has its centre of mass {farthest:g} m from .* is it in mm"
+    with pytest.raises(tactid.ArgumentError, match=message):
+        both(known_tool=in_mm)
+
+
 def test_the_error_of_a_tool_is_shared_by_recordings() -> None:
     known = {"known_tool": body(GRIPPER)}
     runs = [both(seed, **known) for seed in (2, 3, 4)]

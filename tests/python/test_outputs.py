@@ -116,6 +116,55 @@ def test_an_output_that_cannot_be_written_is_refused_before_any_reading(
     assert_refused_untouched(command, tmp_path, f"{arguments} {folder}/file", said[folder])
 
 
+@pytest.mark.parametrize(
+    ("arguments", "ending"),
+    [
+        ("identify run.mcap --estimates x.json", ".mcap"),
+        ("identify run.mcap --result x.mcap", ".json"),
+        ("identify run.mcap --report x.pdf", ".html"),
+        ("compare run.mcap --result x", ".json"),
+        ("simulate --out x.db3", ".mcap"),
+        ("calibrate --unloaded run.mcap --urdf robot.urdf --out x.json", ".toml"),
+        ("view run.mcap --save x.mcap", ".rrd"),
+        ("fleet-report run.mcap --out x.pdf", ".html"),
+    ],
+)
+def test_an_output_whose_name_promises_another_format_is_refused(
+    command: TactidCommand, inputs: Path, arguments: str, ending: str
+) -> None:
+    expected = f"{arguments.rpartition('--')[2]}: expected a name that ends in {ending}"
+    assert_refused_untouched(command, inputs, arguments, expected)
+
+
+@pytest.mark.parametrize(
+    "arguments",
+    [
+        "compensate run.mcap --out copy.mcap",
+        "excite --urdf robot.urdf --out motion.mcap",
+        "paper --out run_1.db3",
+    ],
+)
+def test_a_folder_that_has_the_name_of_a_log_is_refused(
+    command: TactidCommand, inputs: Path, arguments: str
+) -> None:
+    out = arguments.rpartition(" ")[2]
+    expected = f"--out {out}: expected the name of the folder to write, without {Path(out).suffix}"
+    assert_refused_untouched(command, inputs, arguments, expected)
+
+
+def test_a_method_writes_no_file_whose_name_promises_another_format(
+    log: Path, tmp_path: Path
+) -> None:
+    result = tactid.identify(log)
+    for write, name, ending in (
+        (result.write_result, "x.mcap", ".json"),
+        (result.write_estimates, "x.json", ".mcap"),
+    ):
+        with pytest.raises(tactid.ArgumentError, match=rf"`path` .*{name}: .* ends in {ending}$"):
+            write(tmp_path / name)
+    assert not any(tmp_path.iterdir())
+
+
 MARKS = {
     ".mcap": b"\x89MCAPtactid ",
     ".json": b'{"schema": "tactid.result/3"}',

@@ -4,6 +4,7 @@ The arm records three motions. In the bag ``warm`` its sensor has a gain that is
 """
 
 import json
+import pickle
 import shutil
 from functools import cache
 from itertools import pairwise
@@ -129,6 +130,8 @@ def test_results_of_arrays_combine_as_those_of_logs() -> None:
     assert found.names == ["recording 1", "recording 2", "recording 3"]
     assert found.findings[0].data["run"] == "recording 3"
     assert "recording 3 differs most from the others, which agree" in str(found)
+    assert pickle.loads(pickle.dumps(found)) == found
+    assert tactid.combine(pickle.loads(pickle.dumps(runs))) == found
     alone = tactid.combine(runs[:1])
     np.testing.assert_allclose(alone.estimate.values, runs[0].estimate.values, rtol=1e-6)
     np.testing.assert_allclose(alone.estimate.std_devs, runs[0].estimate.std_devs, rtol=1e-3)

@@ -423,3 +423,27 @@ def test_a_text_of_a_robot_may_begin_with_a_byte_order_mark(
     result = identified(write(tmp_path / "a.csv", NUMBERS, rows), urdf="\ufeff" + ur5e())
     assert result.given["urdf"] == "as text"
     assert "`urdf`" not in result.inputs
+
+
+@pytest.mark.parametrize(
+    ("options", "arrays"),
+    [
+        ({}, "`wrench` or `effort`"),
+        ({"method": "tactile"}, "`wrench`"),
+        ({"method": "effort"}, "`effort`"),
+    ],
+)
+def test_a_table_without_a_load_is_refused_in_words_of_tables(
+    tmp_path: Path, rows: np.ndarray, options: dict[str, Any], arrays: str
+) -> None:
+    path = write(tmp_path / "motion.csv", NUMBERS[:13], rows[:, :13])
+    with pytest.raises(tactid.ArgumentError) as error:
+        identified(path, **options)
+    assert f"motion.csv has no columns that are known as {arrays}: name them" in str(error.value)
+    for word in ("log", "topic", "message", "stamp"):
+        assert word not in str(error.value).removeprefix(str(tmp_path))
+
+
+def test_the_times_of_a_table_are_no_header_stamps(tmp_path: Path, rows: np.ndarray) -> None:
+    result = identified(write(tmp_path / "arm.csv", NUMBERS, rows))
+    assert "; times from the table.\n" in str(result)

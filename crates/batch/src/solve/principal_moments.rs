@@ -24,7 +24,7 @@ pub struct PrincipalMoments {
     /// 2003, doi 10.1007/s00440-003-0262-6).
     pub std_devs: [f64; 3],
     /// Lower and upper limit of the 95 % interval of each moment, kg m²: 1.96 standard deviations
-    /// to each side, but not below zero.
+    /// to each side, but not below zero unless the moment itself is, which no body can have.
     pub intervals: [[f64; 2]; 3],
 }
 
@@ -88,7 +88,8 @@ fn std_devs(moments: &[f64; 3], variances: &Matrix3<f64>) -> [f64; 3] {
 fn moment_intervals(moments: &[f64; 3], std_devs: &[f64; 3]) -> [[f64; 2]; 3] {
     std::array::from_fn(|k| {
         let half_width = HALF_WIDTH_95 * std_devs[k];
-        let least = (moments[k] - half_width).max(moments[k].min(0.0));
+        let low = moments[k] - half_width;
+        let least = if moments[k] < 0.0 { low } else { low.max(0.0) };
         [least, moments[k] + half_width]
     })
 }
@@ -107,6 +108,16 @@ mod tests {
 
     fn without(directions: &[SVector<f64, 10>]) -> NullSpace {
         NullSpace::new(SVector::repeat(1.0), directions.iter().copied())
+    }
+
+    /// An interval is cut at zero, but for a moment that no body can have.
+    #[test]
+    fn only_the_interval_of_a_possible_moment_is_cut() {
+        let (moments, std_devs) = ([-3.0, 1.0, 5.0], [1.0; 3]);
+        let [below, cut, whole] = moment_intervals(&moments, &std_devs);
+        assert_eq!(below, [-3.0 - HALF_WIDTH_95, -3.0 + HALF_WIDTH_95]);
+        assert_eq!(cut, [0.0, 1.0 + HALF_WIDTH_95]);
+        assert_eq!(whole, [5.0 - HALF_WIDTH_95, 5.0 + HALF_WIDTH_95]);
     }
 
     /// Returns how often the intervals contain each moment, over random attitudes of the body and

@@ -59,14 +59,15 @@ class Calibration(CalibrationData):
         """Writes the calibration as a TOML file that people can read.
 
         Args:
-            path: The file to write.
+            path: The ``.toml`` file to write.
 
         Raises:
-            ArgumentError: The folder does not exist, or the file is one that was read.
+            ArgumentError: The folder does not exist, the name does not end in ``.toml``, or the
+                file is one that was read.
             CalibrationError: The file cannot be written.
         """
         inputs = {name: given for name, given in self.inputs.items() if name != "the calibration"}
-        with atomic_path(checked_output(path, inputs)) as temporary:
+        with atomic_path(checked_output(path, inputs, ".toml")) as temporary:
             self.model.write(temporary)
 
     def write_report(

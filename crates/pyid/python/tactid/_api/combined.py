@@ -54,13 +54,14 @@ class Combination(CombinationData):
         >>> both.write_result("both.json")
 
         Args:
-            path: The file to write.
+            path: The ``.json`` file to write.
             within: Target of ``remaining_s`` of each recording.
 
         Raises:
-            ArgumentError: The folder does not exist, or the file is one that was read.
+            ArgumentError: The folder does not exist, the name does not end in ``.json``, or the
+                file is one that was read.
         """
-        combination_json.write(self, checked_output(path, self.inputs), within)
+        combination_json.write(self, checked_output(path, self.inputs, ".json"), within)
 
     def write_report(
         self, path: str | os.PathLike[str], figures: FigureFormat | None = None

@@ -47,13 +47,14 @@ class Result(Recorded):
         >>> result.write_result("payload.json")
 
         Args:
-            path: The file to write.
+            path: The ``.json`` file to write.
             within: Target of ``remaining_s``, as :meth:`Identification.remaining` takes it.
 
         Raises:
-            ArgumentError: The folder does not exist, or the file is one that was read.
+            ArgumentError: The folder does not exist, the name does not end in ``.json``, or the
+                file is one that was read.
         """
-        result_json.write(self, checked_output(path, self.inputs), within)
+        result_json.write(self, checked_output(path, self.inputs, ".json"), within)
 
     def write_report(
         self,
@@ -93,7 +94,8 @@ class Result(Recorded):
             path: The ``.mcap`` file to write.
 
         Raises:
-            ArgumentError: The folder does not exist, or the file is one that was read.
+            ArgumentError: The folder does not exist, the name does not end in ``.mcap``, or the
+                file is one that was read.
             IdentificationError: The result is that of poses at rest, which have no times.
             LogError: The file cannot be written.
         """
@@ -105,7 +107,7 @@ class Result(Recorded):
         times = history.times_s[last]
         # The final estimate takes the place of the last point.
         end = times[-1:] if len(times) else np.zeros(1)
-        with atomic_path(checked_output(path, self.inputs)) as temporary:
+        with atomic_path(checked_output(path, self.inputs, ".mcap")) as temporary:
             _native.write_estimates(
                 temporary,
                 frame=final.frame,

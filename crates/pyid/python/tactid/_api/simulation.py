@@ -5,7 +5,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 from tactid import _native
-from tactid._base.output_files import check_outputs
+from tactid._base.output_files import check_ending, check_outputs
 from tactid._native import Experiment
 from tactid._results.records import RunReport
 
@@ -32,8 +32,8 @@ def simulate(
         How the run went.
 
     Raises:
-        ArgumentError: The folder of ``out`` does not exist, or ``out`` is one of
-            the experiment's files.
+        ArgumentError: The folder of ``out`` does not exist, its name does not end in ``.mcap``, or
+            it is one of the experiment's files.
         ExperimentError: The experiment or its robot is impossible.
         SimulationError: The payload slipped, a check exceeded its bound, or the motion of active
             excitation cannot be planned. The log up to there has the name of ``out`` with
@@ -41,6 +41,7 @@ def simulate(
         LogError: The log cannot be written.
     """
     check_outputs({"`out`": Path(out)}, files_of(experiment))
+    check_ending("`out`", Path(out), ".mcap")
     return RunReport(**_native.simulate(experiment, out, progress=progress))
 
 

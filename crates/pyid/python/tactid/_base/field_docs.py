@@ -15,15 +15,30 @@ _Class = TypeVar("_Class", bound=type)
 def with_fields(cls: _Class) -> _Class:
     """Adds each field with the string below it in the source to the docstring of a dataclass."""
     if cls.__doc__:  # python -OO has none
-        texts = {name: text for base in cls.__mro__ for name, text in _below_fields(base).items()}
+        cls.__doc__ = _Docstring(cls, cls.__doc__)  # type: ignore[assignment]
+    return cls
+
+
+class _Docstring:
+    """Docstring of a dataclass with its fields, which is composed when it is read."""
+
+    def __init__(self, cls: type, beginning: str) -> None:
+        self._cls, self._beginning = cls, beginning
+
+    def __get__(self, _instance: object, _owner: type) -> str:
+        return self._text
+
+    @functools.cached_property
+    def _text(self) -> str:
+        bases = self._cls.__mro__
+        texts = {name: text for base in bases for name, text in _below_fields(base).items()}
         entries = [
             textwrap.fill(f"{field.name}: {texts[field.name]}", 92, subsequent_indent="    ")
-            for field in dataclasses.fields(cls)
+            for field in dataclasses.fields(self._cls)
             if field.name in texts
         ]
         listed = textwrap.indent("\n".join(entries), "    ")
-        cls.__doc__ = f"{inspect.cleandoc(cls.__doc__)}\n\nAttributes:\n{listed}\n"
-    return cls
+        return f"{inspect.cleandoc(self._beginning)}\n\nAttributes:\n{listed}\n"
 
 
 def _below_fields(cls: type) -> dict[str, str]:

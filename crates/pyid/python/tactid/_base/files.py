@@ -157,6 +157,18 @@ def _errors_name(path: Path | str, temporary: Path | None) -> Iterator[None]:
         raise
 
 
+def _check_folder_name(path: Path, option: str) -> None:
+    """Refuses a folder whose name is that of a log in it.
+
+    Raises:
+        ArgumentError: The name ends as that of a file.
+    """
+    if path.suffix.lower() in (".mcap", ".db3"):
+        raise ArgumentError(
+            f"{option} {path}: expected the name of the folder to write, without {path.suffix}"
+        )
+
+
 @contextmanager
 def new_folder(path: Path, option: str) -> Iterator[None]:
     """Creates the folder that an option names, unless it is there.
@@ -166,6 +178,7 @@ def new_folder(path: Path, option: str) -> Iterator[None]:
     Raises:
         ArgumentError: It cannot be created or written, or it is the folder of a recording.
     """
+    _check_folder_name(path, option)
     if (path / "metadata.yaml").exists():
         raise ArgumentError(f"{option} {path} is the folder of a recording: give another one")
     missing = [folder for folder in (path, *path.parents) if not folder.exists()]
@@ -191,6 +204,7 @@ def whole_folder(path: Path, option: str) -> Iterator[Path]:
     Raises:
         ArgumentError: There is something else than an empty folder, or it cannot be created.
     """
+    _check_folder_name(path, option)
     target = Path(os.path.realpath(path))
     if target.exists() and not (target.is_dir() and not any(target.iterdir())):
         raise ArgumentError(f"{option} {path} exists already: give a new folder")

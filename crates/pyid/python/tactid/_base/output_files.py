@@ -33,6 +33,16 @@ def check_report(
         )
 
 
+def check_ending(option: str, path: Path | None, ending: str) -> None:
+    """Checks that the name of a file ends as its format does; a stream has any name.
+
+    Raises:
+        ArgumentError: Its name promises another format, or none.
+    """
+    if path is not None and path.suffix.lower() != ending and not is_stream(path):
+        raise ArgumentError(f"{option} {path}: expected a name that ends in {ending}")
+
+
 def figure_paths(report: Path, names: Iterable[str], form: FigureFormat) -> dict[str, Path]:
     """Returns the files of a report's figures by name: ``payload_fit.svg`` of ``payload.html``.
 
@@ -147,9 +157,12 @@ def check_inputs_of_folder(option: str, path: Path, inputs: Mapping[str, Path | 
                 raise ArgumentError(f"{option} {path} is in the folder of {source}, {given}")
 
 
-def checked_output(path: str | os.PathLike[str], inputs: Mapping[str, Path | None]) -> Path:
-    """Returns the path of one output of a method once :func:`check_outputs` has passed it."""
+def checked_output(
+    path: str | os.PathLike[str], inputs: Mapping[str, Path | None], ending: str
+) -> Path:
+    """Returns the path of one output of a method once it and its ending have passed all checks."""
     check_outputs({"`path`": Path(path)}, inputs)
+    check_ending("`path`", Path(path), ending)
     return Path(path)
 
 

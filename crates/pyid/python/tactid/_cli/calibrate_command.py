@@ -9,15 +9,14 @@ import typer
 from tactid._api.calibrating import calibrate
 from tactid._api.calibration import Calibration
 from tactid._base.errors import ArgumentError
-from tactid._base.output_files import FigureFormat, figure_outputs
+from tactid._base.output_files import FigureFormat, check_ending, figure_outputs
 from tactid._base.terminal import printable
 from tactid._cli import option_flags
+from tactid._cli.command import FLAG, interruptible
 from tactid._cli.console import (
     FIGURES,
-    FLAG,
     check_figures,
     check_files,
-    interruptible,
     notes,
     print_json,
     print_whole,
@@ -84,6 +83,7 @@ def _check_files(
     flags = (("--unloaded", unloaded), ("--loaded", loaded), ("--hold-out", hold_out))
     logs = {f"{flag} {path}": path for flag, paths in flags for path in paths}
     check_files({"--out": out, "--report": report}, logs | {"--urdf": urdf})
+    check_ending("--out", out, ".toml")
     if not unloaded and not loaded:
         raise ArgumentError("--unloaded is missing: give a recording without a payload")
 

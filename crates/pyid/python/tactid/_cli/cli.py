@@ -1,54 +1,91 @@
 """The commands of ``tactid``. Results go to standard output, all else to standard error."""
 
-import tempfile
-from pathlib import Path
-from typing import Annotated
+import functools
+import importlib
+from typing import Annotated, Any
 
 import typer
+from typer.core import TyperGroup
 from typer.exceptions import TyperException
+from typer.main import get_command
 
 from tactid._base import terminal
 from tactid._base.errors import ArgumentError, InternalError, TactidError
-from tactid._base.files import new_folder
-from tactid._base.output_files import FigureFormat
 from tactid._base.startup import ending, interruption
-from tactid._cli import log_contents
-from tactid._cli.calibrate_command import calibrate_arm
-from tactid._cli.compare_command import compare_recording
-from tactid._cli.compensate_command import compensate_log
-from tactid._cli.console import (
-    FLAG,
-    Command,
-    Group,
-    Stream,
-    check_files,
-    interruptible,
-    notes,
-    print_whole,
-    print_written,
-    progress,
-    reporting_partial_log,
-)
-from tactid._cli.excite_command import excite
-from tactid._cli.fleet_command import identify_fleet, report_fleet
-from tactid._cli.identify_command import identify_recording
-from tactid._cli.live_command import LiveCommand, run_live
+from tactid._cli.command import EXIT_CODES, FLAG, interruptible, shown_without_value
+from tactid._cli.conversion import convert_plain_values
 from tactid._cli.number_lists import NumberListCommand
-from tactid._cli.simulate_command import run_simulation
-from tactid._cli.study_command import run_study
-from tactid._native import Experiment, __version__, info as log_info, set_log_memory
-from tactid._options.options import Estimator
-from tactid._read.recordings import contents
-from tactid._read.tables import Table
-from tactid._results import table
+from tactid._native import __version__, set_log_memory
 
-EXIT_CODES = (
-    "Exit codes: 0, the payload is identified; 1, the data contradict the result (the reason is"
-    " printed first) or determine none of its values, or it cannot be given in the format that was"
-    " asked for; 2, an option, a file"
-    " or the recording is wrong; 70, an internal error; 130, interrupted by Ctrl-C; 141, standard"
-    " output was closed; 143, ended by SIGTERM."
-)
+COMMANDS = {
+    "paper": "paper_command.run_paper",
+    "simulate": "simulate_command.run_simulation",
+    "identify": "identify_command.identify_recording",
+    "calibrate": "calibrate_command.calibrate_arm",
+    "excite": "excite_command.excite",
+    "live": "live_command.run_live",
+    "compensate": "compensate_command.compensate_log",
+    "compare": "compare_command.compare_recording",
+    "fleet": "fleet_command.identify_fleet",
+    "fleet-report": "fleet_command.report_fleet",
+    "study": "study_command.run_study",
+    "info": "info_command.show_info",
+    "view": "view_command.show_view",
+}
+"""Module and function of each command, in the order of the help. The module is imported when the
+command runs or shows its help; ``SETTINGS`` of it are those of typer that the others do not have.
+"""
+
+
+class Group(TyperGroup):
+    """The group of the commands, whose help shows ``--help`` as an option without a value."""
+
+    def __init__(self, **settings: Any) -> None:
+        super().__init__(**settings)
+        convert_plain_values(self.params)
+        # The library lists and suggests these names; `get_command` makes the commands.
+        self.commands.update(dict.fromkeys(COMMANDS))  # type: ignore[arg-type]
+
+    def get_help_option(self, ctx: Any) -> Any:
+        """Returns the option ``--help`` of the group."""
+        return shown_without_value(super().get_help_option(ctx))
+
+    def make_context(self, info_name: Any, args: list[str], *rest: Any, **keywords: Any) -> Any:
+        """Reads the arguments; Ctrl-C is one line and exit code 130, as in :meth:`invoke`."""
+        _check_empty(args)
+        with interruptible():
+            return super().make_context(info_name, args, *rest, **keywords)
+
+    def invoke(self, ctx: Any) -> Any:
+        """Runs a command; Ctrl-C that it does not handle is one line and exit code 130."""
+        with interruptible():
+            return super().invoke(ctx)
+
+    def get_command(self, ctx: Any, cmd_name: str) -> Any:
+        """Returns a command of the group by its name; None where there is none."""
+        del ctx
+        return _command(cmd_name) if cmd_name in COMMANDS else None
+
+
+@functools.cache
+def _command(name: str) -> Any:
+    """Returns a command by its name; its module is imported for it."""
+    place, _, function = COMMANDS[name].partition(".")
+    module = importlib.import_module(f"tactid._cli.{place}")
+    settings = {"cls": NumberListCommand} | getattr(module, "SETTINGS", {})
+    alone = typer.Typer(add_completion=False)
+    alone.command(name, **settings)(getattr(module, function))
+    return get_command(alone)
+
+
+def _check_empty(arguments: list[str]) -> None:
+    """Refuses an empty argument, which is the current folder where a path is expected."""
+    for number, argument in enumerate(arguments):
+        if argument == "" or (argument.startswith("--") and argument.endswith("=")):
+            before = f" after {arguments[number - 1]}" if argument == "" and number else ""
+            name = argument.rstrip("=") or f"the argument{before}"
+            raise ArgumentError(f"{name} is empty: is a variable of the shell not set?")
+
 
 app = typer.Typer(
     name="tactid",
@@ -132,150 +169,3 @@ def _main(
     ] = None,
 ) -> None:
     """Takes the options that stand before a command."""
-
-
-@app.command("paper", cls=NumberListCommand)
-def run_paper(
-    out: Annotated[Path, typer.Option(help="Folder for the log and the results.")] = Path(
-        "tactid-paper"
-    ),
-    estimator: Annotated[
-        Estimator, typer.Option(help="The paper's filter, or least squares.")
-    ] = "nlms",
-    frequency: Annotated[
-        float | None, typer.Option(help="Frequency of the excitation, Hz: 0.2 in the paper's text.")
-    ] = None,
-    posture: Annotated[
-        str | None,
-        typer.Option(
-            help="identifiable, table1, or six joint angles in rad: 0,-1.2,1.6,-0.4,1.57,0.",
-            metavar="A,A,A,A,A,A",
-        ),
-    ] = None,
-    seed: Annotated[
-        int | None, typer.Option(min=0, max=2**63 - 1, help="Seed of the noise on the command.")
-    ] = None,
-    duration: Annotated[
-        float | None, typer.Option(help="Simulated time, s: 300 in the paper.")
-    ] = None,
-    figures: Annotated[FigureFormat, typer.Option(help="Format of the figures.")] = "png",
-) -> None:
-    """Runs the paper's experiment: simulates, logs, identifies, and shows Table 2."""
-    from tactid._cli import paper_run  # imports matplotlib, which takes a while to load
-
-    experiment = Experiment.paper().replace(
-        frequency=frequency,
-        posture=None if posture is None else _read_posture(posture),
-        seed=seed,
-        duration=duration,
-    )
-    files = paper_run.Files(out, figures)
-    with new_folder(out, "--out"), reporting_partial_log(files.log), progress("simulating") as done:
-        replaced = check_files({f"{file.name} in --out": file for file in files.written}, {})
-        report = paper_run.simulate_into(files, experiment, done)
-    with interruptible(f"{files.log} is complete, no result was written"):
-        with progress("identifying") as done:
-            results = paper_run.identify_all(files.log, experiment.tip, estimator, done)
-        outcome = paper_run.Outcome(experiment, report, results, log_info(files.log))
-        with notes.status("drawing"):
-            outcome.write(files)
-    print_whole(table.rich_table(outcome.columns[:1], outcome.truth))
-    for remark in outcome.remarks:
-        notes.print(remark, markup=False)
-    wrote = f"Wrote {files.log}, {files.result}, {files.report} and the figures beside them."
-    print_written(wrote, replaced)
-    if results[0].is_contradicted:
-        raise typer.Exit(1)
-
-
-def _read_posture(text: str) -> str | list[float]:
-    if text.replace("_", "").isalnum() and not text[0].isdigit():
-        return text
-    try:
-        return [float(angle) for angle in text.replace(",", " ").split()]
-    except ValueError:
-        raise ArgumentError(
-            f"--posture is {text!r}: expected identifiable, table1, or joint angles in rad"
-        ) from None
-
-
-app.command("simulate", cls=Command)(run_simulation)
-app.command("identify", cls=NumberListCommand, epilog=EXIT_CODES)(identify_recording)
-app.command("calibrate", cls=NumberListCommand)(calibrate_arm)
-app.command("excite", cls=NumberListCommand)(excite)
-app.command("live", cls=LiveCommand)(run_live)
-app.command("compensate", cls=NumberListCommand)(compensate_log)
-app.command("compare", cls=NumberListCommand)(compare_recording)
-app.command("fleet", cls=NumberListCommand)(identify_fleet)
-app.command("fleet-report", cls=Command)(report_fleet)
-app.command("study", cls=NumberListCommand)(run_study)
-
-
-@app.command("info", cls=Command)
-def show_info(
-    log: Annotated[
-        Path,
-        typer.Argument(
-            help="A rosbag2 folder, or an .mcap or .db3 file; a table, a data set of LeRobot, or a"
-            " ROS 1 bag."
-        ),
-    ],
-) -> None:
-    """Shows the topics of a log, or the columns of a table and what they are known as."""
-    found = contents(log)
-    is_table = isinstance(found, Table)
-    console = Stream()
-    shown = log_contents.columns_table(found) if is_table else log_contents.topics_table(found)
-    if console.is_terminal:
-        console.print(shown, highlight=False)
-    else:
-        print_whole(shown)
-    for line in [] if is_table else log_contents.info_lines(found):
-        console.print(line, highlight=False, markup=False, soft_wrap=True)
-
-
-@app.command("view", cls=Command)
-def show_view(
-    log: Annotated[
-        Path,
-        typer.Argument(
-            help="A rosbag2 folder, or an .mcap or .db3 file; or a designed motion: the folder that"
-            " tactid excite wrote, its trajectory.mcap or trajectory.csv."
-        ),
-    ],
-    result_file: Annotated[
-        Path | None,
-        typer.Option("--result", help="The result of tactid identify --result for this log."),
-    ] = None,
-    urdf: Annotated[
-        Path | None,
-        typer.Option(help="The robot, where the log has no /robot_description, or of a motion."),
-    ] = None,
-    save: Annotated[
-        Path | None, typer.Option(help="An .rrd file to write instead of opening the viewer.")
-    ] = None,
-    tip: Annotated[
-        str | None, typer.Option(help="The frame that holds the payload: the result's by default.")
-    ] = None,
-) -> None:
-    """Shows the robot, the forces that it feels and the payload in the Rerun viewer.
-
-    A designed motion has the joints alone, and needs --urdf.
-    """
-    inputs = {"the log": log, "--result": result_file, "--urdf": urdf}
-    replaced = check_files({"--save": save}, inputs)
-    if save is not None and save.suffix != ".rrd":
-        raise ArgumentError(f"--save {save}: expected a name that ends in .rrd, which Rerun opens")
-    from tactid import _view as viewer
-
-    with tempfile.TemporaryDirectory(prefix="tactid-") as folder:
-        recording = save or Path(folder, f"{log.stem}.rrd")
-        with interruptible("nothing was written"), notes.status("reading"):
-            remarks = viewer.record(log, recording, result=result_file, urdf=urdf, tip=tip)
-        for remark in remarks:
-            notes.print(f"tactid: note: {remark}", style="yellow")
-        if save is None:
-            with interruptible("the viewer is closed"):
-                viewer.open_viewer(recording)
-        else:
-            print_written(f"Wrote {save}: open it with rerun {save}", replaced)

@@ -8,12 +8,13 @@ from rich.table import Table
 
 from tactid._api.comparison import CHOSEN, Attempt, compare
 from tactid._base.files import write_atomically
+from tactid._base.output_files import check_ending
 from tactid._base.text_table import empty_table
 from tactid._base.values import nested
 from tactid._cli import option_flags, option_text
+from tactid._cli.command import interruptible
 from tactid._cli.console import (
     check_files,
-    interruptible,
     notes,
     print_whole,
     print_written,
@@ -48,6 +49,7 @@ def compare_recording(
             "--shape": options["shape"],
         },
     )
+    check_ending("--result", result_file, ".json")
     with interruptible("no result"), progress("comparing") as done:
         attempts = compare(log, options=option_flags.read(options, "log"), progress=done)
     frame = next(each.result.estimate.frame for each in attempts if each.result is not None)

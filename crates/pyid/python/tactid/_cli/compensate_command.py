@@ -13,7 +13,8 @@ from tactid._base.files import whole_folder, write_atomically
 from tactid._base.output_files import check_inputs_of_folder
 from tactid._base.terminal import printable
 from tactid._cli import option_flags
-from tactid._cli.console import interruptible, notes, print_whole, progress
+from tactid._cli.command import interruptible
+from tactid._cli.console import notes, print_whole, progress
 from tactid._options.options import Options, options_for
 from tactid._results.compensation import CompensatedLog
 from tactid._show import compensation_text

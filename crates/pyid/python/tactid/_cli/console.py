@@ -12,7 +12,6 @@ import typer
 from rich.console import Console
 from rich.table import Table
 from rich.text import Text
-from typer.core import TyperCommand, TyperGroup
 
 from tactid._base import terminal
 from tactid._base.errors import ArgumentError, LogError
@@ -23,74 +22,8 @@ from tactid._base.output_files import (
     check_report,
     replaced_outputs,
 )
-from tactid._base.startup import ending
 from tactid._base.text_table import whole_width
-
-FLAG = ""
-"""Placeholder of an option without a value in the help of a command."""
-
-
-class Group(TyperGroup):
-    """A group of commands whose help shows ``--help`` as an option without a value."""
-
-    def get_help_option(self, ctx: Any) -> Any:
-        """Returns the option ``--help`` of the group."""
-        return _without_value(super().get_help_option(ctx))
-
-    def make_context(self, info_name: Any, args: list[str], *rest: Any, **keywords: Any) -> Any:
-        """Reads the arguments; Ctrl-C is one line and exit code 130, as in :meth:`invoke`."""
-        _check_empty(args)
-        with interruptible():
-            return super().make_context(info_name, args, *rest, **keywords)
-
-    def invoke(self, ctx: Any) -> Any:
-        """Runs a command; Ctrl-C that it does not handle is one line and exit code 130."""
-        with interruptible():
-            return super().invoke(ctx)
-
-    def get_command(self, ctx: Any, cmd_name: str) -> Any:
-        """Returns a command of the group by its name; None where there is none."""
-        command = super().get_command(ctx, cmd_name)
-        if command is not None:
-            _without_value(command.get_help_option(ctx))
-        return command
-
-
-class Command(TyperCommand):
-    """A command whose help shows the names of options in full, in a narrow terminal, too."""
-
-    def format_help(self, ctx: Any, formatter: Any) -> None:
-        """Prints the help."""
-        from typer import rich_utils  # takes a while to load
-
-        rich_utils.Table = _OptionTable  # type: ignore[attr-defined]
-        super().format_help(ctx, formatter)
-
-
-class _OptionTable(Table):
-    """The table of options of typer: what does not fit is folded, but for the names."""
-
-    def add_row(self, *cells: Any, **settings: Any) -> None:
-        """Adds an option: marks and names, the kind of its value, and what it does."""
-        super().add_row(*cells, **settings)
-        for column in self.columns[:-2]:
-            column.no_wrap = True
-        self.columns[-2].overflow = "fold"
-
-
-def _check_empty(arguments: list[str]) -> None:
-    """Refuses an empty argument, which is the current folder where a path is expected."""
-    for number, argument in enumerate(arguments):
-        if argument == "" or (argument.startswith("--") and argument.endswith("=")):
-            before = f" after {arguments[number - 1]}" if argument == "" and number else ""
-            name = argument.rstrip("=") or f"the argument{before}"
-            raise ArgumentError(f"{name} is empty: is a variable of the shell not set?")
-
-
-def _without_value(option: Any) -> Any:
-    if option is not None:
-        option.metavar = FLAG
-    return option
+from tactid._cli.command import interruptible
 
 
 class Stream(Console):
@@ -157,18 +90,6 @@ def print_json(text: str) -> None:
     if not terminal.is_utf8(sys.stdout):
         text = re.sub(r"[^\x00-\x7f]", lambda found: json.dumps(found[0])[1:-1], text)
     sys.stdout.write(text)
-
-
-@contextmanager
-def interruptible(outcome: str | Callable[[], str] | None = None) -> Iterator[None]:
-    """Turns Ctrl-C or SIGTERM into a line with the outcome, if there is any, and its exit code."""
-    try:
-        yield
-    except KeyboardInterrupt as interruption:
-        word, code = ending(interruption)
-        outcome = outcome() if callable(outcome) else outcome
-        terminal.report(word + (f": {outcome}" if outcome else ""))
-        raise typer.Exit(code) from None
 
 
 @contextmanager

@@ -13,10 +13,10 @@ from tactid._base.files import new_folder
 from tactid._base.output_files import FigureFormat, figure_outputs
 from tactid._base.terminal import printable
 from tactid._cli import option_flags, option_text
+from tactid._cli.command import interruptible
 from tactid._cli.console import (
     FIGURES,
     check_files,
-    interruptible,
     notes,
     print_whole,
     print_written,

@@ -12,7 +12,8 @@ from tactid._base.errors import ArgumentError
 from tactid._base.naming import counted
 from tactid._base.output_files import check_report
 from tactid._cli import option_flags, option_text
-from tactid._cli.console import check_files, interruptible, notes, print_written, progress
+from tactid._cli.command import interruptible
+from tactid._cli.console import check_files, notes, print_written, progress
 from tactid._fleet import run as fleet
 from tactid._fleet.analysis import READ
 from tactid._fleet.recordings import Recording, find

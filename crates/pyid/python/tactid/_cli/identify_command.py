@@ -16,20 +16,18 @@ from rich.table import Table
 
 from tactid._api.combined import Combination
 from tactid._api.offline import identify
-from tactid._api.poses import identify_pose_table
 from tactid._api.result import Identification, PaperIdentification
 from tactid._base import terminal
 from tactid._base.errors import ArgumentError, IdentificationError
-from tactid._base.output_files import FigureFormat, figure_outputs
+from tactid._base.output_files import FigureFormat, check_ending, figure_outputs
 from tactid._base.terminal import printable
 from tactid._cli import option_flags, option_text
+from tactid._cli.command import EXIT_CODES, FLAG, interruptible
 from tactid._cli.console import (
     FIGURES,
-    FLAG,
     Writers,
     check_figures,
     check_files,
-    interruptible,
     notes,
     print_json,
     print_whole,
@@ -71,6 +69,9 @@ PAYLOAD_OF_DESIGN = "--payload-mass-max KG --payload-box X,Y,Z,X,Y,Z --out motio
 """What a designed motion is for, in the words of the option that a user fills in."""
 
 RESULTS = "Results"
+
+SETTINGS = {"epilog": EXIT_CODES}
+"""Settings of typer that other commands do not have."""
 
 
 def _result(text: str, *flags: str, metavar: str | None = None) -> Any:
@@ -199,6 +200,8 @@ def _check(output: Output, logs: list[Path], options: dict[str, Any]) -> list[Pa
         },
     )
     check_figures(output.report, output.figures)
+    check_ending("--result", output.result_file, ".json")
+    check_ending("--estimates", output.estimates, ".mcap")
     if output.estimates is not None and len(logs) > 1:
         raise ArgumentError(
             f"--estimates writes the estimate over time of one recording, but {len(logs)} are given"
@@ -210,6 +213,8 @@ def _identified(logs: list[Path], options: Options, done: Callable[[float], obje
     """Identifies the payload from logs, or from a table of poses at rest."""
     poses = read_poses(logs[0], options) if len(logs) == 1 else None
     if poses is not None:
+        from tactid._api.poses import identify_pose_table  # only such a table needs it
+
         return identify_pose_table(logs[0], poses, options)
     return identify(tuple(logs), options=options, progress=done)
 

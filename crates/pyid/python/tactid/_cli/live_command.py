@@ -13,7 +13,8 @@ from tactid._base.errors import ArgumentError
 from tactid._base.output_files import check_outputs
 from tactid._base.terminal import printable
 from tactid._cli import option_flags
-from tactid._cli.console import interruptible, notes, print_whole
+from tactid._cli.command import interruptible
+from tactid._cli.console import notes, print_whole
 from tactid._cli.number_lists import NumberListCommand
 from tactid._cli.ros import ros_module
 from tactid._live.replay import played
@@ -154,3 +155,6 @@ def _show(session: Session, now_ns: int) -> bool:
 
 
 option_flags.show(run_live, option_flags.parameters(options_for("live")), last=("replay", "rate"))
+
+SETTINGS = {"cls": LiveCommand}
+"""Settings of typer that other commands do not have."""

@@ -6,7 +6,7 @@ from typing import Any
 from typer.core import TyperOption
 
 from tactid._base.errors import ArgumentError
-from tactid._cli.console import Command
+from tactid._cli.command import Command
 
 
 class NumberListCommand(Command):

@@ -10,7 +10,7 @@ import typer
 from tactid._base.errors import ArgumentError
 from tactid._base.naming import switched_off
 from tactid._cli import option_text
-from tactid._cli.console import FLAG
+from tactid._cli.command import FLAG
 from tactid._options.declaration import Declaration, Use
 from tactid._options.options import Options, options_for
 

@@ -1,13 +1,16 @@
 """Options written on the command line: from text to values, with a clear error for the rest."""
 
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
-from tactid._api.excitation import Grip
 from tactid._base.errors import ArgumentError
 from tactid._native import MassProperties
+
+if TYPE_CHECKING:
+    from tactid._api.excitation import Grip
 
 
 def numbers(flag: str, text: str, count: int | None = None) -> list[float]:
@@ -62,8 +65,10 @@ def radians(_: str, degrees: float) -> float:
     return float(np.radians(degrees))
 
 
-def grip(flag: str, text: str) -> Grip:
+def grip(flag: str, text: str) -> "Grip":
     """Reads the ten numbers of a grip."""
+    from tactid._api.excitation import Grip  # only a design has one
+
     found = numbers(flag, text, 10)
     return Grip(found[:3], found[3:6], *found[6:])
 

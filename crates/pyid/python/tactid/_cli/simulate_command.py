@@ -8,6 +8,7 @@ import typer
 from tactid._api.simulation import files_of, simulate
 from tactid._base.errors import ArgumentError
 from tactid._base.naming import abridged
+from tactid._base.output_files import check_ending
 from tactid._cli.console import (
     check_files,
     notes,
@@ -63,6 +64,7 @@ def run_simulation(
     if motion is not None:
         chosen = chosen.following(motion)
     replaced = check_files({"--out": out}, {"the experiment": experiment} | files_of(chosen))
+    check_ending("--out", out, ".mcap")
     with reporting_partial_log(out), progress("simulating") as done:
         report = simulate(chosen, out, progress=done)
     print_written(

@@ -9,7 +9,8 @@ import typer
 from tactid._base.text_table import empty_table
 from tactid._base.values import UNITS
 from tactid._cli import option_flags
-from tactid._cli.console import interruptible, print_whole
+from tactid._cli.command import interruptible
+from tactid._cli.console import print_whole
 from tactid._cli.fleet_command import run_tasks
 from tactid._fleet import study
 from tactid._fleet.rows import rows_of

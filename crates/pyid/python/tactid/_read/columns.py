@@ -307,10 +307,18 @@ def _fitting(name: str, array: str) -> Iterator[tuple[str, Unit | None]]:
             yield re.sub(r"[\W_]+", "_", stem).strip("_").lower(), unit
 
 
-def missing(table: Table, array: str, example: str) -> ArgumentError:
-    """Returns the error of an array whose columns are not found."""
+def missing(table: Table, array: str, example: str, *others: str) -> ArgumentError:
+    """Returns the error of an array whose columns are not found, and neither are those of others.
+
+    Args:
+        table: The table.
+        array: The array.
+        example: How its columns may be named.
+        others: Arrays that would do instead.
+    """
+    names = " or ".join(f"`{name}`" for name in (array, *others))
     return ArgumentError(
-        f"{table.path} has no columns that are known as `{array}`: name them in `columns`, such as"
+        f"{table.path} has no columns that are known as {names}: name them in `columns`, such as"
         f" {array}={example}; {table.listed}",
         option="columns",
     )

@@ -228,6 +228,7 @@ class _Reader:
             if array not in found:
                 _check_motion(table, found, self._columns)
                 raise columns.missing(table, array, example)
+        _check_load(table, found, self._method)
         _check_efforts(table, found, options, self._method)
         arrays = _values(table, found, self._episode, self._advance)
         time = _seconds(table, found["time"], arrays["time"])
@@ -313,6 +314,20 @@ def _values(
             )
         values = {name: array[episodes == episode] for name, array in values.items()}
     return {array: quantity.of(values) for array, quantity in found.items()}
+
+
+def _check_load(table: Table, found: Mapping[str, Quantity], method: str | None) -> None:
+    """Refuses a table without what measures the load.
+
+    Raises:
+        ArgumentError: The array that the method needs is missing; without a method, all are.
+    """
+    if method in (None, "tactile") and "wrench" not in found:
+        others = ["effort"] if method is None else []
+        if found.keys().isdisjoint(others):
+            raise columns.missing(table, "wrench", "f*", *others)
+    if method == "effort" and "effort" not in found:
+        raise columns.missing(table, "effort", "torque_*")
 
 
 def _check_efforts(

@@ -169,6 +169,9 @@ def open_table(path: Path) -> Table | None:
 TEXTS = (".csv", ".tsv", ".txt")
 """Ends of the names of text files with a table."""
 
+TABLES = (*TEXTS, ".npz", ".parquet")
+"""Ends of the names of tables, and of the files of a data set."""
+
 
 def _pyarrow(path: Path) -> tuple[Any, Any]:
     """Imports pyarrow, with its functions, and its part for Parquet."""

@@ -1,10 +1,12 @@
 """Results as plain data: a class for each structure that the crates serialise.
 
 Fields, their order, types and documentation are those of the structure in Rust, by its JSON schema.
-A class of the package that adds methods is a subclass of the same name. The stub ``records.pyi``,
-which ``docs/tools/record_stub.py`` writes, has the fields for type checkers and editors.
+A class is made when it is first used. A class of the package that adds methods is a subclass of the
+same name. The stub ``records.pyi``, which ``docs/tools/record_stub.py`` writes, has the fields for
+type checkers and editors.
 """
 
+import functools
 import json
 import re
 from collections.abc import Mapping
@@ -17,7 +19,15 @@ from tactid import _native
 from tactid._base.equality import ComparedByValue
 from tactid._base.field_docs import with_fields
 
-CLASSES: dict[str, type["Record"]] = {}
+
+class Classes(dict[str, type["Record"]]):
+    """Classes by the names of their structures, made when they are asked for."""
+
+    def __missing__(self, name: str) -> type["Record"]:
+        return made(name)
+
+
+CLASSES = Classes()
 """The class of each structure: the one with methods where there is one."""
 
 LINK = re.compile(r"\[([^\]]+)\]\([^)]*::[^)]*\)|\[(`[^`\]]+`)\]")
@@ -142,16 +152,22 @@ def in_order(schema: Mapping[str, Any]) -> dict[str, dict[str, Any]]:
     return {name: properties[name] for name in sorted(properties, key=has_default.__getitem__)}
 
 
-def _made(name: str, schema: dict[str, Any]) -> type[Record]:
+@functools.cache
+def made(name: str) -> type[Record]:
+    """Returns the class of the fields of a structure, without methods.
+
+    Raises:
+        KeyError: There is no such structure.
+    """
+    schema = SCHEMAS[name]
     members = [(key, Any, _field(part)) for key, part in in_order(schema).items()]
     namespace = {"__doc__": schema.get("description"), "__module__": __name__}
-    base = CLASSES[schema["x-base"]] if "x-base" in schema else Record
-    made = make_dataclass(name, members, bases=(base,), namespace=namespace, frozen=True, eq=False)
-    return with_fields(made)
+    base = made(schema["x-base"]) if "x-base" in schema else Record
+    plain = make_dataclass(name, members, bases=(base,), namespace=namespace, frozen=True, eq=False)
+    return with_fields(plain)
 
 
-globals().update(
-    (name, _made(name, schema))
-    for name, schema in sorted(SCHEMAS.items(), key=lambda each: "x-base" in each[1])
-    if schema.get("properties") and not name.startswith("TenValues_")
-)
+def __getattr__(name: str) -> type[Record]:
+    if SCHEMAS.get(name, {}).get("properties"):
+        return made(name)
+    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")

@@ -1,6 +1,5 @@
 """Tables of results: in a terminal, as plain text and in a notebook."""
 
-import html
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
@@ -187,6 +186,8 @@ def _cells(column: Column, row: Row) -> list[str]:
 
 def html_table(column: Column, title: str) -> str:
     """Returns a small table for a notebook: the ten values with their 95 % intervals."""
+    import html  # its table of entities takes a while to load, and a terminal needs none
+
     heads, shown = ["parameter", "unit", "value", "± 95 %"], column.rows[: len(VALUE_NAMES)]
     rows = [[row.name, row.unit, row.number, row.around] for row in shown]
     if column.shape_fractions is not None:

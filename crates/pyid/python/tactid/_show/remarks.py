@@ -14,6 +14,7 @@ from tactid._base.findings import Finding
 from tactid._base.naming import Style, counted, duration, listed, option_name
 from tactid._base.values import KIND_NAMES, KINDS, Z95, digits_of
 from tactid._native import VALUE_NAMES
+from tactid._read.tables import TABLES
 from tactid._results.identification import IdentificationData, Recorded
 from tactid._results.payload import Payload, PayloadEstimate
 from tactid._results.records import GravityEstimate, WeightEstimate
@@ -178,6 +179,12 @@ def is_at_rest(result: Recorded) -> bool:
     return result.clock == "none"
 
 
+def is_of_table(result: Recorded) -> bool:
+    """Returns whether the result is that of a table or of a data set, which has no messages."""
+    names = result.hashes.get("the log", {})
+    return any(name.lower().endswith(TABLES) for name in names)
+
+
 def _were(count: int) -> str:
     return "was" if count == 1 else "were"
 
@@ -231,7 +238,8 @@ def assumptions(result: Recorded) -> str:
     parts += [f"cutoff {result.cutoff_hz:.3g} Hz"] if has_cutoff else []
     parts += [delay] if (delay := _delay(result)) else []
     parts += _of_least_squares(result) if isinstance(result, IdentificationData) else []
-    clocks = {"stamps": ["times from header stamps"], "log times": ["times from the log"]}
+    stamps = "the table" if is_of_table(result) else "header stamps"
+    clocks = {"stamps": [f"times from {stamps}"], "log times": ["times from the log"]}
     parts += clocks.get(result.clock, [])
     return "; ".join(parts) + "."
 

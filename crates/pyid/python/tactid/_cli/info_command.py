@@ -1,14 +1,20 @@
-"""The contents of a recording as ``tactid info`` shows them."""
+"""The command ``tactid info``: the contents of a recording."""
 
+from pathlib import Path
+from typing import Annotated
+
+import typer
 from rich.table import Table
 from rich.text import Text
 
 from tactid._base.errors import ArgumentError
 from tactid._base.terminal import printable
 from tactid._base.text_table import empty_table
+from tactid._cli.console import Stream, print_whole
 from tactid._native import LogInfo
 from tactid._read import columns
 from tactid._read.foreign_logs import BagInfo
+from tactid._read.recordings import contents
 from tactid._read.tables import Table as Columns
 
 MOST_TOPICS = 1000
@@ -58,3 +64,25 @@ def columns_table(table: Columns) -> Table:
     for name in table.names[:MOST_TOPICS]:
         shown.add_row(Text(printable(name)), known.get(name, "–"))
     return shown
+
+
+def show_info(
+    log: Annotated[
+        Path,
+        typer.Argument(
+            help="A rosbag2 folder, or an .mcap or .db3 file; a table, a data set of LeRobot, or a"
+            " ROS 1 bag."
+        ),
+    ],
+) -> None:
+    """Shows the topics of a log, or the columns of a table and what they are known as."""
+    found = contents(log)
+    is_table = isinstance(found, Columns)
+    console = Stream()
+    shown = columns_table(found) if is_table else topics_table(found)
+    if console.is_terminal:
+        console.print(shown, highlight=False)
+    else:
+        print_whole(shown)
+    for line in [] if is_table else info_lines(found):
+        console.print(line, highlight=False, markup=False, soft_wrap=True)
