@@ -9,7 +9,7 @@ import pytest
 import typer
 from mcap.writer import Writer
 
-from tactid._cli import cli, console
+from tactid._cli import cli, console, info_command
 
 INTERRUPTING = """
 import os, signal, sys
@@ -72,7 +72,7 @@ def interrupt(*_: object) -> None:
 def test_ctrl_c_that_a_command_does_not_handle_is_one_line(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    monkeypatch.setattr(cli, "contents", interrupt)
+    monkeypatch.setattr(info_command, "contents", interrupt)
     monkeypatch.setattr(sys, "argv", ["tactid", "info", "run.mcap"])
     assert cli.run() == 130
     assert capsys.readouterr().err == "tactid: interrupted\n"
@@ -171,12 +171,12 @@ def test_an_interruption_that_a_library_turns_into_its_own_error_is_one_line(
         "import os, signal, sys\n"
         "sys.argv = ['tactid', 'info', 'run.mcap']\n"
         "from tactid import __main__\n"
-        "from tactid._cli import cli\n"
+        "from tactid._cli import info_command\n"
         "def swallow(_):\n"
         f"    try:\n        os.kill(os.getpid(), signal.{name})\n"
         "    except BaseException:\n        pass\n"
         "    raise ValueError('invalid bounding box')\n"
-        "cli.contents = swallow\n"
+        "info_command.contents = swallow\n"
         "__main__.main()\n"
     )
     done = subprocess.run(
