@@ -277,14 +277,14 @@ def test_motion_and_payload_at_once_while_samples_come(
     samples = (noisy(q, 2e-3), noisy(qd, 5e-3), noisy(regressor @ payload.parameters, 0.05))
     identifier = tactid.LagIdentifier(robot, ["tool0"], lag_s=0.2)
     assert (identifier.estimate(), identifier.motion()) == (None, "too-few")
-    assert identifier.until() == -np.inf
+    assert identifier.until_s() == -np.inf
     assert repr(identifier) == "<tactid.LagIdentifier: no estimate yet>"
     for rows in np.split(np.arange(len(time)), 3):
         q_, qd_, wrench = (values[rows] for values in samples)
         now = {name: values[rows] for name, values in base.items()}
         identifier.push(time[rows], q_, qd_, wrench[:, None], **now)
     assert identifier.motion() == "with-payload"
-    assert 2.9 < identifier.until() <= 2.999
+    assert 2.9 < identifier.until_s() <= 2.999
     identifier.finish()
     # The fingers have no rail for such joint positions.
     assert [each.kind for each in identifier.findings()] == ["positions_beyond_limits"]

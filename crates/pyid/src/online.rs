@@ -242,7 +242,7 @@ impl LagIdentifier {
     }
 
     /// Returns the time until which samples are in the last estimate, s.
-    fn until(&self, py: Python<'_>) -> PyResult<f64> {
+    fn until_s(&self, py: Python<'_>) -> PyResult<f64> {
         detached(py, || lock(&self.0).until_s())
     }
 

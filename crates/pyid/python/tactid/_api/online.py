@@ -381,13 +381,13 @@ class LagIdentifier(_Online):
         motion: MotionEstimate = self._native.motion()
         return motion
 
-    def until(self) -> float:
+    def until_s(self) -> float:
         """Returns the time until which samples are in the last estimate, s.
 
         It stays behind where a gap or a fast motion interrupts the estimate, and is minus infinity
         before the first one.
         """
-        return self._native.until()
+        return self._native.until_s()
 
     def findings(self) -> list[Finding]:
         """Returns what the recent samples show, as :meth:`Identifier.findings` does."""

@@ -14,13 +14,13 @@ from tactid._base.errors import ArgumentError, LogError, TactidError
 from tactid._base.files import sha256
 from tactid._fleet import stores
 from tactid._fleet.stores import Object, is_address
-from tactid._read import lerobot
+from tactid._read import lerobot, tables
 
 LOGS = (".mcap", ".db3", ".mcap.zstd", ".db3.zstd", ".bag")
 """Ends of the names of the files of logs, which a folder is searched for."""
 
-TABLES = (".csv", ".npz", ".parquet")
-"""Ends of the names of tables, which are read where an address names them."""
+TABLES = tuple(end for end in tables.TABLES if end != ".txt")
+"""Ends of the names of tables, which are read where an address names them; ``.txt`` is a list."""
 
 BAG = b"rosbag2_bagfile_information"
 """First key of the ``metadata.yaml`` of a bag."""
@@ -82,11 +82,11 @@ def find(
             left_out += others
         found |= {(one.address, one.episode): one for one in each}
         if not each:
-            tables = [other for other in others if other.lower().endswith(TABLES)]
-            if tables:
+            names = [other for other in others if other.lower().endswith(TABLES)]
+            if names:
                 raise UnusableError(
-                    f"{text} has tables, such as {tables[0]}, which are read where a path or a"
-                    f" pattern names them: {os.path.join(text, '*' + Path(tables[0]).suffix)}"
+                    f"{text} has tables, such as {names[0]}, which are read where a path or a"
+                    f" pattern names them: {os.path.join(text, '*' + Path(names[0]).suffix)}"
                 )
             raise UnusableError(
                 f"{text} has no recording: expected logs ({', '.join(LOGS)}), or a folder, a"
