@@ -185,6 +185,16 @@ FINDINGS = [
             "limits_are_equal": True,
         },
     ),
+    Finding("efforts_unmeasured", {"source": "/joint_states", "joints": ["elbow", "wrist"]}),
+    Finding(
+        "saturated",
+        {
+            "source": "/wrench",
+            "channels": ["force z", "moment x"],
+            "limits": [-20.0, 0.5],
+            "fractions": [0.232, 0.05],
+        },
+    ),
     Finding(
         "twist_contradicted",
         {"source": "/odom", "relative_difference": 0.8, "better_axes": "world"},
@@ -478,6 +488,18 @@ SENTENCES = {
         " N: check their unit and the gains (`effort_gain`). The limits of the URDF are all the"
         " same, and may be placeholders."
     ),
+    "efforts_unmeasured": (
+        "/joint_states: the efforts of elbow and wrist (`effort`) are exactly zero in all samples"
+        " of a motion, as of a driver that does not measure them. The estimate takes them for"
+        " measured: record the efforts of all joints that move the tip, or identify from wrenches"
+        " (`method`)."
+    ),
+    "saturated": (
+        "/wrench is saturated: force z at -20 N in 23 % and moment x at 0.5 N m in 5.0 % of the"
+        " samples, and never beyond, while others change. What exceeds the range of a sensor or a"
+        " drive is not measured, and the values may be wrong by more than their intervals: move"
+        " more slowly, with less load, or with a larger range."
+    ),
     "twist_contradicted": (
         "/odom: the twist is not the derivative of the pose (rms difference 80 % of the motion)."
         " It is in the axes of the world, but the twist of an odometry message must be in those"
@@ -649,6 +671,11 @@ ONLINE = {
         " reason, then wrong inertias of the links or gains of the efforts: subtract the efforts"
         " of the same motion without the payload before `push`."
     ),
+    "efforts_unmeasured": (
+        "/joint_states: the efforts of elbow and wrist (`effort`) are exactly zero in all samples"
+        " of a motion, as of a driver that does not measure them. The estimate takes them for"
+        " measured: record the efforts of all joints that move the tip."
+    ),
 }
 """The sentences for a caller of ``push``, where they differ."""
 
@@ -664,6 +691,8 @@ ONLINE_KINDS = (
     "velocities_contradicted",
     "positions_beyond_limits",
     "efforts_beyond_limits",
+    "efforts_unmeasured",
+    "saturated",
     "twist_contradicted",
     "constant_channels",
     "angles_continued",
@@ -703,6 +732,8 @@ CONTRADICTIONS = (
     "positions_beyond_limits",
     "velocities_contradicted",
     "twist_contradicted",
+    "efforts_unmeasured",
+    "saturated",
     "center_far_away",
     "weight_or_offset",
     "gravity_contradicted",
