@@ -5,8 +5,8 @@ status 1 if there is one. ``--count`` prints the number of constants.
 
 A numeric constant is an item ``const NAME: TYPE = VALUE;`` in production code whose type is a
 number, a range of numbers, or settings of a change detector, a limit or a trajectory. Arrays
-(tables, names) and generic parameters are none. A constant whose value is the name of another one is an
-alias: it has a row, but does not count.
+(tables, names) and generic parameters are none. A constant whose value is the name of another one
+is an alias: it has a row, but does not count.
 """
 
 import re

@@ -907,6 +907,40 @@ def test_advice_names_the_least_motion_that_determines_all() -> None:
             "along the assumed gravity, (0, 0, -9.81) m/s², although gravity is another one; the",
         ),
         (
+            "wrong_assumption",
+            {
+                "cause": "weight",
+                "values": [0.405, 0.0, 0.01, 0.05],
+                "std_devs": [0.003] * 4,
+                "assumed": [0.202, 0.0, 0.0, 0.05],
+            },
+            "is not that of the configured payload, 0.202 kg at (0, 0, 0.05) m, but one of 0.4050 ±"
+            " 0.0060 kg at (0.0000 ± 0.0060, 0.0100 ± 0.0060, 0.0500 ± 0.0060) m: the static load",
+        ),
+        (
+            "wrong_assumption",
+            {
+                "cause": "weight",
+                "values": [0.001, 0.0, 0.0, 0.0],
+                "std_devs": [0.003] * 4,
+                "assumed": [0.202, 0.0, 0.0, 0.05],
+            },
+            "but none: the static load corresponds to 2 kg, the dynamic load to 2.000 ± 0.020 kg"
+            " (with this, residuals are 10 % of those without). Give `configured_payload` as it is",
+        ),
+        (
+            "wrong_assumption",
+            {
+                "cause": "gravity",
+                "runner_up": "weight",
+                "values": [0.0, 0.0, -9.8],
+                "std_devs": [0.0, 0.0, 0.05],
+                "assumed": [0.0, 0.0, -1.0],
+            },
+            "Gravity of 9.80 ± 0.10 m/s² explains the wrenches far better than the given one (with"
+            " this, residuals are 10 % of those without), with a mass of 2.000 ± 0.020 kg.",
+        ),
+        (
             "delay_corrected",
             {"applied_s": -0.012, "estimated_s": -0.0121},
             "stamped 12.00 ms earlier than the motion: this delay was corrected (estimated 12.10 ±",
