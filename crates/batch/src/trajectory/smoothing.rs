@@ -295,8 +295,9 @@ pub(super) fn sixth_differences(segments: &[Segment], layout: Layout) -> Vec<f64
 /// Returns why splines do not follow the motion, if they do not: they leave of a channel of so many
 /// bins far more than the variance of white noise with the same sixth differences, because the motion has
 /// frequencies that are too high, or because velocities that nobody measured are zero: splines then
-/// leave far more than splines through values alone (`of_values`). Of a joint that is locked, both
-/// leave the noise, which may have more power at low frequencies than white noise.
+/// leave more than a dozen times as much as splines through values alone (`of_values`). Of a joint
+/// that is locked, both leave the noise, which may have more power at low frequencies than white
+/// noise.
 pub(super) fn unfollowed(
     layout: Layout,
     left: &[f64],
@@ -342,7 +343,7 @@ pub(super) fn unfollowed(
         let is_left = |(left, noise): (f64, f64)| {
             noise > 0.0 && left * FAR_BETTER > chance * noise.max(f64::MIN_POSITIVE.sqrt())
         };
-        if is_left(pairs[0]) && pairs[1].1 == 0.0 && is_left((pairs[0].0, alone)) {
+        if is_left(pairs[0]) && pairs[1].1 == 0.0 && is_left((pairs[0].0 * FAR_BETTER, alone)) {
             return Some(MotionEstimate::NoVelocities);
         }
         if pairs.into_iter().any(is_left) {
