@@ -4,9 +4,9 @@ Run it from anywhere: ``python3 tests/lint/constants.py``. It prints each fault 
 status 1 if there is one. ``--count`` prints the number of constants.
 
 A numeric constant is an item ``const NAME: TYPE = VALUE;`` in production code whose type is a
-number, a range of numbers, or settings of a change detector or of a trajectory. Arrays (tables,
-names) and generic parameters are none. A constant whose value is the name of another one is an
-alias: it has a row, but does not count.
+number, a range of numbers, or settings of a change detector, a limit or a trajectory. Arrays
+(tables, names) and generic parameters are none. A constant whose value is the name of another one
+is an alias: it has a row, but does not count.
 """
 
 import re
@@ -23,7 +23,7 @@ MOST = 150
 KINDS = ("definition", "derived", "calibrated", "rounding", "chosen")
 CONSTANT = re.compile(
     r"\bconst ([A-Z][A-Z_0-9]*): "
-    r"([\w:<>]*\b(?:f64|usize|[ui]\d+|(?:Change|Trajectory)Settings)\b>?) = ([^;]*);"
+    r"([\w:<>]*\b(?:f64|usize|[ui]\d+|(?:Change|Limit|Trajectory)Settings)\b>?) = ([^;]*);"
 )
 ALIAS = re.compile(r"(?:\w+::)*[A-Z][A-Z_0-9]*")
 

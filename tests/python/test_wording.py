@@ -185,6 +185,16 @@ FINDINGS = [
             "limits_are_equal": True,
         },
     ),
+    Finding("efforts_unmeasured", {"source": "/joint_states", "joints": ["elbow", "wrist"]}),
+    Finding(
+        "saturated",
+        {
+            "source": "/wrench",
+            "channels": ["force z", "moment x"],
+            "limits": [-20.0, 0.5],
+            "fractions": [0.232, 0.05],
+        },
+    ),
     Finding(
         "twist_contradicted",
         {"source": "/odom", "relative_difference": 0.8, "better_axes": "world"},
@@ -478,6 +488,18 @@ SENTENCES = {
         " N: check their unit and the gains (`effort_gain`). The limits of the URDF are all the"
         " same, and may be placeholders."
     ),
+    "efforts_unmeasured": (
+        "/joint_states: the efforts of elbow and wrist (`effort`) are exactly zero in all samples"
+        " of a motion, as of a driver that does not measure them. The estimate takes them for"
+        " measured: record the efforts of all joints that move the tip, or identify from wrenches"
+        " (`method`)."
+    ),
+    "saturated": (
+        "/wrench is saturated: force z at -20 N in 23 % and moment x at 0.5 N m in 5.0 % of the"
+        " samples, and never beyond, while others change. What exceeds the range of a sensor or a"
+        " drive is not measured, and the values may be wrong by more than their intervals: move"
+        " more slowly, with less load, or with a larger range."
+    ),
     "twist_contradicted": (
         "/odom: the twist is not the derivative of the pose (rms difference 80 % of the motion)."
         " It is in the axes of the world, but the twist of an odometry message must be in those"
@@ -649,6 +671,11 @@ ONLINE = {
         " reason, then wrong inertias of the links or gains of the efforts: subtract the efforts"
         " of the same motion without the payload before `push`."
     ),
+    "efforts_unmeasured": (
+        "/joint_states: the efforts of elbow and wrist (`effort`) are exactly zero in all samples"
+        " of a motion, as of a driver that does not measure them. The estimate takes them for"
+        " measured: record the efforts of all joints that move the tip."
+    ),
 }
 """The sentences for a caller of ``push``, where they differ."""
 
@@ -664,6 +691,8 @@ ONLINE_KINDS = (
     "velocities_contradicted",
     "positions_beyond_limits",
     "efforts_beyond_limits",
+    "efforts_unmeasured",
+    "saturated",
     "twist_contradicted",
     "constant_channels",
     "angles_continued",
@@ -703,6 +732,8 @@ CONTRADICTIONS = (
     "positions_beyond_limits",
     "velocities_contradicted",
     "twist_contradicted",
+    "efforts_unmeasured",
+    "saturated",
     "center_far_away",
     "weight_or_offset",
     "gravity_contradicted",
@@ -874,6 +905,40 @@ def test_advice_names_the_least_motion_that_determines_all() -> None:
             "wrong_assumption",
             {"cause": "weight", "values": [1.2, 0.0, 0.0, 0.05], "along_m_s2": [0.0, 0.0, -9.81]},
             "along the assumed gravity, (0, 0, -9.81) m/s², although gravity is another one; the",
+        ),
+        (
+            "wrong_assumption",
+            {
+                "cause": "weight",
+                "values": [0.405, 0.0, 0.01, 0.05],
+                "std_devs": [0.003] * 4,
+                "assumed": [0.202, 0.0, 0.0, 0.05],
+            },
+            "is not that of the configured payload, 0.202 kg at (0, 0, 0.05) m, but one of 0.4050 ±"
+            " 0.0060 kg at (0.0000 ± 0.0060, 0.0100 ± 0.0060, 0.0500 ± 0.0060) m: the static load",
+        ),
+        (
+            "wrong_assumption",
+            {
+                "cause": "weight",
+                "values": [0.001, 0.0, 0.0, 0.0],
+                "std_devs": [0.003] * 4,
+                "assumed": [0.202, 0.0, 0.0, 0.05],
+            },
+            "but none: the static load corresponds to 2 kg, the dynamic load to 2.000 ± 0.020 kg"
+            " (with this, residuals are 10 % of those without). Give `configured_payload` as it is",
+        ),
+        (
+            "wrong_assumption",
+            {
+                "cause": "gravity",
+                "runner_up": "weight",
+                "values": [0.0, 0.0, -9.8],
+                "std_devs": [0.0, 0.0, 0.05],
+                "assumed": [0.0, 0.0, -1.0],
+            },
+            "Gravity of 9.80 ± 0.10 m/s² explains the wrenches far better than the given one (with"
+            " this, residuals are 10 % of those without), with a mass of 2.000 ± 0.020 kg.",
         ),
         (
             "delay_corrected",

@@ -13,7 +13,7 @@ import faulty
 import tactid
 from conftest import TactidCommand
 from expectations import Identify
-from recorded_arm import FIXED, FLOATING, SENSOR, TIP_FROM_SENSOR
+from recorded_arm import FIXED, FLOATING, JOINTS, SENSOR, TIP_FROM_SENSOR
 from recordings import (
     EPOCH_NS,
     Logged,
@@ -37,6 +37,8 @@ WRONG = (
     "twist_contradicted",
     "positions_beyond_limits",
     "efforts_beyond_limits",
+    "efforts_unmeasured",
+    "saturated",
     "wrong_assumption",
 )
 FIRST_OFFSET = np.array([2.0, 0.0, 0.0, 0.0, 0.0, 0.0])
@@ -110,6 +112,42 @@ def test_efforts_in_newton_millimetres(found: Any) -> None:
     assert finding["limits_are_equal"] is False
     assert finding["effort"] > 5.0 * finding["limit"]
     assert "--effort-gain" in finding["text"]
+
+
+@pytest.mark.parametrize("step", [0.0, 0.1])
+def test_a_force_that_exceeds_the_range_of_its_sensor(found: Any, step: float) -> None:
+    """It is named first, and nothing is concluded from what it explains."""
+    s = state(FIXED, *SHORT)
+    measured = np.round(s.wrench / step) * step if step else s.wrench.copy()
+    measured[:, 0] = np.clip(measured[:, 0], -6.0, 6.0)
+    shares = [np.mean(measured[:, 0] == limit) for limit in (6.0, -6.0)]
+    finding = found([*moving(FIXED, *SHORT), *wrenches(s.time, measured)], "saturated")
+    assert finding["channels"] == ["force x"] * 2
+    assert finding["limits"] == [6.0, -6.0]
+    assert finding["fractions"] == pytest.approx(shares, abs=0.01)
+    assert finding["source"] == "/wrench"
+
+
+def test_efforts_that_a_drive_limits(found: Any) -> None:
+    s = state(FIXED, *SHORT)
+    limit = 0.7 * np.abs(s.effort[:, 1]).max()
+    limited = s.effort.copy()
+    limited[:, 1] = np.clip(limited[:, 1], -limit, limit)
+    finding = found([description(), *joint_states(s, effort=limited)], "saturated")
+    assert set(finding["channels"]) == {JOINTS[1]}
+    assert f"the effort of {JOINTS[1]} at " in finding["text"]
+
+
+def test_efforts_that_a_driver_does_not_measure(
+    found: Any, command: TactidCommand, tmp_path: Path
+) -> None:
+    s = state(FIXED, *SHORT)
+    measured = s.effort * [1, 0, 1, 1, 1, 0]
+    finding = found([description(), *joint_states(s, effort=measured)], "efforts_unmeasured")
+    assert finding["joints"] == [JOINTS[1], JOINTS[5]]
+    messages = [description(), *joint_states(s, effort=0.0 * s.effort)]
+    bag = write_bag(tmp_path / "none", messages)
+    assert_refused(command("identify", bag), "/joint_states", "effort", "zero in all samples")
 
 
 def test_a_channel_that_is_not_measured(found: Any) -> None:

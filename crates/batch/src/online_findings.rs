@@ -2,7 +2,8 @@
 
 use tactid_identify::Snapshot;
 use tactid_identify::checks::{
-    EffortMonitor, FEWEST_SAMPLES, SampleChecks, TwistRates, grouped_by_cause,
+    EffortMonitor, EffortRanges, FEWEST_SAMPLES, SampleChecks, TwistRates, WRENCH_CHANNELS,
+    grouped_by_cause,
 };
 
 use crate::Finding;
@@ -12,7 +13,8 @@ use crate::diagnosis::findings_without_prior;
 /// [`Snapshot`] of the online identifier.
 ///
 /// The samples of the last 10 s show joint velocities or a twist that are not the derivatives of
-/// the positions or the pose, and channels of a sensor that never change. The windows show a wrong
+/// the positions or the pose, and channels of a sensor that never change. All samples show channels
+/// that are at a limit, and joints without efforts. The windows show a wrong
 /// sign of gravity or of the load, an offset of the wrench sensor, a load that the model does not
 /// explain, and outliers: the findings that [`BatchIdentifier`](crate::BatchIdentifier) has for the
 /// same samples without prior information. Samples of which none is in a window are reported, too.
@@ -24,6 +26,7 @@ use crate::diagnosis::findings_without_prior;
 #[must_use]
 pub fn online_findings(snapshot: &Snapshot) -> Vec<Finding> {
     let mut findings = sample_findings(&snapshot.checks);
+    findings.extend(range_findings(snapshot));
     let sampling = snapshot.sampling;
     if snapshot.windows == 0 && sampling.samples + sampling.rejected >= FEWEST_SAMPLES {
         findings.push(Finding::NoEquations(sampling));
@@ -74,4 +77,28 @@ fn sample_findings(checks: &SampleChecks) -> Vec<Finding> {
             }),
     );
     findings
+}
+
+/// Returns what the ranges of the channels show.
+fn range_findings(snapshot: &Snapshot) -> Vec<Finding> {
+    let checks = &snapshot.checks;
+    let sign = if snapshot.is_negated { -1.0 } else { 1.0 };
+    let wrenches = checks.wrench_ranges.iter();
+    let of_wrenches = wrenches.filter_map(|ranges| ranges.saturation(&WRENCH_CHANNELS, sign));
+    let of_wrenches = of_wrenches.map(|saturation| ("wrench", saturation));
+    let efforts = checks.effort_ranges.iter();
+    let of_efforts = efforts.clone().filter_map(EffortRanges::saturation);
+    let of_efforts = of_efforts.map(|saturation| ("effort", saturation));
+    let saturated = of_wrenches.chain(of_efforts);
+    let saturated = saturated.map(|(source, saturation)| Finding::Saturated {
+        source: source.to_owned(),
+        saturation,
+    });
+    let unmeasured = efforts.map(EffortRanges::unmeasured);
+    let unmeasured = unmeasured.filter(|joints| !joints.is_empty());
+    let unmeasured = unmeasured.map(|joints| Finding::EffortsUnmeasured {
+        source: "effort".to_owned(),
+        joints,
+    });
+    saturated.chain(unmeasured).collect()
 }

@@ -111,6 +111,27 @@ fn a_constant_channel_is_reported() {
     assert!(findings.contains(&constant), "{findings:?}");
 }
 
+/// A force that is cut off at the range of its sensor is reported with its sign.
+#[test]
+fn a_saturated_channel_is_reported() {
+    let saturated = |limit: f64| {
+        let findings = findings_after(200.0, |instant| {
+            instant.wrench.force.x = instant.wrench.force.x.max(-limit);
+        });
+        findings.into_iter().find_map(|finding| match finding {
+            Finding::Saturated { source, saturation } => Some((source, saturation)),
+            _ => None,
+        })
+    };
+    assert_eq!(saturated(1e3), None);
+    let (source, found) = saturated(1.0).unwrap();
+    assert_eq!(source, "wrench");
+    assert_eq!(
+        (found.channels, found.limits),
+        (vec!["force x".to_owned()], vec![-1.0])
+    );
+}
+
 /// Angles that start again after a turn change nothing, and are reported; a second source of
 /// positions is, too.
 #[test]

@@ -39,3 +39,4 @@ mod still_arms;
 mod trajectory;
 mod trajectory_limits;
 mod wrong_assumptions;
+mod wrong_weights;

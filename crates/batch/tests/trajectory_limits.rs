@@ -263,6 +263,28 @@ fn velocities_of_zero_beside_a_motion_are_not_measured() {
     }
 }
 
+/// Velocities of a joint that is locked are zero, and noise of its positions that is not white does
+/// not show that they are not measured.
+#[test]
+fn velocities_of_zero_of_a_locked_joint_are_measured() {
+    const KEPT: f64 = 0.98;
+    for seed in 0..3 {
+        let mut instants = noisy(&experiment().run(), 6);
+        let mut random = SmallRng::seed_from_u64(seed);
+        let mut noise = [0.0; 2];
+        for instant in &mut instants {
+            for (finger, noise) in noise.iter_mut().enumerate() {
+                let drawn: f64 = random.sample(StandardNormal);
+                *noise = KEPT * *noise + 4e-5 * drawn;
+                instant.position[6 + finger] = *noise;
+                instant.velocity[6 + finger] = 0.0;
+            }
+        }
+        let found = solve(&instants, with(COMBINED));
+        assert_eq!(found.fit.motion, MotionEstimate::TooFast, "{seed}");
+    }
+}
+
 /// Uncertain gains, and reasons that samples do not show, keep windows.
 #[test]
 fn settings_keep_windows() {

@@ -13,7 +13,7 @@ fn solved(given: &Recording) -> BatchResult {
     given.identify(BatchSettings::default())
 }
 
-fn causes(result: &BatchResult) -> Vec<&WrongAssumption> {
+pub(crate) fn causes(result: &BatchResult) -> Vec<&WrongAssumption> {
     let causes = result.findings.iter().filter_map(|finding| match finding {
         Finding::WrongAssumption(found) => Some(found),
         _ => None,
@@ -74,7 +74,7 @@ fn assert_without_cause(setups: impl Iterator<Item = (&'static Setup, u64)>) {
 }
 
 /// Returns so many recordings of the other arms, each with its seed.
-fn others(count: u64) -> impl Iterator<Item = (&'static Setup, u64)> + Clone {
+pub(crate) fn others(count: u64) -> impl Iterator<Item = (&'static Setup, u64)> + Clone {
     OTHERS.iter().cycle().zip(100..100 + count)
 }
 

@@ -50,7 +50,7 @@ pub enum ExcitationError {
     },
     /// Collision shapes of links that the motion could bring into contact are left out.
     #[error(
-        "{0}; {remedy}, or accept a motion that may run the robot through itself with `collisions=False`",
+        "{0}; {remedy}, or accept a motion that may run the robot through itself with `collisions` (false)",
         remedy = .0.remedy()
     )]
     Untested(UntestedLinks),

@@ -43,7 +43,7 @@ fn no_motion_is_designed_while_shapes_are_left_out() {
             "collisions of the robot with itself cannot be tested: collision shapes of the link {link} are left out \
              (`a.dae`: its file was not found); put the meshes, as STL, OBJ or PLY files, where the URDF names them (for \
              package://, ROS_PACKAGE_PATH may name the folder that contains the package), or accept a motion that may \
-             run the robot through itself with `collisions=False`"
+             run the robot through itself with `collisions` (false)"
         );
         assert_eq!(message, expected);
         assert_eq!(model.untested()[0].link, link);

@@ -61,6 +61,7 @@ mod arm_calibration;
 mod arrays;
 mod beginning;
 mod calibration;
+mod channel_ranges;
 mod choices;
 mod clock;
 mod combination;

@@ -3,7 +3,8 @@
 use nalgebra::Vector3;
 use schemars::JsonSchema;
 use serde::{Serialize, Serializer};
-use tactid_dynamics::InertialParameters;
+use tactid_batch::Finding as DataFinding;
+use tactid_dynamics::{InertialParameters, Notice, Severity};
 use tactid_identify::{Method, serial};
 
 use crate::plan::Plan;
@@ -62,7 +63,7 @@ impl RecordingReport {
         noticed: impl IntoIterator<Item = Finding>,
     ) -> Self {
         let mut findings = run.noticed(&plan);
-        if are_mixed(&findings) {
+        if are_mixed(&findings) || are_unmeasured(&findings) {
             findings.extend(without_explained(noticed));
         } else {
             findings.extend(noticed);
@@ -85,6 +86,18 @@ impl RecordingReport {
             damage: run.damage,
         }
     }
+}
+
+/// Returns whether so much of the load was not measured that this explains whatever else the data
+/// contradict.
+fn are_unmeasured(findings: &[Finding]) -> bool {
+    findings.iter().any(|finding| {
+        let is_of_load = matches!(
+            finding,
+            Finding::Data(DataFinding::Saturated { .. } | DataFinding::EffortsUnmeasured { .. })
+        );
+        is_of_load && finding.severity() == Severity::Contradicts
+    })
 }
 
 /// A finding, in a schema.

@@ -9,6 +9,7 @@ use tactid_calibrate::EffortRecorder;
 use tactid_identify::Sample;
 
 use crate::alignment::{Aligned, Aligner, Event};
+use crate::channel_ranges::ChannelRanges;
 use crate::fault::{FaultCounts, FaultKind};
 use crate::plan::Plan;
 use crate::recording::{Reading, Recording};
@@ -74,7 +75,7 @@ impl Run {
     /// # Errors
     /// Returns [`RecordingError::Log`] if the recording cannot be read,
     /// [`RecordingError::Identify`] if a setting or a sample does not fit the robot, and
-    /// [`RecordingError::Data`] if the unloaded recording has another motion.
+    /// [`RecordingError::Data`] if all efforts are zero or the unloaded recording has another motion.
     pub(crate) fn new(
         recording: &impl Recording,
         plan: &Plan<'_>,
@@ -91,6 +92,7 @@ impl Run {
             let (pass, reading) = present(recording, plan, receiver, progress)?;
             epoch += 1;
             if reading.interrupted || epoch >= epochs {
+                pass.ranges.check_efforts(plan.sources)?;
                 if plan.streams.unloaded {
                     pass.unloaded.check_motion(&plan.sources.robot)?;
                 }
@@ -195,6 +197,7 @@ impl Samples {
 struct Pass {
     aligner: Aligner,
     channels: WrenchChannels,
+    ranges: ChannelRanges,
     steps: Steps,
     unloaded: UnloadedSubtraction,
     unloaded_scale: UnloadedScale,
@@ -229,6 +232,7 @@ impl Pass {
                 &plan.equations,
                 &plan.unmeasured,
             ),
+            ranges: ChannelRanges::new(plan.sources, &plan.tip),
             steps: Steps::new(plan.sources),
             unloaded: UnloadedSubtraction::new(&plan.sources.robot),
             unloaded_scale: UnloadedScale::new(plan),
@@ -242,6 +246,7 @@ impl Pass {
 
     fn take(&mut self, event: Event, samples: &mut Samples) -> Result<(), RecordingError> {
         self.channels.push(&event);
+        self.ranges.push(&event);
         self.steps.push(&event);
         self.aligner.push(event);
         while let Some(mut aligned) = self.aligner.next() {
@@ -265,6 +270,7 @@ impl Pass {
     fn totals(&self, plan: &Plan<'_>) -> Totals {
         let mut findings = self.steps.findings(plan.sources);
         findings.extend(self.channels.findings(f64::INFINITY, plan.sources));
+        findings.extend(self.ranges.findings(plan.sources));
         let joints = plan.sources.robot.joint_names();
         findings.extend(self.unloaded_scale.finding(joints));
         Totals {

@@ -7,7 +7,10 @@ use tactid_dynamics::words::{general, listed, percent, with_interval};
 use tactid_identify::solve::HALF_WIDTH_95;
 
 use super::load_words::other_body;
-use super::{CHANNELS, CONTRADICTION, Hypothesis, MOST_LEFT, WrongAssumption, is_out_of_reach};
+use super::{
+    CHANNELS, CONTRADICTION, Hypothesis, LARGEST_MASS_CHANGE, MOST_LEFT, WrongAssumption,
+    is_out_of_reach,
+};
 
 /// Says which assumption the data contradict, what they show instead, and what to do.
 pub(super) fn wrong_assumption(found: &WrongAssumption, reader: Reader) -> String {
@@ -174,10 +177,15 @@ fn gravity(found: &WrongAssumption, entries: &[String], explained: &str) -> Stri
     } else {
         "Another gravity,"
     };
+    let what = if has_other_length(found) {
+        let size = with_interval(length(shown), length(&found.std_devs));
+        format!("Gravity of {size} m/s²")
+    } else {
+        format!("{what} ({}) m/s² in world axes,", entries.join(", "))
+    };
     format!(
-        "{what} ({}) m/s² in world axes, explains the wrenches far better than the given one \
-         ({explained}), with a mass of {} kg.",
-        entries.join(", "),
+        "{what} explains the wrenches far better than the given one ({explained}), with a mass of {} \
+         kg.",
         with_interval(found.mass_kg, found.mass_std_dev_kg)
     )
 }
@@ -200,6 +208,22 @@ fn weight(found: &WrongAssumption, entries: &[String], explained: &str) -> Strin
         center.join(", ")
     );
     let mass_kg = with_interval(found.mass_kg, found.mass_std_dev_kg);
+    let loads = format!(
+        "the static load corresponds to {} kg, the dynamic load to {mass_kg} kg ({explained})",
+        general(found.mass_kg - subtracted_kg, 3)
+    );
+    if let Some(payload) = configured(found) {
+        let [configured_kg, x, y, z] = payload.map(|entry| general(entry, 4));
+        let instead = if subtracted_kg.abs() > HALF_WIDTH_95 * std_dev_kg {
+            format!("one {body}")
+        } else {
+            "none".to_owned()
+        };
+        return format!(
+            "The weight that was subtracted from the wrenches is not that of the configured \
+             payload, {configured_kg} kg at ({x}, {y}, {z}) m, but {instead}: {loads}."
+        );
+    }
     if let Some(along) = found.along_m_s2 {
         let [x, y, z] = along.map(|entry| general(entry + 0.0, 6));
         let along = format!(
@@ -217,11 +241,14 @@ fn weight(found: &WrongAssumption, entries: &[String], explained: &str) -> Strin
             )
         };
     }
-    format!(
-        "The weight of a body seems to be {done} the wrenches, {body}: the static load corresponds \
-         to {} kg, the dynamic load to {mass_kg} kg ({explained}).",
-        general(found.mass_kg - subtracted_kg, 3)
-    )
+    format!("The weight of a body seems to be {done} the wrenches, {body}: {loads}.")
+}
+
+/// Returns the mass and the centre of mass of the payload that is known to be configured in the
+/// controller.
+fn configured(found: &WrongAssumption) -> Option<[f64; 4]> {
+    let assumed = found.assumed.as_slice().try_into().ok();
+    assumed.filter(|payload: &[f64; 4]| payload[0] != 0.0)
 }
 
 /// Says how a weight that was subtracted is accepted.
@@ -233,6 +260,12 @@ fn of_weight(found: &WrongAssumption, reader: Reader) -> String {
     );
     let accepts = reader.choice("wrench_is", "without-weight");
     let controller = "A controller does so for its configured payload:";
+    if configured(found).is_some() {
+        return format!(
+            "Give {} as it is in the controller; without it, {accepts} identifies this weight, too.",
+            reader.option("configured_payload")
+        );
+    }
     if found.along_m_s2.is_some() {
         let mounting = "A controller does so that does not know how its base is mounted: state that \
                         there";
@@ -282,9 +315,33 @@ fn far_from(found: &WrongAssumption, factor: f64, unit: &str) -> Vec<String> {
     }
 }
 
+/// Says what to do about gravity.
+fn of_gravity(found: &WrongAssumption, reader: Reader) -> String {
+    let option = reader.option("gravity");
+    if has_other_length(found) {
+        return format!("Check the length of {option}, which is 9.81 m/s² on Earth.");
+    }
+    let check = format!("Check {option} and the axes of the world: how the base is mounted.");
+    if reader == Reader::Online {
+        return check;
+    }
+    let unknown = reader.choice("gravity", "unknown");
+    format!("{check} {unknown} identifies its direction together with the payload.")
+}
+
+/// Returns the length of a vector.
+fn length(entries: &[f64]) -> f64 {
+    entries.iter().map(|x| x * x).sum::<f64>().sqrt()
+}
+
+/// Returns whether gravity has not the length of the assumed one, which its direction keeps.
+fn has_other_length(found: &WrongAssumption) -> bool {
+    let (shown, given) = (length(&found.values), length(&found.assumed));
+    shown > 0.0 && (shown - given).abs() > LARGEST_MASS_CHANGE * given
+}
+
 /// Returns whether a place is certainly farther away than anything on an arm.
 fn is_place_out_of_reach(found: &WrongAssumption) -> bool {
-    let length = |entries: &[f64]| entries.iter().map(|x| x * x).sum::<f64>().sqrt();
     is_out_of_reach(
         length(&found.values),
         HALF_WIDTH_95 * length(&found.std_devs),
@@ -310,17 +367,7 @@ fn remedy(found: &WrongAssumption, reader: Reader) -> String {
             reader.choice("wrench_offset", "yes")
         ),
         Hypothesis::Weight => of_weight(found, reader),
-        Hypothesis::Gravity => {
-            let check = format!(
-                "Check {} and the axes of the world: how the base is mounted.",
-                reader.option("gravity")
-            );
-            if online {
-                return check;
-            }
-            let unknown = reader.choice("gravity", "unknown");
-            format!("{check} {unknown} identifies its direction together with the payload.")
-        }
+        Hypothesis::Gravity => of_gravity(found, reader),
         Hypothesis::SensorPlace if is_place_out_of_reach(found) => format!(
             "No sensor is that far away: the moments are too large for the forces, as of points or \
              lever arms in millimetres. Give lengths in m and moments in N m{}.",

@@ -1,8 +1,10 @@
-//! Findings about the load in words: its sign, and what the model does not explain.
+//! Findings about the load in words: its sign, what is not measured of it, and what the model does
+//! not explain.
 
 use tactid_dynamics::Reader;
 use tactid_dynamics::words::{decimals_of, general, listed, percent};
 use tactid_identify::Method;
+use tactid_identify::checks::Saturation;
 
 use super::{Finding, UnexplainedLoad};
 
@@ -207,5 +209,50 @@ pub(super) fn constant_channels(finding: &Finding) -> String {
         "{source}: {} in `{frame}` {are} exactly {value} in all samples, as of a sensor that does \
          not measure {them}. The estimate takes {them} for measured.",
         listed(channels)
+    )
+}
+
+/// Says which joints have efforts that nobody measured.
+pub(super) fn efforts_unmeasured(source: &str, joints: &[String], reader: Reader) -> String {
+    let (efforts, they, them) = if joints.len() > 1 {
+        ("efforts", "are", "them")
+    } else {
+        ("effort", "is", "it")
+    };
+    let instead = match reader {
+        Reader::Online => String::new(),
+        _ => format!(", or identify from wrenches ({})", reader.option("method")),
+    };
+    format!(
+        "{source}: the {efforts} of {} (`effort`) {they} exactly zero in all samples of a motion, as of a driver that does not measure {them}. The estimate takes {them} for measured: \
+         record the efforts of all joints that move the tip{instead}.",
+        listed(joints)
+    )
+}
+
+/// Says which channels are at a limit, and how often.
+pub(super) fn saturated(source: &str, saturation: &Saturation) -> String {
+    let Saturation {
+        channels,
+        limits,
+        fractions,
+    } = saturation;
+    let each = channels.iter().zip(limits).zip(fractions);
+    let each: Vec<String> = each
+        .map(|((channel, limit), fraction)| {
+            let (limit, share) = (general(*limit, 4), percent(*fraction));
+            let at_limit = match channel.split_once(' ') {
+                Some(("force", _)) => format!("{channel} at {limit} N"),
+                Some(("moment", _)) => format!("{channel} at {limit} N m"),
+                _ => format!("the effort of {channel} at {limit}"),
+            };
+            format!("{at_limit} in {share}")
+        })
+        .collect();
+    format!(
+        "{source} is saturated: {} of the samples, and never beyond, while others change. What \
+         exceeds the range of a sensor or a drive is not measured, and the values may be wrong by \
+         more than their intervals: move more slowly, with less load, or with a larger range.",
+        listed(&each)
     )
 }

@@ -14,8 +14,9 @@ use std::borrow::Cow;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use tactid_dynamics::{ModelFinding, Notice, Reader, Severity, Subject};
+pub(crate) use tactid_identify::checks::WRENCH_CHANNELS as CHANNELS;
 use tactid_identify::checks::{
-    EffortsBeyondLimits, PositionJumps, PositionsBeyondLimits, TwistContradiction,
+    EffortsBeyondLimits, PositionJumps, PositionsBeyondLimits, Saturation, TwistContradiction,
     VelocityContradiction,
 };
 use tactid_identify::solve::LEVER_ARM_M;
@@ -24,7 +25,6 @@ use tactid_identify::{Method, Sampling};
 pub use self::other_load::OtherLoad;
 pub use self::resting_poses::{FarCenter, NextAttitude, OutlyingPose, RestingPoses, Rests};
 pub use self::run_words::{distance_of_runs, p_equals, probability};
-pub(crate) use self::wrong_assumption::CHANNELS;
 pub use self::wrong_assumption::{Hypothesis, WrongAssumption};
 
 /// Fraction of the load from which what the model leaves unexplained shows the result to be wrong:
@@ -161,6 +161,21 @@ pub enum Finding {
     PositionsBeyondLimits(PositionsBeyondLimits),
     /// Most efforts of joints are far beyond the limits of the robot's description.
     EffortsBeyondLimits(EffortsBeyondLimits),
+    /// Joints that move the tip have efforts of exactly zero in all samples.
+    EffortsUnmeasured {
+        /// Name of the array or the topic of the efforts.
+        source: String,
+        /// Names of the joints.
+        joints: Vec<String>,
+    },
+    /// Channels of a wrench sensor, or efforts, are at a limit in many samples and beyond it in none.
+    Saturated {
+        /// Name of the array or the topic of the channels.
+        source: String,
+        /// The channels, their limits, and how often they are at them.
+        #[serde(flatten)]
+        saturation: Saturation,
+    },
     /// The twist of the base, or of a sensor without a robot, is not the derivative of its pose.
     TwistContradicted {
         /// Name of the array or the topic of the twist.
@@ -334,12 +349,14 @@ impl Notice for Finding {
             Self::VelocitiesContradicted(_)
             | Self::PositionsBeyondLimits(_)
             | Self::TwistContradicted { .. }
+            | Self::EffortsUnmeasured { .. }
             | Self::GravityContradicted { .. }
             | Self::TooFewWindows { .. }
             | Self::CenterFarAway(_)
             | Self::NegativeMass { .. }
             | Self::KnownBodiesTooHeavy { .. } => true,
             Self::EffortsBeyondLimits(beyond) => !beyond.limits_are_equal,
+            Self::Saturated { saturation, .. } => saturation.contradicts(),
             Self::LoadUnexplained(load) => load.contradicts(),
             Self::MassContradicted { distance, .. } => *distance > LARGEST_DISTANCE_OF_MASS,
             Self::Inconsistent { distance, .. } => *distance > LARGEST_DISTANCE_OF_BODY,
@@ -383,6 +400,8 @@ impl Notice for Finding {
             Self::VelocitiesContradicted(_)
             | Self::PositionsBeyondLimits(_)
             | Self::EffortsBeyondLimits(_)
+            | Self::EffortsUnmeasured { .. }
+            | Self::Saturated { .. }
             | Self::PositionsJump(_)
             | Self::CenterFarAway(_)
             | Self::TwistContradicted { .. } => Subject::Measurements,

@@ -12,7 +12,9 @@ use tactid_identify::checks::{
 
 use super::Finding;
 use super::assumption_words::wrong_assumption;
-use super::load_words::{constant_channels, gravity, negative_mass, unexplained};
+use super::load_words::{
+    constant_channels, efforts_unmeasured, gravity, negative_mass, saturated, unexplained,
+};
 use super::run_words::runs_disagree;
 
 /// Ratio of a given mass to that of the data from which to which it looks like grams.
@@ -28,6 +30,8 @@ pub(super) fn sentences(finding: &Finding, reader: Reader) -> String {
             source,
             contradiction,
         } => twist(source, contradiction),
+        Finding::EffortsUnmeasured { source, joints } => efforts_unmeasured(source, joints, reader),
+        Finding::Saturated { source, saturation } => saturated(source, saturation),
         Finding::ConstantChannels { .. } => constant_channels(finding),
         Finding::AnglesContinued { joints, count } => format!(
             "The positions of {} start again after a turn, {}: they were continued.",

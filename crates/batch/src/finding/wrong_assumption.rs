@@ -79,11 +79,6 @@ pub struct WrongAssumption {
     pub is_applied: bool,
 }
 
-/// Names of the channels of a wrench.
-pub(crate) const CHANNELS: [&str; 6] = [
-    "force x", "force y", "force z", "moment x", "moment y", "moment z",
-];
-
 impl WrongAssumption {
     /// Returns whether the result is wrong without this cause.
     pub(super) fn contradicts(&self) -> bool {

@@ -22,7 +22,8 @@ pub(super) struct Model {
     /// Whether this weight acts along the gravity that is assumed, whatever gravity is.
     pub(super) is_along_given: bool,
     /// Gravity in the inertial frame, m/s². Its size does not change in a fit: at rest, that and
-    /// the mass are one thing, and beside accelerations, another size is a weight.
+    /// the mass are one thing, and beside accelerations, another size is a weight, which the report
+    /// names.
     pub(super) gravity: Vector3<f64>,
     /// Gravity that is assumed, in the inertial frame, m/s².
     pub(super) given_gravity: Vector3<f64>,

@@ -1,6 +1,7 @@
 //! The causes that were found, with the values that the data show.
 
-use nalgebra::{Matrix6, Rotation3, SMatrix, SVector, UnitQuaternion};
+use nalgebra::{Matrix6, Rotation3, SMatrix, SVector, UnitQuaternion, Vector4};
+use tactid_dynamics::BaseKind;
 use tactid_identify::VALUE_NAMES;
 use tactid_identify::checks::{BEYOND_NOISE, MODEL_ERROR};
 use tactid_identify::equations::EquationStream;
@@ -68,7 +69,47 @@ pub(super) fn causes(
             is_applied: false,
         }
     };
-    causes.iter().map(report).collect()
+    let reported = causes.iter().map(report);
+    reported
+        .map(|weight| of_other_length(&weight, found, stream, &covariance).unwrap_or(weight))
+        .collect()
+}
+
+/// Returns gravity of the length that it has on Earth in the place of a weight that explains the
+/// same: one with the centre of mass of the load, beside a given gravity of another length.
+fn of_other_length(
+    weight: &WrongAssumption,
+    found: &Fitted,
+    stream: &EquationStream,
+    covariance: &SMatrix<f64, 10, 10>,
+) -> Option<WrongAssumption> {
+    let given = stream.gravity();
+    let on_earth = BaseKind::Fixed.default_gravity().norm();
+    let is_of_earth = |length: f64, error: f64| (length / on_earth - 1.0).abs() < error;
+    if weight.cause != Hypothesis::Weight
+        || found.model.is_along_given
+        || stream.model().subtracted().is_some()
+        || is_of_earth(given.norm(), MODEL_ERROR)
+    {
+        return None;
+    }
+    let (load, half_widths) = intervals(&found.model.parameters, covariance)?;
+    let is_at_center = |k: usize| {
+        let std_dev = weight.std_devs[k] + half_widths[k] / HALF_WIDTH_95;
+        (weight.values[k] - load[k]).abs() < BEYOND_NOISE * std_dev
+    };
+    let size = 1.0 - weight.values[0] / weight.mass_kg;
+    let error = weight.mass_std_dev_kg / weight.mass_kg;
+    let is_likely = is_of_earth(size * given.norm(), MODEL_ERROR + BEYOND_NOISE * error);
+    (is_likely && (1..4).all(is_at_center)).then(|| WrongAssumption {
+        cause: Hypothesis::Gravity,
+        runner_up: Some(Hypothesis::Weight),
+        names: ["x", "y", "z"].map(str::to_owned).to_vec(),
+        values: (given * size).as_slice().to_vec(),
+        std_devs: (given * (size * error)).abs().as_slice().to_vec(),
+        assumed: given.as_slice().to_vec(),
+        ..weight.clone()
+    })
 }
 
 /// A change of a value by another fit, with half of its 95 % interval.
@@ -174,15 +215,14 @@ fn shown(
     let (names, values) = match hypothesis {
         Hypothesis::Offset => (named(&CHANNELS), model.offset.as_slice().to_vec()),
         Hypothesis::Weight => {
-            let mass_kg = model.weight[0];
-            let scale = |k: usize| if k == 0 { 1.0 } else { mass_kg.recip() };
-            for (k, std_dev) in std_devs.iter_mut().enumerate() {
-                *std_dev *= scale(k).abs();
+            let known = known_weight(stream);
+            let weight = model.weight + known;
+            let of_center = std_devs.iter_mut().skip(1);
+            of_center.for_each(|std_dev| *std_dev /= weight[0].abs());
+            if known[0] != 0.0 {
+                assumed = body_of(&known);
             }
-            (
-                named(&VALUE_NAMES[..4]),
-                (0..4).map(|k| model.weight[k] * scale(k)).collect(),
-            )
+            (named(&VALUE_NAMES[..4]), body_of(&weight))
         }
         Hypothesis::Gravity => {
             assumed = stream.gravity().as_slice().to_vec();
@@ -215,6 +255,22 @@ fn shown(
         values,
         std_devs,
     }
+}
+
+/// Returns mass, kg, and first moments, kg m, of the weight that is known to have been subtracted,
+/// which the wrenches no longer lack.
+fn known_weight(stream: &EquationStream) -> Vector4<f64> {
+    let known = stream.model().subtracted();
+    let known = known.filter(|load| !load.with_inertia);
+    known.map_or(Vector4::zeros(), |load| {
+        load.body.as_vector().fixed_rows::<4>(0).into()
+    })
+}
+
+/// Returns mass, kg, and centre of mass, m, of a weight.
+fn body_of(weight: &Vector4<f64>) -> Vec<f64> {
+    let center = weight.fixed_rows::<3>(1) / weight[0];
+    [&[weight[0]], center.as_slice()].concat()
 }
 
 /// Returns for each true channel the name of the measured one that has it, and its sign.

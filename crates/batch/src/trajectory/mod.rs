@@ -57,7 +57,8 @@ pub enum MotionEstimate {
     /// then have intervals of about twice the width, and a cut of the recording may have narrower
     /// ones.
     TooLong,
-    /// The motion was smoothed before, because it has frequencies that splines do not follow.
+    /// The motion was smoothed before, because it has frequencies that splines do not follow, or
+    /// noise that is far from white.
     TooFast,
     /// The motion was smoothed before, because splines and payload leave more of the measurements
     /// than their noise: the model has errors, or measured accelerations contradict odometry.

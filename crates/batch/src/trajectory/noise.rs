@@ -7,7 +7,9 @@ use super::bins::Layout;
 use super::dynamics::Dynamics;
 use super::rows::Weights;
 use super::segment::Segment;
-use super::smoothing::{residuals, sixth_differences, smooth, unfollowed, values_at_times};
+use super::smoothing::{
+    noise_of_values, residuals, sixth_differences, smooth, unfollowed, values_at_times,
+};
 use super::{MotionEstimate, SETTINGS};
 
 type Parameters = SVector<f64, 10>;
@@ -19,6 +21,8 @@ pub(super) struct Noise {
     of_motion: Vec<f64>,
     /// Variances that white noise with their [`sixth_differences`] would have.
     of_differences: Vec<f64>,
+    /// Variances that splines through their values alone leave, of those whose rates are zero.
+    of_values: Vec<f64>,
     /// Covariance of the rows of the dynamics.
     of_dynamics: DMatrix<f64>,
 }
@@ -44,12 +48,15 @@ impl Noise {
         let layout = dynamics.layout();
         let std_devs = smooth(segments, layout).ok_or(MotionEstimate::TooFew)?;
         let of_dynamics = covariance_of_dynamics(segments, dynamics, parameters);
+        let of_differences = sixth_differences(segments, layout);
+        let of_values = variances_of_values(segments, layout, &of_differences);
         Ok(Self {
             of_motion: std_devs
                 .into_iter()
                 .map(|std_dev| std_dev.powi(2))
                 .collect(),
-            of_differences: sixth_differences(segments, layout),
+            of_differences,
+            of_values: of_values.ok_or(MotionEstimate::TooFew)?,
             of_dynamics: of_dynamics.ok_or(MotionEstimate::TooFew)?,
         })
     }
@@ -59,6 +66,7 @@ impl Noise {
         for (mine, others) in [
             (&mut self.of_motion, &other.of_motion),
             (&mut self.of_differences, &other.of_differences),
+            (&mut self.of_values, &other.of_values),
         ] {
             for (mine, other) in mine.iter_mut().zip(others) {
                 *mine += (other - *mine) * fraction;
@@ -74,7 +82,8 @@ impl Noise {
     /// Returns why the noise is not that of splines that follow the motion.
     pub(super) fn weights(&self, layout: Layout, bins: usize) -> Result<Weights, MotionEstimate> {
         let (left, of_differences) = (&self.of_motion, &self.of_differences);
-        if let Some(reason) = unfollowed(layout, left, of_differences, bins) {
+        let reason = unfollowed(layout, left, of_differences, &self.of_values, bins);
+        if let Some(reason) = reason {
             return Err(reason);
         }
         let factor = Cholesky::new(self.of_dynamics.clone());
@@ -92,6 +101,30 @@ impl Noise {
             of_dynamics: inverse,
         })
     }
+}
+
+/// Returns for each channel of the motion the variance of what splines through its values alone
+/// leave, where its rates are zero in all bins; zero for others.
+fn variances_of_values(
+    segments: &[Segment],
+    layout: Layout,
+    of_differences: &[f64],
+) -> Option<Vec<f64>> {
+    let mut variances = vec![0.0; layout.effort()];
+    let (turns, rates) = (layout.quaternion(), layout.angular_velocity());
+    let of_coordinate = |coordinate: usize| {
+        let [channel, rate] = layout.channels_of(coordinate);
+        (channel..channel + 1, rate..rate + 1)
+    };
+    let coordinates = (0..layout.joints + 3).map(of_coordinate);
+    for (values, rates) in coordinates.chain([(turns..rates, rates..rates + 3)]) {
+        if of_differences[rates].iter().all(|&noise| noise == 0.0) {
+            for channel in values {
+                variances[channel] = noise_of_values(segments, channel)?.powi(2);
+            }
+        }
+    }
+    Some(variances)
 }
 
 /// Returns the covariance of the rows of the dynamics. The noise of a measured load is what splines

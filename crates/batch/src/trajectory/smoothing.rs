@@ -133,7 +133,7 @@ pub(super) fn smooth(segments: &mut [Segment], layout: Layout) -> Option<Vec<f64
     smooth_rotation(segments, layout, &mut std_devs)?;
     let [linear, angular] = layout.accelerations();
     for channel in linear.chain(angular.clone()) {
-        std_devs[channel] = noise_of_acceleration(segments, channel)?;
+        std_devs[channel] = noise_of_values(segments, channel)?;
     }
     if let Some(channel) = layout.lengthening() {
         // Were it less certain than the turning, a slightly turned quaternion would mix both, and
@@ -143,9 +143,10 @@ pub(super) fn smooth(segments: &mut [Segment], layout: Layout) -> Option<Vec<f64
     Some(std_devs)
 }
 
-/// Returns the standard deviation of the noise of a measured acceleration: what splines through its
-/// own values leave. It does not depend on poses and velocities, so that these can contradict it.
-fn noise_of_acceleration(segments: &[Segment], channel: usize) -> Option<f64> {
+/// Returns the standard deviation of what splines through the values of a channel alone leave. As
+/// the noise of a measured acceleration, it does not depend on poses and velocities, so that these
+/// can contradict it.
+pub(super) fn noise_of_values(segments: &[Segment], channel: usize) -> Option<f64> {
     let (mut left, mut squares, mut freedom, mut bins) = (0.0, 0.0, 0.0, 0.0);
     for segment in segments {
         let count = segment.bins.len();
@@ -293,11 +294,15 @@ pub(super) fn sixth_differences(segments: &[Segment], layout: Layout) -> Vec<f64
 
 /// Returns why splines do not follow the motion, if they do not: they leave of a channel of so many
 /// bins far more than the variance of white noise with the same sixth differences, because the motion has
-/// frequencies that are too high, or because velocities that nobody measured are zero.
+/// frequencies that are too high, or because velocities that nobody measured are zero: splines then
+/// leave more than a dozen times as much as splines through values alone (`of_values`). Of a joint
+/// that is locked, both leave the noise, which may have more power at low frequencies than white
+/// noise.
 pub(super) fn unfollowed(
     layout: Layout,
     left: &[f64],
     of_differences: &[f64],
+    of_values: &[f64],
     bins: usize,
 ) -> Option<MotionEstimate> {
     // By so much a variance is smaller by chance: neighbouring differences are correlated, and three
@@ -321,15 +326,24 @@ pub(super) fn unfollowed(
     let [linear, angular] = layout.accelerations();
     let of_rotation = [(of_turning, 4.0 * noise), sum(of_rates..linear.start)];
     let of_acceleration = |channel: usize| [(left[channel], of_differences[channel]); 2];
-    let pairs = (0..layout.joints + 3).map(of_coordinate);
+    let pairs = (0..layout.joints + 3).map(|coordinate| {
+        (
+            of_coordinate(coordinate),
+            of_values[layout.channels_of(coordinate)[0]],
+        )
+    });
+    let of_rotation = (
+        of_rotation,
+        4.0 * of_values[of_turns..of_turns + 3].iter().sum::<f64>(),
+    );
     let mut reason = None;
-    let accelerations = (linear.start..angular.end).map(of_acceleration);
-    for pairs in pairs.chain([of_rotation]).chain(accelerations) {
+    let accelerations = (linear.start..angular.end).map(|channel| (of_acceleration(channel), 0.0));
+    for (pairs, alone) in pairs.chain([of_rotation]).chain(accelerations) {
         // A channel that is zero throughout measures nothing.
         let is_left = |(left, noise): (f64, f64)| {
             noise > 0.0 && left * FAR_BETTER > chance * noise.max(f64::MIN_POSITIVE.sqrt())
         };
-        if is_left(pairs[0]) && pairs[1].1 == 0.0 {
+        if is_left(pairs[0]) && pairs[1].1 == 0.0 && is_left((pairs[0].0 * FAR_BETTER, alone)) {
             return Some(MotionEstimate::NoVelocities);
         }
         if pairs.into_iter().any(is_left) {

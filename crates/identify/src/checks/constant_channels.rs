@@ -9,7 +9,7 @@ use tactid_dynamics::Wrench;
 pub const FEWEST_SAMPLES: u64 = 100;
 
 /// Names of the channels of a wrench.
-const CHANNELS: [&str; 6] = [
+pub const WRENCH_CHANNELS: [&str; 6] = [
     "force x", "force y", "force z", "moment x", "moment y", "moment z",
 ];
 
@@ -47,8 +47,8 @@ impl Sensor {
         let is_constant = |channel: &usize| {
             self.changed_s[*channel] <= begin_s && (self.last[*channel] == 0.0) == is_zero
         };
-        let constant = (0..CHANNELS.len()).filter(is_constant);
-        constant.map(|channel| CHANNELS[channel]).collect()
+        let constant = (0..WRENCH_CHANNELS.len()).filter(is_constant);
+        constant.map(|channel| WRENCH_CHANNELS[channel]).collect()
     }
 }
 
@@ -56,7 +56,7 @@ impl ConstantChannels {
     /// Creates the channels of a sensor of which `mask` is true.
     #[must_use]
     pub fn new(sensor: usize, mask: [bool; 6], is_zero: bool) -> Self {
-        let channels = CHANNELS.into_iter().zip(mask);
+        let channels = WRENCH_CHANNELS.into_iter().zip(mask);
         let channels = channels.filter_map(|(name, is_one)| is_one.then_some(name));
         Self {
             sensor,
@@ -68,7 +68,7 @@ impl ConstantChannels {
     /// Returns whether each of the six channels of the sensor is among these.
     #[must_use]
     pub fn mask(&self) -> [bool; 6] {
-        CHANNELS.map(|channel| self.channels.contains(&channel))
+        WRENCH_CHANNELS.map(|channel| self.channels.contains(&channel))
     }
 }
 

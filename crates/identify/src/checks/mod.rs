@@ -1,14 +1,16 @@
 //! Checks of the samples themselves, before any equation: velocities against the positions that
-//! they belong to, positions and efforts against the limits of the joints, jumps of positions, and
-//! channels that never change.
+//! they belong to, positions and efforts against the limits of the joints, jumps of positions,
+//! channels that never change, and channels that are saturated.
 //!
 //! A velocity that is not the derivative of its position is in other axes, in other units, of the
 //! opposite sign or of another joint. Velocities are integrated over short intervals and compared
 //! with the change of the position, because a derivative of noisy positions is far noisier than an
 //! integral of noisy velocities.
 
+mod channel_ranges;
 mod constant_channels;
 mod effort_limits;
+mod effort_ranges;
 mod increments;
 mod joint_rates;
 mod joint_steps;
@@ -16,8 +18,10 @@ mod position_limits;
 mod sample_checks;
 mod twist_rates;
 
-pub use constant_channels::{ChannelMonitor, ConstantChannels, FEWEST_SAMPLES};
+pub use channel_ranges::{RangeMonitor, Saturation};
+pub use constant_channels::{ChannelMonitor, ConstantChannels, FEWEST_SAMPLES, WRENCH_CHANNELS};
 pub use effort_limits::{EffortMonitor, EffortsBeyondLimits};
+pub use effort_ranges::EffortRanges;
 pub(crate) use increments::INTERVAL_S;
 pub use joint_rates::{JointRates, VelocityCause, VelocityContradiction, grouped_by_cause};
 pub use joint_steps::{PositionJumps, StepMonitor};

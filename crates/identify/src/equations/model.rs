@@ -15,7 +15,7 @@ use super::geometry;
 use super::instant::Instant;
 use super::offset_frame::OffsetFrame;
 use super::sample::Sample;
-use super::settings::{EffortContent, EquationSettings};
+use super::settings::{EffortContent, EquationSettings, SubtractedLoad};
 use super::sources::{MOTION_TERMS, RobotState, Source, sources_of};
 use super::window::WindowMean;
 use crate::{IdentifyError, Method};
@@ -27,6 +27,8 @@ pub struct Model {
     /// Gravitational acceleration in the efforts of the arm, m/s².
     arm_gravity: Vector3<f64>,
     method: Method,
+    /// What is known to have been subtracted from the wrenches.
+    subtracted: Option<SubtractedLoad>,
     sensor_count: usize,
     sources: Vec<Source>,
     /// Number of rows of each source.
@@ -92,6 +94,7 @@ impl Model {
                 _ => gravity,
             },
             method: settings.method,
+            subtracted: settings.subtracted,
             sensor_count: sensors.len(),
             entries: vec![0.0; row_count + others.sum::<usize>()],
             geometry_entries: 0,
@@ -130,6 +133,11 @@ impl Model {
     /// Gravitational acceleration in the inertial frame, m/s².
     pub fn gravity(&self) -> Vector3<f64> {
         self.gravity
+    }
+
+    /// The known load that was subtracted from the wrenches.
+    pub fn subtracted(&self) -> Option<&SubtractedLoad> {
+        self.subtracted.as_ref()
     }
 
     /// What is wrong in the description of the robot, as far as the method uses it.

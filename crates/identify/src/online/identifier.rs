@@ -225,7 +225,7 @@ impl Identifier {
             inputs: (!inputs.are_direct()).then(|| Box::new(inputs)),
             update: StagedUpdate::new(&channels, stream.gripper_to_subtract(), online.known_tool)?,
             recent: RecentEquations::new(channels.count()),
-            checks: SampleChecks::new(robot, sensors, settings),
+            checks: SampleChecks::new(robot, robot.frame(tool)?, sensors, settings),
             is_held: false,
             times: PayloadTimes::new(),
             contact: ContactObserver::new(settings.cutoff_hz, stream.offset_frame().projection()),

@@ -11,7 +11,7 @@ use crate::{RecordingError, Request};
 #[must_use]
 pub fn base_is_fixed(name: &str) -> RecordingError {
     RecordingError::Arrays(format!(
-        "`{name}` is about a base that moves, but that of the robot is fixed: read the robot with base=\"floating\"; for a \
+        "`{name}` is about a base that moves, but that of the robot is fixed: read the robot with `base` (floating); for a \
          fixed base that is tilted, give `gravity` in the axes of the base"
     ))
 }

@@ -10,6 +10,7 @@ use tactid_identify::{
 use tactid_logs::{LogReader, RawMessage};
 
 use crate::alignment::{Aligner, Event};
+use crate::channel_ranges::ChannelRanges;
 use crate::decode::Decoder;
 use crate::log::LogRecording;
 use crate::plan::Plan;
@@ -39,6 +40,7 @@ pub(super) struct Running {
     steps: Steps,
     events: Vec<Event>,
     channels: WrenchChannels,
+    ranges: ChannelRanges,
     /// What was noticed of the topics, and what the beginning showed.
     noticed: Vec<Finding>,
     acts_on: ActsOn,
@@ -117,6 +119,7 @@ impl Running {
             identifier,
             steps: Steps::new(sources),
             events: Vec::new(),
+            ranges: ChannelRanges::new(sources, &plan.tip),
             channels: WrenchChannels::new(sources, &plan.tip, &equations, &plan.unmeasured),
             noticed,
             acts_on: request.wrench_acts_on.unwrap_or_default(),
@@ -144,6 +147,7 @@ impl Running {
         for event in self.events.drain(..) {
             self.steps.push(&event);
             self.channels.push(&event);
+            self.ranges.push(&event);
             self.aligner.push(event);
         }
         while let Some(aligned) = self.aligner.next() {
@@ -211,6 +215,7 @@ impl Running {
         let mut findings = self.noticed.clone();
         findings.extend(self.steps.findings(&self.sources));
         findings.extend(self.channels.findings(CONSTANT_S, &self.sources));
+        findings.extend(self.ranges.findings(&self.sources));
         findings
     }
 

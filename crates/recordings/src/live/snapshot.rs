@@ -80,9 +80,16 @@ impl LiveSnapshot {
     /// Returns all findings. Cost: some 20 ms, see [`online_findings`].
     #[must_use]
     pub fn findings(&self) -> Vec<Finding> {
-        // Averages of a constant channel change by rounding: the session looks at the messages instead.
-        let is_of_messages =
-            |found: &DataFinding| matches!(found, DataFinding::ConstantChannels { .. });
+        // Averages of a constant channel change by rounding, and hide the limit of one that leaves
+        // it for a moment: the session looks at the messages instead.
+        let is_of_messages = |found: &DataFinding| {
+            matches!(
+                found,
+                DataFinding::ConstantChannels { .. }
+                    | DataFinding::Saturated { .. }
+                    | DataFinding::EffortsUnmeasured { .. }
+            )
+        };
         let found = self.data.iter().flat_map(online_findings);
         let found = found
             .filter(|found| !is_of_messages(found))

@@ -8,7 +8,7 @@ from collections.abc import Sequence
 
 from tactid import _native
 from tactid._base.findings import DataFault
-from tactid._base.naming import Style, option_name, switched_off
+from tactid._base.naming import Style, option_choice, option_name
 
 
 class TactidError(Exception):
@@ -31,16 +31,31 @@ class TactidError(Exception):
 
     def worded(self, style: Style) -> str:
         """Returns the message with names of options as the reader would write them."""
+        stated = _with_choices(self.message, style)
         if self.option is None:
-            return self.message
-        message = self.message if style == "keyword" else _with_flags(self.message)
+            return stated
+        message = stated if style == "keyword" else _with_flags(stated)
         keyword, name = option_name(self.option, "keyword"), option_name(self.option, style)
-        off = f"`{self.option}=False`"
-        if off in message:
-            return message.replace(off, switched_off(self.option, style))
+        if option_choice(self.option, "false", style) in message:
+            return message
         if keyword in message:
             return message.replace(keyword, name)
         return message if name in message else f"{name}: {message}"
+
+
+def _names() -> set[str]:
+    """Returns the names of all options."""
+    return {option["name"] for options in _native.options() for option in options}
+
+
+def _with_choices(message: str, style: Style) -> str:
+    """Writes options with a value, as a crate states them, in the words of the reader."""
+    names = {*_names(), "base"}
+    return re.sub(
+        r"`([a-z_]+)` \((\w+)\)",
+        lambda found: option_choice(found[1], found[2], style) if found[1] in names else found[0],
+        message,
+    )
 
 
 def _with_flags(message: str) -> str:
@@ -48,7 +63,7 @@ def _with_flags(message: str) -> str:
 
     A single word may also be the name of an array or of a link.
     """
-    names = {option["name"] for options in _native.options() for option in options}
+    names = _names()
     return re.sub(
         "`([a-z]+_[a-z_]+)`",
         lambda found: option_name(found[1], "command-line") if found[1] in names else found[0],

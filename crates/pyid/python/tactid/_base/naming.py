@@ -18,6 +18,14 @@ def switched_off(option: str, style: Style) -> str:
     return command_line_flag(f"no_{option}") if style == "command-line" else f"`{option}=False`"
 
 
+def option_choice(option: str, value: str, style: Style) -> str:
+    """Returns an option with a value as the reader would write both: ``--base floating``."""
+    if value == "false":
+        return switched_off(option, style)
+    name = option_name(option, style)
+    return f"{name} {value}" if style == "command-line" else f'`{option}="{value}"`'
+
+
 def command_line_flag(option: str) -> str:
     """Returns the command-line flag of a field of ``tactid.Options``: ``--max-gap-s``."""
     return f"--{option.replace('_', '-')}"

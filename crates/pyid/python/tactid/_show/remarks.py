@@ -30,7 +30,7 @@ MOTION = {
     "too-few": "motion smoothed before (too few samples for splines)",
     "too-long": "motion smoothed before (too long: it has more than 6000 means of 1/60 s)",
     "given-cutoff": "motion smoothed before (the cutoff is given)",
-    "too-fast": "motion smoothed before (splines follow 10 Hz, and it has more than noise above)",
+    "too-fast": "motion smoothed before (it is faster than 10 Hz, or its noise not white)",
     "unexplained": "motion smoothed before (the model leaves more than noise: compare the methods)",
 }
 """How the motion entered the estimate, where a user may do something about it."""
