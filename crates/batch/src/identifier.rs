@@ -108,8 +108,8 @@ impl BatchSettings {
 /// Identifies the payload by robust weighted least squares over all samples at once.
 ///
 /// Memory is bounded: at most 30 000 equations are stored, and neighbours are merged beyond that.
-/// Where motion and payload may be estimated at once, means of the samples are stored beside them,
-/// at most 6000 (100 s at 1 kHz), and solved in sections of some 60 MB.
+/// Where motion and payload may be estimated at once, means of the first samples are stored beside
+/// them, at most 6000 (100 s at 1 kHz), of more than eight joints fewer, and solved in some 60 MB.
 #[derive(Clone, Debug)]
 pub struct BatchIdentifier {
     frame: Arc<str>,
@@ -182,7 +182,7 @@ impl BatchIdentifier {
     /// see [`PushOutcome`].
     pub fn push(&mut self, sample: &Sample<'_>) -> Result<PushOutcome, IdentifyError> {
         let (outcome, equation) = self.stream.push(sample)?;
-        if outcome != PushOutcome::Rejected {
+        if outcome != PushOutcome::Rejected && !self.bins.is_full() {
             self.bins.push(sample, outcome == PushOutcome::Started);
         }
         if let Some(equation) = equation {

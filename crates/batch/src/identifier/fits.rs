@@ -48,15 +48,16 @@ impl BatchIdentifier {
             && solution.other_load.is_none()
             && causes.is_empty()
             && !(0..windows).any(|window| fit.is_outlier(window));
-        let (motion, found) = if is_plain {
+        let found = if is_plain {
             let mut bins = self.bins.clone();
             bins.finish();
             let smoothed = (&fit.parameters, &fit.covariance);
             choose(&bins, self.stream.model(), smoothed)
         } else {
-            (MotionEstimate::Smoothed, None)
+            Err(MotionEstimate::Smoothed)
         };
-        let of_motion = found.map(|found| Fit {
+        let motion = found.as_ref().err().copied();
+        let of_motion = found.ok().map(|found| Fit {
             parameters: found.parameters,
             covariance: found.covariance,
             metric: found.metric,
@@ -67,7 +68,7 @@ impl BatchIdentifier {
         Fits {
             of_windows: [fit, with_known_mass.unwrap_or(fit)],
             of_motion,
-            motion,
+            motion: motion.unwrap_or(MotionEstimate::WithPayload),
         }
     }
 

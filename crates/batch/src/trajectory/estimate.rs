@@ -46,37 +46,6 @@ impl Estimate {
     pub(super) fn is_explained(&self) -> bool {
         self.residual_ratio.max(self.last_residual_ratio) <= SETTINGS.explained
     }
-
-    /// Returns the estimate from several sections of a recording, each with the weight of its
-    /// information for white noise. `None` where there are none.
-    pub(super) fn of_all(mut sections: Vec<Self>) -> Option<Self> {
-        if sections.len() < 2 {
-            return sections.pop();
-        }
-        let informations = sections
-            .iter()
-            .map(|section| inverse(&section.of_white_noise));
-        let informations: Vec<Matrix> = informations.collect::<Option<_>>()?;
-        let of_white_noise = inverse(&informations.iter().sum())?;
-        let pairs = || sections.iter().zip(informations.iter());
-        let parameters: Parameters = pairs()
-            .map(|(section, info)| info * section.parameters)
-            .sum();
-        let mean = |of: fn(&Self) -> &Matrix| {
-            let terms = pairs().map(|(section, info)| info * of(section) * info);
-            of_white_noise * terms.sum::<Matrix>() * of_white_noise
-        };
-        let largest = |of: fn(&Self) -> f64| sections.iter().map(of).fold(0.0, f64::max);
-        Some(Self {
-            parameters: of_white_noise * parameters,
-            covariance: mean(|section| &section.covariance),
-            metric: mean(|section| &section.metric),
-            freedom: sections.iter().map(|section| section.freedom).sum(),
-            residual_ratio: largest(|section| section.residual_ratio),
-            last_residual_ratio: largest(|section| section.last_residual_ratio),
-            of_white_noise,
-        })
-    }
 }
 
 /// The problem of some stretches of a recording, or of what of the last one has not been
@@ -114,12 +83,12 @@ impl<'a> Problem<'a> {
     /// # Errors
     /// Returns why the motion cannot be estimated with splines.
     pub(super) fn new(
-        stretches: &[&[Bin]],
+        stretches: &[Vec<Bin>],
         dynamics: &'a mut Dynamics,
         start: &Parameters,
     ) -> Result<Self, MotionEstimate> {
         let coordinates = dynamics.layout().coordinates();
-        let new = |stretch: &&[Bin]| Segment::new(stretch, coordinates, SETTINGS.knots_hz);
+        let new = |stretch: &Vec<Bin>| Segment::new(stretch, coordinates);
         let long = stretches.iter().filter(|bins| is_long(bins.len()));
         let mut segments: Vec<Segment> = long.map(new).collect();
         let noise = Noise::smoothed(&mut segments, dynamics, start)?;

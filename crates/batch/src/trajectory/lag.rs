@@ -199,8 +199,6 @@ impl LagIdentifier {
     /// | [`TooFast`](MotionEstimate::TooFast) | the last second had frequencies that splines do not follow |
     /// | [`Unexplained`](MotionEstimate::Unexplained) | residuals were larger than their noise, of all samples or of the last second: everything begins again |
     /// | [`Exact`](MotionEstimate::Exact) | the estimate of the online identifier is at least as precise, so far |
-    ///
-    /// [`TooLong`](MotionEstimate::TooLong) does not occur: a run has no limit.
     #[must_use]
     pub fn motion(&self) -> MotionEstimate {
         let reason = self.smoother.found().err();
