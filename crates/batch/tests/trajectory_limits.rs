@@ -245,6 +245,28 @@ fn one_unexplained_channel_is_enough() {
     assert_eq!(found.fit.motion, MotionEstimate::Unexplained);
 }
 
+/// A fault of a second, of which little shows in all residuals, is enough.
+#[test]
+fn a_short_fault_is_not_diluted() {
+    let long = Experiment {
+        duration_s: 12.0,
+        step_s: 1.0 / 100.0,
+        ..experiment()
+    };
+    let exact = long.run();
+    let motion = |begin: usize| {
+        let mut instants = noisy(&exact, 4);
+        for instant in instants.iter_mut().skip(begin).take(120) {
+            instant.effort[3] += 0.12 * (TAU * 5.0 * instant.time_s).sin();
+        }
+        solve(&instants, with(COMBINED)).fit.motion
+    };
+    assert_eq!(motion(1200), MotionEstimate::WithPayload);
+    for begin in [0, 500, 1080] {
+        assert_eq!(motion(begin), MotionEstimate::Unexplained, "{begin}");
+    }
+}
+
 /// Velocities that are zero because nobody measures them are not taken for measurements.
 #[test]
 fn velocities_of_zero_beside_a_motion_are_not_measured() {

@@ -35,16 +35,15 @@ pub(crate) struct Estimate {
     /// Degrees of freedom of the noise.
     pub(crate) freedom: f64,
     /// Largest mean square of the residuals of a quantity of the motion or of a channel of the load,
-    /// relative to the variance of its noise, less what is chance.
-    pub(crate) residual_ratio: f64,
-    /// The same of the last bins alone, which those before could hide.
-    pub(super) last_residual_ratio: f64,
+    /// relative to the variance of its noise, less what is chance: of all bins, and of those of any
+    /// short time, which the others could hide.
+    residual_ratio: f64,
 }
 
 impl Estimate {
-    /// Returns whether the residuals are those of the noise, also the last ones.
+    /// Returns whether the residuals are those of the noise throughout.
     pub(super) fn is_explained(&self) -> bool {
-        self.residual_ratio.max(self.last_residual_ratio) <= SETTINGS.explained
+        self.residual_ratio <= SETTINGS.explained
     }
 }
 
@@ -231,8 +230,7 @@ impl<'a> Problem<'a> {
             covariance,
             metric: pass.inverse * mean,
             freedom: bins - scatter.unknowns() / coordinates,
-            residual_ratio: mean_ratio(&left.squares, bins),
-            last_residual_ratio: left.last_ratio(),
+            residual_ratio: mean_ratio(&left.squares, bins).max(left.worst_ratio),
         })
     }
 
@@ -289,8 +287,9 @@ pub(super) struct Residuals {
     /// Sums of squares of the residuals: means over the channels of each quantity of the motion,
     /// then those of the channels of the load.
     squares: Vec<f64>,
-    /// Squares of the last bins.
+    /// Squares of the last bins, and the largest ratio of so many bins anywhere.
     last: VecDeque<Vec<f64>>,
+    worst_ratio: f64,
     scatter: Scatter,
 }
 
@@ -313,12 +312,14 @@ impl Residuals {
         add(&mut self.squares, &of_bin);
         self.last.truncate(SETTINGS.window - 1);
         self.last.push_front(of_bin);
+        if self.last.len() == SETTINGS.window {
+            self.worst_ratio = self.worst_ratio.max(self.last_ratio());
+        }
         let rows = rest.of_motion.len() + rest.of_dynamics.len();
         self.scatter.add(&rest.scores, parameters, rows);
     }
 
-    /// Returns the largest mean square of the residuals of the last bins; see
-    /// [`Estimate::residual_ratio`].
+    /// Returns the largest mean square of the residuals of the last bins.
     fn last_ratio(&self) -> f64 {
         let mut squares = vec![0.0; self.squares.len()];
         self.last
