@@ -89,12 +89,6 @@ impl BatchSettings {
         self.prior().check()
     }
 
-    /// Returns why motion and payload cannot be estimated at once, as far as these settings say.
-    fn unsuited(&self) -> Option<MotionEstimate> {
-        let of_mass = self.known_mass.map(|_| MotionEstimate::Smoothed);
-        of_mass.or(self.smoothed)
-    }
-
     /// Returns what is known of the payload.
     #[must_use]
     pub fn prior(&self) -> PriorKnowledge {
@@ -164,7 +158,7 @@ impl BatchIdentifier {
         Ok(Self {
             frame: tool.into(),
             stream: EquationStream::with_geometry(robot, tool, sensors, &equations)?,
-            bins: SampleBins::new(robot, sensors.len(), &equations, settings.unsuited()),
+            bins: SampleBins::new(robot, sensors.len(), &equations, settings.smoothed),
             equations,
             settings,
             batch: EquationBatch::default(),

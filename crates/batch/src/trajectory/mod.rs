@@ -39,10 +39,10 @@ pub enum MotionEstimate {
     WithPayload,
     /// The motion was smoothed before, sample by sample, because one estimate of both is not for
     /// this problem: the base is fixed or has no joints, only some samples have its accelerations,
-    /// channels of the wrenches are not measured or interpolated, the mass is known, an offset, a
-    /// subtracted weight or the direction of gravity is unknown, gains of efforts are uncertain, a
-    /// direction of the parameters is not excited, an assumption is wrong, or some of the recording
-    /// has another load or outliers.
+    /// channels of the wrenches are not measured or interpolated, an offset, a subtracted weight or
+    /// the direction of gravity is unknown, gains of efforts are uncertain, a direction of the
+    /// parameters is not excited, an assumption is wrong, or some of the recording has another load
+    /// or outliers.
     #[default]
     Smoothed,
     /// The motion was smoothed before, because velocities of the joints or of the base are not
