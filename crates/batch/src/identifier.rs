@@ -5,7 +5,7 @@ mod fits;
 use std::sync::Arc;
 
 use nalgebra::SVector;
-use tactid_dynamics::{InertialParameters, Manipulator};
+use tactid_dynamics::Manipulator;
 use tactid_identify::equations::{
     Channels, Equation, EquationSettings, EquationStream, PushOutcome, Sample, Unknowns,
 };
@@ -34,7 +34,6 @@ use crate::report::FitReport;
 use crate::rests::{hides_offset, is_one_attitude, rests};
 use crate::shown_offset::identified;
 use crate::solve::PrincipalMoments;
-use crate::solve::widened;
 use crate::solve::{Posterior, Report};
 use crate::trajectory::{MotionEstimate, SampleBins};
 use crate::{HistoryPoint, PriorKnowledge, WeightEstimate};
@@ -218,9 +217,12 @@ impl BatchIdentifier {
         let cutoff_hz = self.equations.cutoff_hz;
         let frame = self.stream.offset_frame();
         let parameters = consistent.parameters;
-        let (_, covariance) = known.payload(&fit.parameters, &fit.covariance, fit.known_mass);
-        let weighing = fit.known_mass.map(|mass| known.mass_of_payload(mass));
-        let covariance = widened(&covariance, consistent.widening, weighing);
+        let posterior = Posterior::of_load(
+            (&fit.parameters, &fit.covariance, fit.known_mass),
+            &known,
+            (parameters, consistent.widening),
+            &fit.null_space,
+        );
         let of_recording = consistent_payload(fit_without_mass, &known, None);
         let noise_fraction = fit.noise_fraction(&parameters, &known.covariance);
         let mut of_fit = FitReport::new(
@@ -233,23 +235,15 @@ impl BatchIdentifier {
             frame,
         );
         of_fit.motion = fits.motion;
-        let posterior = Posterior {
-            parameters,
-            covariance,
-            null_space: &fit.null_space,
-            factors: [1.0; 10],
-        };
         let Report {
             estimate,
             principal_moments,
         } = posterior.report(&self.frame, &self.settings.prior());
         let has_gripper = self.stream.gripper_to_subtract().is_some();
-        let whole =
-            InertialParameters::from_vector(parameters + known.parameters).mass_properties();
         let history = self.history(equations, &fits, &known, &estimate);
         Ok(BatchResult {
             estimate: PayloadEstimate {
-                composite: whole.filter(|_| has_gripper),
+                composite: posterior.composite(&known).filter(|_| has_gripper),
                 ..self.counted(estimate)
             },
             linear: LinearEstimate::of_fit(fit_without_mass, &known, of_recording.widening),

@@ -158,14 +158,11 @@ impl<'a> Problem<'a> {
         let segment = &self.segments[segment];
         let at = segment.at(bin);
         let measured = &segment.bins[bin];
-        let linearised = self
-            .dynamics
-            .linearised(&at, measured, &self.parameters, by_motion);
-        let (values, linearised) = (&measured.values, linearised.ok()?);
+        let linearised = self.dynamics.linearised(&at, measured, &self.parameters);
         Some(BinRows::new(
-            values,
+            &measured.values,
             &at,
-            &linearised,
+            (&linearised.ok()?, by_motion),
             &self.weights,
             self.layout,
         ))
@@ -223,7 +220,7 @@ impl<'a> Problem<'a> {
         let coordinates = self.layout.coordinates() as f64;
         let scatter = &left.scatter;
         let bins = scatter.bins();
-        let (covariance, mean) = scatter.covariance(&pass.inverse, &self.parameters)?;
+        let (covariance, mean) = scatter.covariance(&pass.inverse, &self.parameters);
         Some(Estimate {
             parameters: self.parameters,
             of_white_noise: pass.inverse,
