@@ -10,7 +10,7 @@ use crate::HistoryPoint;
 use crate::diagnosis::nearest_consistent;
 use crate::fit::Fit;
 use crate::fit::normal_equations::NormalEquations;
-use crate::solve::widened;
+use crate::solve::Posterior;
 
 /// Most points of a history.
 const MAX_POINTS: usize = 600;
@@ -77,15 +77,14 @@ fn solve(
     let mut covariance = spectrum.across_unobservable(covariance);
     let of_gains = normal_equations.gain_errors(&spectrum);
     covariance += &of_gains * of_gains.transpose();
-    let parameters = parameters.component_mul(scales);
-    let covariance = SMatrix::from_fn(|i, j| covariance[(i, j)] * scales[i] * scales[j]);
-    let (parameters, covariance) = known.payload(&parameters, &covariance, fit.known_mass);
+    let load = parameters.component_mul(scales);
+    let of_load = SMatrix::from_fn(|i, j| covariance[(i, j)] * scales[i] * scales[j]);
+    let (parameters, covariance) = known.payload(&load, &of_load, fit.known_mass);
     let consistent = nearest_consistent(parameters, &covariance, scales, bounding_box);
-    let parameters = consistent.parameters;
-    let values = values_of(&parameters)?;
-    let weighing = fit.known_mass.map(|mass| known.mass_of_payload(mass));
-    let covariance = widened(&covariance, consistent.widening, weighing);
-    let null_space = spectrum.null_space_of(*scales, parameters[0], fit.reach_m);
-    let of_values = std_devs(&parameters, &covariance, &null_space);
-    Some((values, of_values.std_devs))
+    let nearest = (consistent.parameters, consistent.widening);
+    let null_space = spectrum.null_space_of(*scales, nearest.0[0], fit.reach_m);
+    let load = (&load, &of_load, fit.known_mass);
+    let found = Posterior::of_load(load, known, nearest, &null_space);
+    let of_values = std_devs(&found.parameters, &found.covariance, &null_space);
+    Some((values_of(&found.parameters)?, of_values.std_devs))
 }

@@ -5,7 +5,7 @@ mod fits;
 use std::sync::Arc;
 
 use nalgebra::SVector;
-use tactid_dynamics::{InertialParameters, Manipulator};
+use tactid_dynamics::Manipulator;
 use tactid_identify::equations::{
     Channels, Equation, EquationSettings, EquationStream, PushOutcome, Sample, Unknowns,
 };
@@ -34,7 +34,6 @@ use crate::report::FitReport;
 use crate::rests::{hides_offset, is_one_attitude, rests};
 use crate::shown_offset::identified;
 use crate::solve::PrincipalMoments;
-use crate::solve::widened;
 use crate::solve::{Posterior, Report};
 use crate::trajectory::{MotionEstimate, SampleBins};
 use crate::{HistoryPoint, PriorKnowledge, WeightEstimate};
@@ -89,12 +88,6 @@ impl BatchSettings {
         self.prior().check()
     }
 
-    /// Returns why motion and payload cannot be estimated at once, as far as these settings say.
-    fn unsuited(&self) -> Option<MotionEstimate> {
-        let of_mass = self.known_mass.map(|_| MotionEstimate::Smoothed);
-        of_mass.or(self.smoothed)
-    }
-
     /// Returns what is known of the payload.
     #[must_use]
     pub fn prior(&self) -> PriorKnowledge {
@@ -108,8 +101,8 @@ impl BatchSettings {
 /// Identifies the payload by robust weighted least squares over all samples at once.
 ///
 /// Memory is bounded: at most 30 000 equations are stored, and neighbours are merged beyond that.
-/// Where motion and payload may be estimated at once, means of the samples are stored beside them,
-/// at most 6000 (100 s at 1 kHz), and solved in sections of some 60 MB.
+/// Where motion and payload may be estimated at once, means of the first samples are stored beside
+/// them, at most 6000 (100 s at 1 kHz), of more than eight joints fewer, and solved in some 60 MB.
 #[derive(Clone, Debug)]
 pub struct BatchIdentifier {
     frame: Arc<str>,
@@ -164,7 +157,7 @@ impl BatchIdentifier {
         Ok(Self {
             frame: tool.into(),
             stream: EquationStream::with_geometry(robot, tool, sensors, &equations)?,
-            bins: SampleBins::new(robot, sensors.len(), &equations, settings.unsuited()),
+            bins: SampleBins::new(robot, sensors.len(), &equations, settings.smoothed),
             equations,
             settings,
             batch: EquationBatch::default(),
@@ -182,7 +175,7 @@ impl BatchIdentifier {
     /// see [`PushOutcome`].
     pub fn push(&mut self, sample: &Sample<'_>) -> Result<PushOutcome, IdentifyError> {
         let (outcome, equation) = self.stream.push(sample)?;
-        if outcome != PushOutcome::Rejected {
+        if outcome != PushOutcome::Rejected && !self.bins.is_full() {
             self.bins.push(sample, outcome == PushOutcome::Started);
         }
         if let Some(equation) = equation {
@@ -224,9 +217,12 @@ impl BatchIdentifier {
         let cutoff_hz = self.equations.cutoff_hz;
         let frame = self.stream.offset_frame();
         let parameters = consistent.parameters;
-        let (_, covariance) = known.payload(&fit.parameters, &fit.covariance, fit.known_mass);
-        let weighing = fit.known_mass.map(|mass| known.mass_of_payload(mass));
-        let covariance = widened(&covariance, consistent.widening, weighing);
+        let posterior = Posterior::of_load(
+            (&fit.parameters, &fit.covariance, fit.known_mass),
+            &known,
+            (parameters, consistent.widening),
+            &fit.null_space,
+        );
         let of_recording = consistent_payload(fit_without_mass, &known, None);
         let noise_fraction = fit.noise_fraction(&parameters, &known.covariance);
         let mut of_fit = FitReport::new(
@@ -239,23 +235,15 @@ impl BatchIdentifier {
             frame,
         );
         of_fit.motion = fits.motion;
-        let posterior = Posterior {
-            parameters,
-            covariance,
-            null_space: &fit.null_space,
-            factors: [1.0; 10],
-        };
         let Report {
             estimate,
             principal_moments,
         } = posterior.report(&self.frame, &self.settings.prior());
         let has_gripper = self.stream.gripper_to_subtract().is_some();
-        let whole =
-            InertialParameters::from_vector(parameters + known.parameters).mass_properties();
         let history = self.history(equations, &fits, &known, &estimate);
         Ok(BatchResult {
             estimate: PayloadEstimate {
-                composite: whole.filter(|_| has_gripper),
+                composite: posterior.composite(&known).filter(|_| has_gripper),
                 ..self.counted(estimate)
             },
             linear: LinearEstimate::of_fit(fit_without_mass, &known, of_recording.widening),

@@ -1,6 +1,6 @@
 //! What is known beside the samples of the estimate with a lag, and what it says beside the payload.
 
-use tactid_batch::{LagIdentifier, LagSettings, MotionEstimate, online_findings};
+use tactid_batch::{LagIdentifier, LagSettings, online_findings};
 use tactid_dynamics::{InertialParameters, MassProperties};
 use tactid_identify::nalgebra::{Matrix3, Vector3};
 use tactid_identify::{ActsOn, BoundingBox, KnownTool, OnlineSettings, PayloadEstimate};
@@ -143,12 +143,6 @@ fn settings_are_checked() {
         ..LagSettings::default()
     };
     assert_eq!(new(given).unwrap_err().option(), Some("bounding_box"));
-    let given = LagSettings {
-        has_derived_velocity: true,
-        ..LagSettings::default()
-    };
-    let identifier = new(given).unwrap();
-    assert_eq!(identifier.motion(), MotionEstimate::NoVelocities);
 }
 
 /// The estimate says until when it has samples, `finish` uses the open bin, and the online

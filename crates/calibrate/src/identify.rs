@@ -4,7 +4,6 @@ use tactid_batch::diagnosis::{
     CONTRADICTION, mass_finding, nearest_consistent, nothing_held, without_repetition,
 };
 use tactid_batch::solve::information;
-use tactid_batch::solve::widened;
 use tactid_batch::{
     BatchResult, BatchSettings, Finding, FitReport, GainErrors, LinearEstimate, MotionEstimate,
     SharedErrors, Table, UnexplainedLoad,
@@ -182,14 +181,12 @@ impl Solution<'_> {
         let scales = best.null_space.scales();
         let nearest = nearest_consistent(parameters, &covariance, scales, bounding_box);
         let consistent = nearest.parameters;
-        let weighing = mass.map(|mass| known.mass_of_payload(mass));
-        let wide = widened(&covariance, nearest.widening, weighing);
-        let posterior = tactid_batch::solve::Posterior {
-            parameters: consistent,
-            covariance: wide,
-            null_space: &best.null_space,
-            factors: [1.0; 10],
-        };
+        let posterior = tactid_batch::solve::Posterior::of_load(
+            (&best.parameters, &of_load, mass),
+            known,
+            (consistent, nearest.widening),
+            &best.null_space,
+        );
         let report = posterior.report(&self.loaded[0].arm.tool, &self.settings.prior());
         let noise_fraction = noise_fraction(best, &consistent, &known.covariance);
         let fit = self.fit_report(noise_fraction);

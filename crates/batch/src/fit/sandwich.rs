@@ -17,13 +17,14 @@
 mod neighbours;
 mod sections;
 
-use nalgebra::{DMatrix, DVector, SymmetricEigen};
+use nalgebra::{DMatrix, DVector};
 use neighbours::ProductsOfNeighbours;
 use tactid_identify::equations::window::NOISE_CORRELATION;
 use tactid_identify::solve::VARIANCE_FLOOR;
 
 use super::products::{Products, WIDTH, WideRow};
 use super::vector_unit::Computation;
+use crate::solve::with_variance_floor;
 
 /// A whitened row with scaled columns, times the root of its weight.
 #[derive(Default)]
@@ -295,7 +296,7 @@ impl<'a> MeatEstimator<'a> {
             }
         }
         let whole = &same_window + &neighbours + neighbours.transpose();
-        with_variance_floor(&same_window, whole)
+        with_variance_floor(&same_window, whole, VARIANCE_FLOOR)
     }
 
     /// Estimates the meat from mean products of the residuals, to which the part that was fitted is
@@ -313,7 +314,7 @@ impl<'a> MeatEstimator<'a> {
         let same_window = self.over_unknowns(|i, j| same_window.entry(i, j));
         let neighbours = self.over_unknowns(|i, j| neighbours.entry(i, j));
         let whole = &same_window + &neighbours + neighbours.transpose();
-        with_variance_floor(&same_window, whole)
+        with_variance_floor(&same_window, whole, VARIANCE_FLOOR)
     }
 
     /// Returns the mean products of the residuals of windows that are `lag` apart, with the part
@@ -424,25 +425,6 @@ fn product(row: &WideRow, matrix: &[WideRow; WIDTH]) -> WideRow {
 fn t_factor(freedom: f64) -> f64 {
     let freedom = freedom.max(MIN_FREEDOM);
     (freedom / (freedom - 2.0)).sqrt()
-}
-
-/// Returns `whole` with at least a [fraction](VARIANCE_FLOOR) of the variance of `same_window` in
-/// each direction. Estimated correlations may leave a direction no variance, or a negative one.
-fn with_variance_floor(same_window: &DMatrix<f64>, whole: DMatrix<f64>) -> DMatrix<f64> {
-    let cholesky = same_window.clone().cholesky();
-    let Some(root) = cholesky.map(|cholesky| cholesky.unpack()) else {
-        return whole;
-    };
-    // R⁻¹ W R⁻ᵀ, in which `same_window` is the identity.
-    let mut relative = whole;
-    root.solve_lower_triangular_mut(&mut relative);
-    let mut relative = relative.transpose();
-    root.solve_lower_triangular_mut(&mut relative);
-    let mut eigen = SymmetricEigen::new(relative);
-    eigen
-        .eigenvalues
-        .apply(|value| *value = value.max(VARIANCE_FLOOR));
-    &root * eigen.recompose() * root.transpose()
 }
 
 #[cfg(test)]

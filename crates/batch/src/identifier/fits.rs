@@ -1,7 +1,8 @@
 //! The fits behind a result: to windows of the smoothed motion, and to the motion itself.
 
+use nalgebra::SMatrix;
 use tactid_identify::equations::Equation;
-use tactid_identify::{IdentifyError, KnownBodies, PayloadEstimate, values_of_body};
+use tactid_identify::{IdentifyError, KnownBodies, KnownMass, PayloadEstimate, values_of_body};
 
 use super::{BatchIdentifier, Solution};
 use crate::HistoryPoint;
@@ -14,20 +15,40 @@ use crate::trajectory::{MotionEstimate, choose};
 pub(super) struct Fits<'a> {
     /// Fits to windows, without a known mass and with it.
     of_windows: [&'a Fit; 2],
-    /// The fit where the motion was estimated with the payload.
-    of_motion: Option<Fit>,
+    /// The same fits where the motion was estimated with the payload.
+    of_motion: Option<[Fit; 2]>,
     pub(super) motion: MotionEstimate,
 }
 
 impl Fits<'_> {
     /// The fit that is reported.
     pub(super) fn of_all(&self) -> &Fit {
-        self.of_motion.as_ref().unwrap_or(self.of_windows[1])
+        let of_motion = self.of_motion.as_ref();
+        of_motion.map_or(self.of_windows[1], |fits| &fits[1])
     }
 
     /// The fit that is reported where no mass is known.
     pub(super) fn without_mass(&self) -> &Fit {
-        self.of_motion.as_ref().unwrap_or(self.of_windows[0])
+        let of_motion = self.of_motion.as_ref();
+        of_motion.map_or(self.of_windows[0], |fits| &fits[0])
+    }
+}
+
+/// Returns a fit of the motion and the parameters with the mass of the whole load as one more row.
+fn with_mass(free: &Fit, mass: KnownMass) -> Fit {
+    let variance = mass.std_dev_kg.powi(2);
+    let gain = free.metric.column(0) / (free.metric[(0, 0)] + variance);
+    let mut rest = SMatrix::<f64, 10, 10>::identity();
+    rest.column_mut(0).axpy(-1.0, &gain, 1.0);
+    let of_mass = gain * gain.transpose() * variance;
+    let of = |covariance: &SMatrix<f64, 10, 10>| rest * covariance * rest.transpose() + of_mass;
+    Fit {
+        parameters: free.parameters + gain * (mass.mass_kg - free.parameters[0]),
+        covariance: of(&free.covariance),
+        metric: of(&free.metric),
+        bread: of(&free.bread),
+        known_mass: Some(mass),
+        ..free.clone()
     }
 }
 
@@ -48,26 +69,32 @@ impl BatchIdentifier {
             && solution.other_load.is_none()
             && causes.is_empty()
             && !(0..windows).any(|window| fit.is_outlier(window));
-        let (motion, found) = if is_plain {
+        let found = if is_plain {
             let mut bins = self.bins.clone();
             bins.finish();
             let smoothed = (&fit.parameters, &fit.covariance);
             choose(&bins, self.stream.model(), smoothed)
         } else {
-            (MotionEstimate::Smoothed, None)
+            Err(MotionEstimate::Smoothed)
         };
-        let of_motion = found.map(|found| Fit {
-            parameters: found.parameters,
-            covariance: found.covariance,
-            metric: found.metric,
-            bread: found.of_white_noise,
-            independent: found.freedom,
-            ..fit.clone()
+        let motion = found.as_ref().err().copied();
+        let known_mass = with_known_mass.and_then(|fit| fit.known_mass);
+        let of_motion = found.ok().map(|found| {
+            let free = Fit {
+                parameters: found.parameters,
+                covariance: found.covariance,
+                metric: found.metric,
+                bread: found.of_white_noise,
+                independent: found.freedom,
+                ..fit.clone()
+            };
+            let with_mass = known_mass.map(|mass| with_mass(&free, mass));
+            [free.clone(), with_mass.unwrap_or(free)]
         });
         Fits {
             of_windows: [fit, with_known_mass.unwrap_or(fit)],
             of_motion,
-            motion,
+            motion: motion.unwrap_or(MotionEstimate::WithPayload),
         }
     }
 

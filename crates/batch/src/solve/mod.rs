@@ -5,11 +5,9 @@ mod posterior;
 mod principal_moments;
 mod pseudo_inverse;
 mod spectrum;
-mod widening;
 
 pub use posterior::{Posterior, Report};
 pub use principal_moments::PrincipalMoments;
-pub(crate) use pseudo_inverse::INVERSE_ROUNDING;
+pub(crate) use pseudo_inverse::{INVERSE_ROUNDING, with_variance_floor};
 pub use pseudo_inverse::{PseudoInverse, information, normalized, pseudo_inverse, with_variance};
 pub use spectrum::{Excitation, Spectrum};
-pub use widening::widened;

@@ -1,9 +1,10 @@
 //! From a posterior of the linear parameters to what a user reads.
 
+use tactid_dynamics::{InertialParameters, MassProperties};
 use tactid_identify::solve::{
     Matrix, NullSpace, Vector, body_of, estimate, std_devs, value_jacobian,
 };
-use tactid_identify::{PayloadEstimate, is_physical};
+use tactid_identify::{KnownBodies, KnownMass, PayloadEstimate, is_physical};
 
 use super::PrincipalMoments;
 use crate::prior::PriorKnowledge;
@@ -31,7 +32,33 @@ pub struct Report {
     pub principal_moments: Option<PrincipalMoments>,
 }
 
-impl Posterior<'_> {
+impl<'a> Posterior<'a> {
+    /// Returns the payload in a load that contains the `known` bodies besides: the `nearest`
+    /// consistent payload, with the factor on the standard deviations that makes its distance
+    /// plausible. The load has these parameters with their covariance, and its known mass, if any
+    /// ([`KnownBodies::mass_of_load`]), does not become less certain than its weighing.
+    #[must_use]
+    pub fn of_load(
+        (parameters, covariance, known_mass): (&Vector, &Matrix, Option<KnownMass>),
+        known: &KnownBodies,
+        nearest: (Vector, f64),
+        null_space: &'a NullSpace,
+    ) -> Self {
+        let (_, covariance) = known.payload(parameters, covariance, known_mass);
+        let weighing = known_mass.map(|mass| known.mass_of_payload(mass));
+        Self {
+            parameters: nearest.0,
+            covariance: widened(&covariance, nearest.1, weighing),
+            null_space,
+            factors: [1.0; 10],
+        }
+    }
+
+    /// Returns the body of the payload and the `known` bodies together.
+    pub(crate) fn composite(&self, known: &KnownBodies) -> Option<MassProperties> {
+        InertialParameters::from_vector(self.parameters + known.parameters).mass_properties()
+    }
+
     /// Returns the payload in `frame`, given what is known of it beforehand.
     ///
     /// A factor does not make a known mass less certain than the covariance or its weighing does,
@@ -87,4 +114,17 @@ impl Posterior<'_> {
         let wide = inverse * Matrix::from_diagonal(&self.factors.into()) * slopes;
         wide * self.covariance * wide.transpose()
     }
+}
+
+/// Returns the covariance of linear parameters with standard deviations that are larger by a
+/// factor. That of a known mass does not grow beyond that of its weighing.
+fn widened(covariance: &Matrix, factor: f64, known_mass: Option<KnownMass>) -> Matrix {
+    let mut wide = covariance * (factor * factor);
+    if let Some(mass) = known_mass {
+        let largest = mass.std_dev_kg.powi(2).max(covariance[(0, 0)]);
+        let ratio = (largest / wide[(0, 0)].max(f64::MIN_POSITIVE)).min(1.0);
+        wide.row_mut(0).scale_mut(ratio.sqrt());
+        wide.column_mut(0).scale_mut(ratio.sqrt());
+    }
+    wide
 }

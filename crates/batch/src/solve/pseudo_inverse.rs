@@ -1,6 +1,6 @@
 //! Inverses of matrices that have a null space.
 
-use nalgebra::SymmetricEigen;
+use nalgebra::{DMatrix, SymmetricEigen};
 use tactid_identify::solve::{Matrix, NullSpace, VARIANCE_RATIO, Vector};
 
 /// Ratio of an eigenvalue to the largest one, in parameters scaled to an information of one each,
@@ -86,4 +86,25 @@ pub fn with_variance(information: &Matrix, between: &Matrix) -> Matrix {
     };
     let remaining = scaled * inverse;
     (0.5 * (remaining + remaining.transpose())).component_div(&products)
+}
+
+/// Returns `whole` with at least a fraction, `floor`, of the variance of `same_window` in each
+/// direction. Estimated correlations may leave a direction no variance, or a negative one.
+pub(crate) fn with_variance_floor(
+    same_window: &DMatrix<f64>,
+    whole: DMatrix<f64>,
+    floor: f64,
+) -> DMatrix<f64> {
+    let cholesky = same_window.clone().cholesky();
+    let Some(root) = cholesky.map(|cholesky| cholesky.unpack()) else {
+        return whole;
+    };
+    // R⁻¹ W R⁻ᵀ, in which `same_window` is the identity.
+    let mut relative = whole;
+    root.solve_lower_triangular_mut(&mut relative);
+    let mut relative = relative.transpose();
+    root.solve_lower_triangular_mut(&mut relative);
+    let mut eigen = SymmetricEigen::new(relative);
+    eigen.eigenvalues.apply(|value| *value = value.max(floor));
+    &root * eigen.recompose() * root.transpose()
 }

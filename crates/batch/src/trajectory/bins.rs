@@ -106,7 +106,7 @@ impl Sums {
     }
 }
 
-/// Bins of all samples of a recording of a free-floating robot, stretch by stretch.
+/// Bins of the samples of a free-floating robot, stretch by stretch.
 #[derive(Clone, Debug)]
 pub(crate) struct SampleBins {
     layout: Layout,
@@ -169,26 +169,15 @@ impl SampleBins {
         self.layout
     }
 
-    /// Returns the bins in sections whose motions are estimated one after another, which bounds the
-    /// memory: stretches without gaps, and equal pieces of those that are too long.
-    pub(super) fn sections(&self) -> Vec<Vec<&[Bin]>> {
-        let most = SETTINGS.section / self.layout.coordinates().pow(2);
-        let mut room = 0;
-        let mut sections: Vec<Vec<&[Bin]>> = Vec::new();
-        for stretch in &self.stretches {
-            let pieces = stretch.len().div_ceil(most).max(1);
-            for piece in stretch.chunks(stretch.len().div_ceil(pieces).max(1)) {
-                match sections.last_mut() {
-                    Some(section) if piece.len() <= room => section.push(piece),
-                    _ => {
-                        sections.push(vec![piece]);
-                        room = most;
-                    }
-                }
-                room -= piece.len();
-            }
-        }
-        sections
+    /// The bins of each stretch without gaps.
+    pub(super) fn stretches(&self) -> &[Vec<Bin>] {
+        &self.stretches
+    }
+
+    /// Returns whether further samples of a recording are left out, which bounds time and memory.
+    pub(crate) fn is_full(&self) -> bool {
+        let of_memory = SETTINGS.most_entries / self.layout.coordinates().pow(2);
+        self.count >= SETTINGS.most_bins.min(of_memory)
     }
 
     /// Why a trajectory cannot be estimated together with the payload, as far as settings and
@@ -243,15 +232,14 @@ impl SampleBins {
         self.length_s * fraction
     }
 
-    /// Returns what a sample lacks, or that there are too many already.
+    /// Returns what a sample lacks.
     fn unsuited_by(&self, sample: &Sample<'_>) -> Option<MotionEstimate> {
         let is_first = self.stretches.is_empty();
         if sample.joint_velocity.len() != self.layout.joints {
             Some(MotionEstimate::NoVelocities)
-        } else if !is_first && has_accelerations(sample) != self.layout.has_accelerations {
-            Some(MotionEstimate::Smoothed)
         } else {
-            (self.count >= SETTINGS.most_bins).then_some(MotionEstimate::TooLong)
+            let is_other = !is_first && has_accelerations(sample) != self.layout.has_accelerations;
+            is_other.then_some(MotionEstimate::Smoothed)
         }
     }
 
@@ -328,4 +316,45 @@ impl SampleBins {
 pub(super) fn has_accelerations(sample: &Sample<'_>) -> [bool; 2] {
     let base = &sample.base;
     [base.acceleration, base.angular_acceleration].map(|measured| measured.is_some())
+}
+
+#[cfg(test)]
+mod tests {
+    use tactid_identify::BaseState;
+
+    use super::*;
+
+    /// A recording has at most 6000 bins, and fewer of a robot with many joints.
+    #[test]
+    fn bins_are_bounded() {
+        for (joints, most) in [(8, 6000), (20, 1851)] {
+            let chain = (0..joints).map(|k| {
+                format!(
+                    r#"<link name="{}"/><joint name="{k}" type="continuous"><parent link="{k}"/>
+                       <child link="{}"/></joint>"#,
+                    k + 1,
+                    k + 1
+                )
+            });
+            let chain: String = chain.collect();
+            let urdf = format!(r#"<robot name="chain"><link name="0"/>{chain}</robot>"#);
+            let robot = Manipulator::from_urdf(&urdf, BaseKind::Floating).unwrap();
+            let mut bins = SampleBins::new(&robot, 0, &EquationSettings::default(), None);
+            let zeros = vec![0.0; joints];
+            let mut time_s = 0.0;
+            while !bins.is_full() {
+                let sample = Sample {
+                    time_s,
+                    base: BaseState::fixed(),
+                    joint_position: &zeros,
+                    joint_velocity: &zeros,
+                    joint_effort: &zeros,
+                    wrenches: &[],
+                };
+                bins.push(&sample, time_s == 0.0);
+                time_s += 0.02;
+            }
+            assert_eq!(bins.stretches()[0].len(), most);
+        }
+    }
 }

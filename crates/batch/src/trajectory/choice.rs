@@ -3,53 +3,38 @@
 use nalgebra::{SMatrix, SVector};
 use tactid_identify::equations::Model;
 
+use super::MotionEstimate;
 use super::bins::SampleBins;
 use super::dynamics::Dynamics;
-use super::estimate::{Estimate, Pass, Problem, Residuals};
-use super::{MotionEstimate, SETTINGS};
+use super::estimate::{Estimate, Problem, Residuals};
 
 /// Estimates motion and parameters at once, starting with the parameters and the covariance of an
-/// estimate after smoothing, and chooses between both.
+/// estimate after smoothing.
+///
+/// # Errors
+/// Returns why that estimate is the better one.
 pub(crate) fn choose(
     bins: &SampleBins,
     model: &Model,
     smoothed: (&SVector<f64, 10>, &SMatrix<f64, 10, 10>),
-) -> (MotionEstimate, Option<Estimate>) {
+) -> Result<Estimate, MotionEstimate> {
     let (start, covariance) = smoothed;
     if let Some(reason) = bins.unsuited() {
-        return (reason, None);
+        return Err(reason);
     }
-    let sections = bins.sections();
-    let count: usize = sections.iter().flatten().map(|bins| bins.len()).sum();
     let mut dynamics = Dynamics::new(model.clone(), bins.layout());
-    let mut found = Vec::new();
-    for section in &sections {
-        let mut problem = match Problem::new(section, &mut dynamics, start) {
-            Ok(problem) => problem,
-            // Some other may be longer.
-            Err(MotionEstimate::TooFew) => continue,
-            Err(reason) => return (reason, None),
-        };
-        let bins: usize = section.iter().map(|bins| bins.len()).sum();
-        let fraction = bins as f64 / count as f64;
-        let first = problem.pass();
-        let is_better = |pass: &Pass| is_smaller(&(pass.inverse * fraction), covariance);
-        let Some(first) = first.filter(is_better) else {
-            return (MotionEstimate::Exact, None);
-        };
-        let last = problem.converge(first);
-        match last.and_then(|last| problem.estimate(&last, Residuals::default())) {
-            Some(estimate) if estimate.residual_ratio <= SETTINGS.explained => found.push(estimate),
-            _ => return (MotionEstimate::Unexplained, None),
-        }
+    let mut problem = Problem::new(bins.stretches(), &mut dynamics, start)?;
+    let first = problem.pass();
+    let first = first.filter(|pass| is_smaller(&pass.inverse, covariance));
+    let first = first.ok_or(MotionEstimate::Exact)?;
+    let last = problem.converge(first);
+    let found = last.and_then(|last| problem.estimate(&last, Residuals::default()));
+    let found = found.filter(Estimate::is_explained);
+    let found = found.ok_or(MotionEstimate::Unexplained)?;
+    match is_smaller(&found.covariance, covariance) {
+        true => Ok(found),
+        false => Err(MotionEstimate::Exact),
     }
-    let Some(found) = Estimate::of_all(found) else {
-        return (MotionEstimate::TooFew, None);
-    };
-    if !is_smaller(&found.covariance, covariance) {
-        return (MotionEstimate::Exact, None);
-    }
-    (MotionEstimate::WithPayload, Some(found))
 }
 
 /// Returns whether the variances of the parameters in one covariance are smaller than in another,

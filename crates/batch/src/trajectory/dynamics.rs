@@ -19,13 +19,10 @@ pub(super) struct Dynamics {
     rows: Vec<Row>,
 }
 
-/// The rows at a state, and how they change with the motion.
-pub(super) struct Linearised<'a> {
+/// The rows at a state.
+pub(super) struct Linearised {
     /// What the parameters leave of the targets.
     pub(super) residuals: DVector<f64>,
-    /// Derivatives of the predictions, in units of their noise, by the coordinates, then by their
-    /// first and second derivatives.
-    pub(super) by_motion: &'a DMatrix<f64>,
     /// Derivatives of the predictions by the parameters.
     pub(super) by_parameters: DMatrix<f64>,
 }
@@ -85,19 +82,17 @@ impl Dynamics {
         Ok(&self.rows)
     }
 
-    /// Returns the rows at a motion, given their derivatives by a motion nearby.
-    pub(super) fn linearised<'a>(
+    /// Returns the rows at a motion, and what the parameters leave of them.
+    pub(super) fn linearised(
         &mut self,
         at: &Derivatives,
         bin: &Bin,
         parameters: &SVector<f64, 10>,
-        by_motion: &'a DMatrix<f64>,
-    ) -> Result<Linearised<'a>, StateError> {
+    ) -> Result<Linearised, StateError> {
         let rows = self.rows(at, bin)?;
         Ok(Linearised {
             by_parameters: DMatrix::from_fn(rows.len(), 10, |i, k| rows[i].regressor[k]),
             residuals: remainders(rows, parameters),
-            by_motion,
         })
     }
 

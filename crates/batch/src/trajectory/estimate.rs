@@ -35,47 +35,15 @@ pub(crate) struct Estimate {
     /// Degrees of freedom of the noise.
     pub(crate) freedom: f64,
     /// Largest mean square of the residuals of a quantity of the motion or of a channel of the load,
-    /// relative to the variance of its noise, less what is chance.
-    pub(crate) residual_ratio: f64,
-    /// The same of the last bins alone, which those before could hide.
-    pub(super) last_residual_ratio: f64,
+    /// relative to the variance of its noise, less what is chance: of all bins, and of those of any
+    /// short time, which the others could hide.
+    residual_ratio: f64,
 }
 
 impl Estimate {
-    /// Returns whether the residuals are those of the noise, also the last ones.
+    /// Returns whether the residuals are those of the noise throughout.
     pub(super) fn is_explained(&self) -> bool {
-        self.residual_ratio.max(self.last_residual_ratio) <= SETTINGS.explained
-    }
-
-    /// Returns the estimate from several sections of a recording, each with the weight of its
-    /// information for white noise. `None` where there are none.
-    pub(super) fn of_all(mut sections: Vec<Self>) -> Option<Self> {
-        if sections.len() < 2 {
-            return sections.pop();
-        }
-        let informations = sections
-            .iter()
-            .map(|section| inverse(&section.of_white_noise));
-        let informations: Vec<Matrix> = informations.collect::<Option<_>>()?;
-        let of_white_noise = inverse(&informations.iter().sum())?;
-        let pairs = || sections.iter().zip(informations.iter());
-        let parameters: Parameters = pairs()
-            .map(|(section, info)| info * section.parameters)
-            .sum();
-        let mean = |of: fn(&Self) -> &Matrix| {
-            let terms = pairs().map(|(section, info)| info * of(section) * info);
-            of_white_noise * terms.sum::<Matrix>() * of_white_noise
-        };
-        let largest = |of: fn(&Self) -> f64| sections.iter().map(of).fold(0.0, f64::max);
-        Some(Self {
-            parameters: of_white_noise * parameters,
-            covariance: mean(|section| &section.covariance),
-            metric: mean(|section| &section.metric),
-            freedom: sections.iter().map(|section| section.freedom).sum(),
-            residual_ratio: largest(|section| section.residual_ratio),
-            last_residual_ratio: largest(|section| section.last_residual_ratio),
-            of_white_noise,
-        })
+        self.residual_ratio <= SETTINGS.explained
     }
 }
 
@@ -114,12 +82,12 @@ impl<'a> Problem<'a> {
     /// # Errors
     /// Returns why the motion cannot be estimated with splines.
     pub(super) fn new(
-        stretches: &[&[Bin]],
+        stretches: &[Vec<Bin>],
         dynamics: &'a mut Dynamics,
         start: &Parameters,
     ) -> Result<Self, MotionEstimate> {
         let coordinates = dynamics.layout().coordinates();
-        let new = |stretch: &&[Bin]| Segment::new(stretch, coordinates, SETTINGS.knots_hz);
+        let new = |stretch: &Vec<Bin>| Segment::new(stretch, coordinates);
         let long = stretches.iter().filter(|bins| is_long(bins.len()));
         let mut segments: Vec<Segment> = long.map(new).collect();
         let noise = Noise::smoothed(&mut segments, dynamics, start)?;
@@ -190,14 +158,11 @@ impl<'a> Problem<'a> {
         let segment = &self.segments[segment];
         let at = segment.at(bin);
         let measured = &segment.bins[bin];
-        let linearised = self
-            .dynamics
-            .linearised(&at, measured, &self.parameters, by_motion);
-        let (values, linearised) = (&measured.values, linearised.ok()?);
+        let linearised = self.dynamics.linearised(&at, measured, &self.parameters);
         Some(BinRows::new(
-            values,
+            &measured.values,
             &at,
-            &linearised,
+            (&linearised.ok()?, by_motion),
             &self.weights,
             self.layout,
         ))
@@ -255,15 +220,14 @@ impl<'a> Problem<'a> {
         let coordinates = self.layout.coordinates() as f64;
         let scatter = &left.scatter;
         let bins = scatter.bins();
-        let (covariance, mean) = scatter.covariance(&pass.inverse, &self.parameters)?;
+        let (covariance, mean) = scatter.covariance(&pass.inverse, &self.parameters);
         Some(Estimate {
             parameters: self.parameters,
             of_white_noise: pass.inverse,
             covariance,
             metric: pass.inverse * mean,
             freedom: bins - scatter.unknowns() / coordinates,
-            residual_ratio: mean_ratio(&left.squares, bins),
-            last_residual_ratio: left.last_ratio(),
+            residual_ratio: mean_ratio(&left.squares, bins).max(left.worst_ratio),
         })
     }
 
@@ -320,8 +284,9 @@ pub(super) struct Residuals {
     /// Sums of squares of the residuals: means over the channels of each quantity of the motion,
     /// then those of the channels of the load.
     squares: Vec<f64>,
-    /// Squares of the last bins.
+    /// Squares of the last bins, and the largest ratio of so many bins anywhere.
     last: VecDeque<Vec<f64>>,
+    worst_ratio: f64,
     scatter: Scatter,
 }
 
@@ -344,12 +309,14 @@ impl Residuals {
         add(&mut self.squares, &of_bin);
         self.last.truncate(SETTINGS.window - 1);
         self.last.push_front(of_bin);
+        if self.last.len() == SETTINGS.window {
+            self.worst_ratio = self.worst_ratio.max(self.last_ratio());
+        }
         let rows = rest.of_motion.len() + rest.of_dynamics.len();
         self.scatter.add(&rest.scores, parameters, rows);
     }
 
-    /// Returns the largest mean square of the residuals of the last bins; see
-    /// [`Estimate::residual_ratio`].
+    /// Returns the largest mean square of the residuals of the last bins.
     fn last_ratio(&self) -> f64 {
         let mut squares = vec![0.0; self.squares.len()];
         self.last

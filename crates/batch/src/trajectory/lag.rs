@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use tactid_dynamics::{InertialParameters, Manipulator};
+use tactid_dynamics::Manipulator;
 use tactid_identify::equations::{EquationSettings, PushOutcome, Sample};
 use tactid_identify::solve::NullSpace;
 use tactid_identify::{
@@ -15,7 +15,7 @@ use super::estimate::Estimate;
 use super::fixed_lag::FixedLagSmoother;
 use crate::PriorKnowledge;
 use crate::diagnosis::nearest_consistent;
-use crate::solve::{Posterior, widened};
+use crate::solve::Posterior;
 
 /// Range of [`LagSettings::lag_s`]: from two intervals between knots, s.
 const LAG_S: Range = Range {
@@ -35,9 +35,6 @@ pub struct LagSettings {
     /// A box in the end-effector frame that contains the whole payload: the estimate is projected
     /// onto bodies that fit into it. Default: none.
     pub bounding_box: Option<BoundingBox>,
-    /// Whether velocities of the base are differentiated from its poses: there is no estimate then.
-    /// Default: false.
-    pub has_derived_velocity: bool,
 }
 
 impl Default for LagSettings {
@@ -46,7 +43,6 @@ impl Default for LagSettings {
             lag_s: 0.1,
             online: OnlineSettings::default(),
             bounding_box: None,
-            has_derived_velocity: false,
         }
     }
 }
@@ -137,15 +133,13 @@ impl LagIdentifier {
         let LagSettings {
             lag_s,
             bounding_box,
-            has_derived_velocity,
             online,
         } = settings;
         LAG_S.check("lag_s", &[lag_s])?;
         bounding_box.map_or(Ok(()), |given| given.check("bounding_box"))?;
         let online = Identifier::with_settings(robot, tool, sensors, equations, &online)?;
         let stream = online.snapshot().stream;
-        let smoothed = has_derived_velocity.then_some(MotionEstimate::NoVelocities);
-        let bins = SampleBins::new(robot, sensors.len(), equations, smoothed);
+        let bins = SampleBins::new(robot, sensors.len(), equations, None);
         Ok(Self {
             frame: tool.into(),
             bounding_box,
@@ -199,8 +193,6 @@ impl LagIdentifier {
     /// | [`TooFast`](MotionEstimate::TooFast) | the last second had frequencies that splines do not follow |
     /// | [`Unexplained`](MotionEstimate::Unexplained) | residuals were larger than their noise, of all samples or of the last second: everything begins again |
     /// | [`Exact`](MotionEstimate::Exact) | the estimate of the online identifier is at least as precise, so far |
-    ///
-    /// [`TooLong`](MotionEstimate::TooLong) does not occur: a run has no limit.
     #[must_use]
     pub fn motion(&self) -> MotionEstimate {
         let reason = self.smoother.found().err();
@@ -224,25 +216,24 @@ impl LagIdentifier {
     /// Returns what a user reads of an estimate.
     fn reported(&self, found: &Estimate) -> PayloadEstimate {
         let known = self.online.known_bodies();
-        let of = |covariance| known.payload(&found.parameters, covariance, None);
-        let (payload, metric) = of(&found.metric);
+        let (payload, metric) = known.payload(&found.parameters, &found.metric, None);
         let scales = found.of_white_noise.diagonal().map(f64::sqrt);
         let bounding_box = self.bounding_box;
         let consistent = nearest_consistent(payload, &metric, &scales, bounding_box.as_ref());
-        let posterior = Posterior {
-            parameters: consistent.parameters,
-            covariance: widened(&of(&found.covariance).1, consistent.widening, None),
-            null_space: &NullSpace::new(scales, std::iter::empty()),
-            factors: [1.0; 10],
-        };
+        let null_space = NullSpace::new(scales, std::iter::empty());
+        let posterior = Posterior::of_load(
+            (&found.parameters, &found.covariance, None),
+            &known,
+            (consistent.parameters, consistent.widening),
+            &null_space,
+        );
         let prior = PriorKnowledge {
             bounding_box,
             known_mass: None,
         };
-        let whole = InertialParameters::from_vector(consistent.parameters + known.parameters);
         let online = self.online.estimate();
         PayloadEstimate {
-            composite: whole.mass_properties().filter(|_| self.has_gripper),
+            composite: posterior.composite(&known).filter(|_| self.has_gripper),
             windows: online.windows,
             payload_changes: online.payload_changes,
             since_s: online.since_s,

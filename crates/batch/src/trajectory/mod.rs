@@ -33,14 +33,16 @@ pub use self::lag::{LagIdentifier, LagSettings};
 #[serde(rename_all = "kebab-case")]
 pub enum MotionEstimate {
     /// Motion and payload were estimated at once, from all measurements: splines of degree five for
-    /// the joints and the base.
+    /// the joints and the base. Of a long recording, these are the first 6000 means over about a
+    /// sixtieth of a second, those of 67 to 150 s by the rate of its samples (100 s at 1 kHz), and
+    /// fewer for robots with more than eight joints.
     WithPayload,
     /// The motion was smoothed before, sample by sample, because one estimate of both is not for
     /// this problem: the base is fixed or has no joints, only some samples have its accelerations,
-    /// channels of the wrenches are not measured or interpolated, the mass is known, an offset, a
-    /// subtracted weight or the direction of gravity is unknown, gains of efforts are uncertain, a
-    /// direction of the parameters is not excited, an assumption is wrong, or some of the recording
-    /// has another load or outliers.
+    /// channels of the wrenches are not measured or interpolated, an offset, a subtracted weight or
+    /// the direction of gravity is unknown, gains of efforts are uncertain, a direction of the
+    /// parameters is not excited, an assumption is wrong, or some of the recording has another load
+    /// or outliers.
     #[default]
     Smoothed,
     /// The motion was smoothed before, because velocities of the joints or of the base are not
@@ -52,19 +54,14 @@ pub enum MotionEstimate {
     /// The motion was smoothed before, because no stretch without gaps is long enough (0.35 s), or
     /// samples are so rare (below 30 Hz) that splines go through all of them.
     TooFew,
-    /// The motion was smoothed before, because the recording has more than 6000 means over about a
-    /// sixtieth of a second, those of 67 to 150 s by the rate of its samples (100 s at 1 kHz): windows
-    /// then have intervals of about twice the width, and a cut of the recording may have narrower
-    /// ones.
-    TooLong,
     /// The motion was smoothed before, because it has frequencies that splines do not follow, or
     /// noise that is far from white.
     TooFast,
     /// The motion was smoothed before, because splines and payload leave more of the measurements
     /// than their noise: the model has errors, or measured accelerations contradict odometry.
     Unexplained,
-    /// The motion was smoothed before, because its noise is so small that the result is at least as
-    /// precise.
+    /// The motion was smoothed before, because its noise is so small, or the recording so long, that
+    /// the result is at least as precise.
     Exact,
 }
 
@@ -76,8 +73,8 @@ struct TrajectorySettings {
     bins_of_interval: f64,
     /// Most bins of a recording.
     most_bins: usize,
-    /// Most bins of a section of a recording times the square of the number of coordinates.
-    section: usize,
+    /// Most bins of a recording times the square of the number of coordinates.
+    most_entries: usize,
     /// Least degrees of freedom that splines leave of the values of a stretch, relative to their
     /// number.
     least_freedom: f64,
@@ -99,8 +96,8 @@ struct TrajectorySettings {
 }
 
 /// Splines with 20 knots in a second follow frequencies up to 10 Hz, which is enough for an arm, and
-/// three means between two knots lose nothing of it. Sections of 100 s of a robot with eight joints
-/// bound the memory of the normal equations, some 60 MB, and 6000 bins the time of a result. While
+/// three means between two knots lose nothing of it. 6000 bins bound the time of a result, and those
+/// of a robot with eight joints the memory of the normal equations, some 60 MB. While
 /// samples come, splines of less than 0.8 s leave too few degrees of freedom to see the noise, those
 /// of 1.2 s, or of 72 bins of rarer samples, are at the end of it as those of all samples are, and noise
 /// is that of 10 s. Of samples below 38 Hz, splines leave so little that passes from there diverge.
@@ -108,7 +105,7 @@ const SETTINGS: TrajectorySettings = TrajectorySettings {
     knots_hz: 20.0,
     bins_of_interval: 3.0,
     most_bins: 6000,
-    section: 1_350_000,
+    most_entries: 1_350_000,
     least_freedom: 0.25,
     exact: 0.01,
     accuracy: 3e-4,

@@ -41,11 +41,12 @@ pub(super) struct Rest {
 }
 
 impl BinRows {
-    /// Computes the rows of a bin with these values of its channels.
+    /// Computes the rows of a bin with these values of its channels. `by_motion` are the derivatives
+    /// of the predictions of the dynamics, in units of their noise, by the state.
     pub(super) fn new(
         values: &[f64],
         at: &Derivatives,
-        dynamics: &Linearised<'_>,
+        (dynamics, by_motion): (&Linearised, &DMatrix<f64>),
         weights: &Weights,
         layout: Layout,
     ) -> Self {
@@ -72,7 +73,7 @@ impl BinRows {
             rows.by_parameters.row_mut(channel).unscale_mut(*std_dev);
         }
         let mut place = rows.by_state.rows_mut(of_motion, count);
-        place.copy_from(dynamics.by_motion);
+        place.copy_from(by_motion);
         let mut place = rows.by_parameters.rows_mut(of_motion, count);
         let whitening = &weights.of_dynamics;
         place

@@ -2,10 +2,11 @@
 
 use std::collections::VecDeque;
 
-use nalgebra::{Cholesky, DMatrix, DVector, SMatrix, SVector, SymmetricEigen};
+use nalgebra::{DMatrix, DVector, SMatrix, SVector};
 
 use super::SETTINGS;
 use super::spline::order;
+use crate::solve::with_variance_floor;
 
 type Parameters = SVector<f64, 10>;
 type Matrix = SMatrix<f64, 10, 10>;
@@ -97,8 +98,7 @@ impl Scatter {
     }
 
     /// Returns the covariance of these parameters that is at least as large as that of white noise in
-    /// every direction, and the mean ratio of both, one or more. `None` where the given one is not
-    /// positive definite.
+    /// every direction, and the mean ratio of both, one or more.
     ///
     /// Residuals are smaller than the noise by what the unknowns explain, and the sum of scores is
     /// zero, which takes `b - b² / 3` of a meat with a bandwidth of the fraction `b` of the bins
@@ -108,7 +108,7 @@ impl Scatter {
         &self,
         of_white_noise: &Matrix,
         parameters: &Parameters,
-    ) -> Option<(Matrix, f64)> {
+    ) -> (Matrix, f64) {
         let bandwidth = ((spanned() + 1) as f64 / self.bins).min(1.0);
         let left = 1.0 - bandwidth + bandwidth.powi(2) / 3.0;
         let fraction = (self.rows - self.unknowns) / self.rows;
@@ -118,25 +118,16 @@ impl Scatter {
         let freedom = 1.5 / bandwidth;
         let weight = freedom / (freedom + 10.0);
         let shrunk = sandwich * weight + of_white_noise * (mean * (1.0 - weight));
-        Some((larger(of_white_noise, &shrunk)?, mean.max(1.0)))
+        (larger(of_white_noise, &shrunk), mean.max(1.0))
     }
 }
 
-/// Returns the covariance that is at least as large as both of two in every direction: in the
-/// directions in which both are diagonal, the larger variance. `None` where the first is not
-/// positive definite.
-fn larger(this: &Matrix, other: &Matrix) -> Option<Matrix> {
-    let units = this.diagonal().map(f64::sqrt);
-    let in_units = |matrix: &Matrix| {
-        let scaled = Matrix::from_fn(|i, j| matrix[(i, j)] / (units[i] * units[j]));
-        (scaled + scaled.transpose()) * 0.5
-    };
-    let root = Cholesky::new(in_units(this))?.unpack();
-    let half = root.solve_lower_triangular(&in_units(other))?;
-    let ratios = SymmetricEigen::new(root.solve_lower_triangular(&half.transpose())?);
-    let axes = SMatrix::from_diagonal(&units) * root * ratios.eigenvectors;
-    let variances = SMatrix::from_diagonal(&ratios.eigenvalues.map(|ratio| ratio.max(1.0)));
-    Some(axes * variances * axes.transpose())
+/// Returns the covariance that is at least as large as both of two in every direction.
+fn larger(this: &Matrix, other: &Matrix) -> Matrix {
+    let [this, other] = [this, other].map(|of| DMatrix::from_column_slice(10, 10, of.as_slice()));
+    with_variance_floor(&this, other, 1.0)
+        .fixed_view::<10, 10>(0, 0)
+        .into()
 }
 
 #[cfg(test)]
@@ -158,7 +149,7 @@ mod tests {
         let other = of(|k| 1e-3 * (10 - k) as f64);
         let expected = of(|k| 1e-3 * f64::max((k + 1) as f64, (10 - k) as f64));
         for (this, other) in [(&this, &other), (&other, &this)] {
-            let found = larger(this, other).unwrap();
+            let found = larger(this, other);
             assert!((found - expected).amax() < 1e-12 * expected.amax());
         }
     }

@@ -5,6 +5,7 @@ use std::ops::Range;
 use nalgebra::{DMatrix, Isometry3, Quaternion, SMatrix, UnitQuaternion, Vector3, Vector4};
 use tactid_dynamics::FrameMotion;
 
+use super::SETTINGS;
 use super::bins::Bin;
 use super::spline::{Basis, basis, order};
 
@@ -44,12 +45,12 @@ pub(super) struct Segment {
 }
 
 impl Segment {
-    /// Creates a segment of so many coordinates, at rest at zero, with about `knots_hz` knots in a
-    /// second, of which the first and the last are at bins.
-    pub(super) fn new(bins: &[Bin], coordinates: usize, knots_hz: f64) -> Self {
+    /// Creates a segment of so many coordinates, at rest at zero, whose first and last knots are at
+    /// bins.
+    pub(super) fn new(bins: &[Bin], coordinates: usize) -> Self {
         let first_s = bins[0].time_s;
         let length_s = bins[bins.len() - 1].time_s - first_s;
-        let intervals = (length_s * knots_hz).ceil().max(1.0);
+        let intervals = (length_s * SETTINGS.knots_hz).ceil().max(1.0);
         let knots = Knots {
             first_s,
             rate_hz: intervals / length_s,

@@ -412,12 +412,8 @@ mod tests {
         for of_samples in [[1e-3, 1e-2], [1e-3, 1e-1], [1e-4, 1e-2]] {
             let bins = oscillation(of_samples);
             let layout = bins.layout();
-            let stretch = bins.sections()[0][0];
-            let mut segments = [Segment::new(
-                stretch,
-                layout.coordinates(),
-                SETTINGS.knots_hz,
-            )];
+            let stretch = &bins.stretches()[0];
+            let mut segments = [Segment::new(stretch, layout.coordinates())];
             values_at_times(&mut segments[0]).unwrap();
             let found = smooth(&mut segments, layout).unwrap();
             let [segment] = segments;

@@ -267,7 +267,7 @@ fn pooled(
             weight,
             covariance,
             changes: GainErrors::zeros(terms[0].changes.ncols()),
-            degrees_of_freedom: f64::INFINITY,
+            degrees_of_freedom: 0.0,
         });
     }
     Pooled::new(terms.iter())

@@ -338,6 +338,36 @@ fn the_combined_payload_is_consistent() {
     assert!(within_box);
 }
 
+/// A weighing knows nothing of the noise of the recordings, so the test of a shape has the degrees of
+/// freedom of the recordings, whether the mass is known or not.
+#[test]
+fn a_known_mass_leaves_the_degrees_of_freedom_of_the_noise() {
+    let mut measured = run(&mut SmallRng::seed_from_u64(10), &truth());
+    measured.degrees_of_freedom = 13.0;
+    let mean = truth().remove_row(0) / truth()[0];
+    let std_devs = mean.map(|entry| 0.02 * entry);
+    let shape = ShapePrior {
+        mean: mean.into(),
+        covariance: nalgebra::SMatrix::from_diagonal(&std_devs.component_mul(&std_devs)).into(),
+    };
+    let weighed = KnownMass {
+        mass_kg: 2.0,
+        std_dev_kg: 1e-3,
+    };
+    for known_mass in [None, Some(weighed)] {
+        let prior = PriorKnowledge {
+            known_mass,
+            bounding_box: None,
+        };
+        let runs = std::slice::from_ref(&measured);
+        let found = combine_estimates("tool", runs, &prior, Some(&shape)).unwrap();
+        let fit = found.shape.unwrap();
+        let expected =
+            tactid_batch::distributions::f_p(fit.chi_square, fit.degrees_of_freedom, 13.0);
+        assert_eq!(fit.p_value, expected, "{known_mass:?}");
+    }
+}
+
 /// No runs, and information that is none, are errors that name the run. Runs without any
 /// information are not.
 #[test]

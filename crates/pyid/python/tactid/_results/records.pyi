@@ -35,7 +35,6 @@ MotionEstimate: TypeAlias = Literal[
     "no-velocities",
     "given-cutoff",
     "too-few",
-    "too-long",
     "too-fast",
     "unexplained",
     "exact",

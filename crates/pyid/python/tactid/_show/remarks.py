@@ -28,7 +28,6 @@ MOTION = {
     "with-payload": "motion estimated with the payload",
     "no-velocities": "motion smoothed before (velocities of joints or base are not measured)",
     "too-few": "motion smoothed before (too few samples for splines)",
-    "too-long": "motion smoothed before (too long: it has more than 6000 means of 1/60 s)",
     "given-cutoff": "motion smoothed before (the cutoff is given)",
     "too-fast": "motion smoothed before (it is faster than 10 Hz, or its noise not white)",
     "unexplained": "motion smoothed before (the model leaves more than noise: compare the methods)",
