@@ -275,14 +275,16 @@ def test_motion_and_payload_at_once_while_samples_come(
     base = {name: noisy(values, 2e-3) for name, values in at_rest(len(time)).items()}
     base["pose"][:, 3:] /= np.linalg.norm(base["pose"][:, 3:], axis=1, keepdims=True)
     samples = (noisy(q, 2e-3), noisy(qd, 5e-3), noisy(regressor @ payload.parameters, 0.05))
-    identifier = tactid.LagIdentifier(robot, ["tool0"], lag_s=0.2)
+    identifier, online = tactid.LagIdentifier(robot, ["tool0"], lag_s=0.2), tactid.Identifier(robot)
     assert (identifier.estimate(), identifier.motion()) == (None, "too-few")
     assert identifier.until_s() == -np.inf
     assert repr(identifier) == "<tactid.LagIdentifier: no estimate yet>"
     for rows in np.split(np.arange(len(time)), 3):
         q_, qd_, wrench = (values[rows] for values in samples)
         now = {name: values[rows] for name, values in base.items()}
-        identifier.push(time[rows], q_, qd_, wrench[:, None], **now)
+        for each in (identifier, online):
+            each.push(time[rows], q_, qd_, wrench[:, None], **now)
+        assert identifier.window_estimate() == online.estimate()
     assert identifier.motion() == "with-payload"
     assert 2.9 < identifier.until_s() <= 2.999
     identifier.finish()

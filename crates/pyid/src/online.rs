@@ -40,6 +40,9 @@ impl Solver for tactid_batch::LagIdentifier {
     fn push(&mut self, sample: &Sample<'_>) -> Result<PushOutcome, IdentifyError> {
         self.push(sample)
     }
+    fn finish(&mut self) {
+        self.finish_windows();
+    }
 }
 
 impl Solver for tactid_recordings::PaperFilter {

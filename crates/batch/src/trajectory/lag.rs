@@ -163,6 +163,12 @@ impl LagIdentifier {
         })
     }
 
+    /// Completes the update of the [`online`](Self::online) identifier that later samples would
+    /// complete, as [`Identifier::finish`] does. More samples may follow.
+    pub fn finish_windows(&mut self) {
+        self.online.finish();
+    }
+
     /// Uses the samples that later ones would complete: after the last sample of a run.
     ///
     /// Motion is estimated up to the end of an interval of 0.05 s, so that up to that time of the

@@ -308,7 +308,8 @@ class LagIdentifier(_Online):
     There is an estimate where velocities of the joints and the base are measured, and where it is
     more precise than the one of windows; :meth:`motion` says why there is none, and
     :meth:`window_estimate` has the one that serves then. A sample that completes 0.05 s takes some
-    milliseconds and allocates memory: push samples in a thread beside the control loop.
+    milliseconds and allocates memory: push samples in a thread beside the control loop. Splines
+    follow 10 Hz; the cutoff is that of the windows alone.
 
     Args:
         robot: The robot, with a floating base, with its gripper and without the payload.
