@@ -70,32 +70,43 @@ pub fn project(
         });
     }
     let units = units(estimate);
-    let target = estimate.component_div(&units);
-    let (basis, unobservable) = standard_deviations(covariance, scales, &units);
-    let rows = bounds.iter().map(|bound| bound.component_mul(&units));
-    let set = ConsistentSet {
-        bounds: rows.collect(),
-    };
-    let start = match bounding_box {
-        Some(bounding) => bounding
-            .filled(body.mass())
-            .as_vector()
-            .component_div(&units),
-        None => interior_start(&target),
-    };
-    let barriers = PSEUDO_INERTIA_BARRIERS + set.bounds.len();
-    let start = basis.lu().solve(&(start - target))?;
-    let problem = WhitenedProblem {
-        target,
-        basis,
-        unobservable,
-        set,
-    };
+    let (problem, start) = whitened_problem(estimate, covariance, scales, &units, bounding_box)?;
+    let barriers = PSEUDO_INERTIA_BARRIERS + bounds.len();
     let inside = solve(&problem, start, barriers);
     Some(Projection {
         parameters: problem.parameters(&inside).component_mul(&units),
         distance: inside.norm(),
     })
+}
+
+/// Returns the problem of an estimate of positive mass with a start inside the set; `None` where the
+/// covariance is singular.
+fn whitened_problem(
+    estimate: &Vector,
+    covariance: &Matrix,
+    scales: &Vector,
+    units: &Vector,
+    bounding_box: Option<&BoundingBox>,
+) -> Option<(WhitenedProblem, Vector)> {
+    let target = estimate.component_div(units);
+    let (basis, unobservable) = standard_deviations(covariance, scales, units);
+    let (bounds, start) = match bounding_box {
+        Some(bounding) => {
+            let bounds = bounding.bounds();
+            let rows = bounds.iter().map(|bound| bound.component_mul(units));
+            let filled = bounding.filled(estimate[0]);
+            (rows.collect(), filled.as_vector().component_div(units))
+        }
+        None => (vec![], interior_start(&target)),
+    };
+    let start = basis.lu().solve(&(start - target))?;
+    let problem = WhitenedProblem {
+        target,
+        basis,
+        unobservable,
+        set: ConsistentSet { bounds },
+    };
+    Some((problem, start))
 }
 
 /// The nearest consistent parameters, in coordinates in which the distance is the Euclidean one.

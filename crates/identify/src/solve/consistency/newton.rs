@@ -45,7 +45,8 @@ pub(super) enum Progress {
     Stuck,
 }
 
-/// Takes one Newton step, halved until it ends inside the set at a lower value.
+/// Takes one Newton step, halved until it ends inside the set at a lower value, or until rounding
+/// would hide a lower one: of precise estimates, the barrier has few digits near the boundary.
 pub(super) fn advance(objective: &impl Objective, at: &mut Vector, weight: f64) -> Progress {
     let Some((step, slope)) = objective.newton_step(at, weight) else {
         return Progress::Stuck;
@@ -54,22 +55,26 @@ pub(super) fn advance(objective: &impl Objective, at: &mut Vector, weight: f64) 
         return Progress::Stuck;
     };
     let mut fraction = 1.0;
-    while fraction > MIN_STEP {
-        let tried = *at + fraction * step;
+    let mut has_moved = false;
+    while !has_moved && fraction > MIN_STEP {
         let decreased = value - SUFFICIENT_DECREASE * fraction * slope;
+        if fraction < 1.0 && decreased == value {
+            break;
+        }
+        let tried = *at + fraction * step;
         let reached = objective.value(&tried, weight);
         if reached.is_some_and(|reached| reached <= decreased) {
             *at = tried;
-            break;
+            has_moved = true;
         }
         fraction *= 0.5;
     }
     if slope < SHORT_STEP * weight {
         Progress::Near
-    } else if fraction <= MIN_STEP {
-        Progress::Blocked
-    } else {
+    } else if has_moved {
         Progress::Far
+    } else {
+        Progress::Blocked
     }
 }
 
