@@ -915,7 +915,7 @@ def test_advice_names_the_least_motion_that_determines_all() -> None:
                 "assumed": [0.202, 0.0, 0.0, 0.05],
             },
             "is not that of the configured payload, 0.202 kg at (0, 0, 0.05) m, but one of 0.4050 ±"
-            " 0.0060 kg at (0.0000 ± 0.0060, 0.0100 ± 0.0060, 0.0500 ± 0.0060) m: the static load",
+            " 0.0059 kg at (0.0000 ± 0.0059, 0.0100 ± 0.0059, 0.0500 ± 0.0059) m: the static load",
         ),
         (
             "wrong_assumption",
@@ -937,8 +937,8 @@ def test_advice_names_the_least_motion_that_determines_all() -> None:
                 "std_devs": [0.0, 0.0, 0.05],
                 "assumed": [0.0, 0.0, -1.0],
             },
-            "Gravity of 9.80 ± 0.10 m/s² explains the wrenches far better than the given one (with"
-            " this, residuals are 10 % of those without), with a mass of 2.000 ± 0.020 kg.",
+            "Gravity of 9.800 ± 0.098 m/s² explains the wrenches far better than the given one"
+            " (with this, residuals are 10 % of those without), with a mass of 2.000 ± 0.020 kg.",
         ),
         (
             "delay_corrected",
