@@ -99,7 +99,7 @@ bench-study: $(VENV)/installed ## the estimators against noise, time and the Cra
 bench-study-logs: $(VENV)/installed ## from logs with 1 % noise on every channel that the simulator draws, 20 seeds
 	$(BIN)/python bench/logs.py
 
-bench-coverage: $(VENV)/installed ## how often 95 % intervals hold the truth, 400 runs of each method and of each motion from efforts, and errors of the model
+bench-coverage: $(VENV)/installed ## how often 95 % intervals hold the truth, 200 runs of each method, 400 of each motion from efforts, and errors of the model
 	$(BIN)/python bench/coverage.py
 	$(BIN)/python bench/coverage_efforts.py
 	$(BIN)/python bench/coverage_remedies.py

@@ -1,4 +1,4 @@
-"""How often the 95 % intervals hold the truth: 400 runs of one motion with its noise drawn anew.
+"""How often the 95 % intervals hold the truth: 200 runs of one motion with its noise drawn anew.
 
 Run by `make bench-coverage`. The payload of the paper is a plate, on the border of possible bodies,
 where half of all estimates are brought back onto it; a second one lies well inside.
@@ -16,7 +16,7 @@ from rich.table import Table
 import tactid
 from tactid._base.values import values_of
 
-RUNS = 400
+RUNS = 200
 SECONDS = 2.0
 LEVEL = 0.01
 CASES = [("tactile", False), ("tactile", True), ("combined", True)]
