@@ -136,7 +136,9 @@ pub struct BatchResult {
     pub delay: Option<Delay>,
     /// What the identification noticed about the data, for the user to decide on.
     pub findings: Vec<Finding>,
-    /// Forecast of the uncertainty for a motion that continues; `None` where the mass is zero.
+    /// Forecast of the uncertainty for a motion that continues; `None` where the mass is zero, and
+    /// where motion and payload are of the beginning of the recording, to which more samples add
+    /// nothing.
     pub forecast: Option<Forecast>,
 }
 
@@ -235,6 +237,7 @@ impl BatchIdentifier {
             frame,
         );
         of_fit.motion = fits.motion;
+        let goes_on = fits.motion != MotionEstimate::WithPayload || !self.bins.is_full();
         let Report {
             estimate,
             principal_moments,
@@ -250,7 +253,7 @@ impl BatchIdentifier {
             load: self.load(fit, equations, has_gripper),
             principal_moments,
             history,
-            forecast: Forecast::new(equations, fit, &parameters, &of_fit),
+            forecast: Forecast::new(equations, fit, &parameters, &of_fit).filter(|_| goes_on),
             fit: of_fit,
             delay: self.remaining_delay(&solution),
             findings: self.findings(&solution, &fits, consistent, known.mass_kg()),

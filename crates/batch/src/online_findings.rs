@@ -84,7 +84,9 @@ fn range_findings(snapshot: &Snapshot) -> Vec<Finding> {
     let checks = &snapshot.checks;
     let sign = if snapshot.is_negated { -1.0 } else { 1.0 };
     let wrenches = checks.wrench_ranges.iter();
-    let of_wrenches = wrenches.filter_map(|ranges| ranges.saturation(&WRENCH_CHANNELS, sign));
+    let of_wrenches = wrenches.filter_map(|ranges| {
+        ranges.saturation(|channel| WRENCH_CHANNELS.get(channel).copied(), sign)
+    });
     let of_wrenches = of_wrenches.map(|saturation| ("wrench", saturation));
     let efforts = checks.effort_ranges.iter();
     let of_efforts = efforts.clone().filter_map(EffortRanges::saturation);

@@ -70,7 +70,8 @@ impl ChannelRanges {
         let sign = sources.options.wrench_sign;
         let wrenches = self.wrenches.iter().zip(&sources.wrench_names);
         let of_wrenches = wrenches.filter_map(|(ranges, name)| {
-            let saturation = ranges.saturation(&WRENCH_CHANNELS, sign)?;
+            let saturation =
+                ranges.saturation(|channel| WRENCH_CHANNELS.get(channel).copied(), sign)?;
             Some((name.as_str(), saturation))
         });
         let name = efforts_name(sources);

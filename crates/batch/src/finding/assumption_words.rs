@@ -4,13 +4,11 @@ use std::f64::consts::PI;
 
 use tactid_dynamics::Reader;
 use tactid_dynamics::words::{general, listed, percent, with_interval};
+use tactid_identify::checks::MODEL_ERROR;
 use tactid_identify::solve::HALF_WIDTH_95;
 
 use super::load_words::other_body;
-use super::{
-    CHANNELS, CONTRADICTION, Hypothesis, LARGEST_MASS_CHANGE, MOST_LEFT, WrongAssumption,
-    is_out_of_reach,
-};
+use super::{CHANNELS, CONTRADICTION, Hypothesis, MOST_LEFT, WrongAssumption, is_out_of_reach};
 
 /// Says which assumption the data contradict, what they show instead, and what to do.
 pub(super) fn wrong_assumption(found: &WrongAssumption, reader: Reader) -> String {
@@ -261,10 +259,14 @@ fn of_weight(found: &WrongAssumption, reader: Reader) -> String {
     let accepts = reader.choice("wrench_is", "without-weight");
     let controller = "A controller does so for its configured payload:";
     if configured(found).is_some() {
-        return format!(
-            "Give {} as it is in the controller; without it, {accepts} identifies this weight, too.",
-            reader.option("configured_payload")
-        );
+        let given = reader.option("configured_payload");
+        return match reader {
+            Reader::Online => format!("Give {given} as it is in the controller."),
+            _ => format!(
+                "Give {given} as it is in the controller; without it, {accepts} identifies this \
+                 weight, too."
+            ),
+        };
     }
     if found.along_m_s2.is_some() {
         let mounting = "A controller does so that does not know how its base is mounted: state that \
@@ -337,7 +339,7 @@ fn length(entries: &[f64]) -> f64 {
 /// Returns whether gravity has not the length of the assumed one, which its direction keeps.
 fn has_other_length(found: &WrongAssumption) -> bool {
     let (shown, given) = (length(&found.values), length(&found.assumed));
-    shown > 0.0 && (shown - given).abs() > LARGEST_MASS_CHANGE * given
+    shown > 0.0 && (shown - given).abs() > MODEL_ERROR * given
 }
 
 /// Returns whether a place is certainly farther away than anything on an arm.

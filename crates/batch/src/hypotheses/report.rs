@@ -69,10 +69,15 @@ pub(super) fn causes(
             is_applied: false,
         }
     };
+    let is_turned = causes
+        .iter()
+        .any(|cause| cause.hypothesis == Hypothesis::Gravity);
     let reported = causes.iter().map(report);
-    reported
-        .map(|weight| of_other_length(&weight, found, stream, &covariance).unwrap_or(weight))
-        .collect()
+    let in_its_place = |weight: WrongAssumption| {
+        let gravity = of_other_length(&weight, found, stream, &covariance);
+        gravity.filter(|_| !is_turned).unwrap_or(weight)
+    };
+    reported.map(in_its_place).collect()
 }
 
 /// Returns gravity of the length that it has on Earth in the place of a weight that explains the

@@ -34,8 +34,9 @@ impl Fits<'_> {
     }
 }
 
-/// Returns a fit of the motion and the parameters with the mass of the whole load as one more row.
-fn with_mass(free: &Fit, mass: KnownMass) -> Fit {
+/// Returns a fit of the motion and the parameters with the mass of the whole load as one more row,
+/// with the scales and the weights of the fit to windows that has this row.
+fn with_mass(free: &Fit, of_windows: &Fit, mass: KnownMass) -> Fit {
     let variance = mass.std_dev_kg.powi(2);
     let gain = free.metric.column(0) / (free.metric[(0, 0)] + variance);
     let mut rest = SMatrix::<f64, 10, 10>::identity();
@@ -46,9 +47,8 @@ fn with_mass(free: &Fit, mass: KnownMass) -> Fit {
         parameters: free.parameters + gain * (mass.mass_kg - free.parameters[0]),
         covariance: of(&free.covariance),
         metric: of(&free.metric),
-        bread: of(&free.bread),
-        known_mass: Some(mass),
-        ..free.clone()
+        independent: free.independent,
+        ..of_windows.clone()
     }
 }
 
@@ -71,14 +71,16 @@ impl BatchIdentifier {
             && !(0..windows).any(|window| fit.is_outlier(window));
         let found = if is_plain {
             let mut bins = self.bins.clone();
-            bins.finish();
+            // Where no more samples are taken, the open bin has one alone.
+            if !bins.is_full() {
+                bins.finish();
+            }
             let smoothed = (&fit.parameters, &fit.covariance);
             choose(&bins, self.stream.model(), smoothed)
         } else {
             Err(MotionEstimate::Smoothed)
         };
         let motion = found.as_ref().err().copied();
-        let known_mass = with_known_mass.and_then(|fit| fit.known_mass);
         let of_motion = found.ok().map(|found| {
             let free = Fit {
                 parameters: found.parameters,
@@ -88,7 +90,8 @@ impl BatchIdentifier {
                 independent: found.freedom,
                 ..fit.clone()
             };
-            let with_mass = known_mass.map(|mass| with_mass(&free, mass));
+            let with_mass =
+                with_known_mass.and_then(|fit| Some(with_mass(&free, fit, fit.known_mass?)));
             [free.clone(), with_mass.unwrap_or(free)]
         });
         Fits {

@@ -66,7 +66,7 @@ impl Default for LagSettings {
 /// [`online_findings`](crate::online_findings).
 ///
 /// A gap of the samples, and a motion that splines do not follow, end the motion, and what is known
-/// of the payload stays. Residuals that are larger than noise, of all samples or of the last second,
+/// of the payload stays. Residuals that are larger than noise, of all samples or of any second,
 /// discard it. There is no estimate where that of the online identifier is as precise.
 ///
 /// # Assumptions
@@ -197,7 +197,7 @@ impl LagIdentifier {
     /// | [`NoVelocities`](MotionEstimate::NoVelocities) | the last samples had no velocities |
     /// | [`TooFew`](MotionEstimate::TooFew) | fewer than 0.8 s, or than the lag and 0.05 s, since the begin, a gap or a payload change, or fewer than 40 samples in a second |
     /// | [`TooFast`](MotionEstimate::TooFast) | the last second had frequencies that splines do not follow |
-    /// | [`Unexplained`](MotionEstimate::Unexplained) | residuals were larger than their noise, of all samples or of the last second: everything begins again |
+    /// | [`Unexplained`](MotionEstimate::Unexplained) | residuals were larger than their noise, of all samples or of any second: everything begins again |
     /// | [`Exact`](MotionEstimate::Exact) | the estimate of the online identifier is at least as precise, so far |
     #[must_use]
     pub fn motion(&self) -> MotionEstimate {

@@ -295,7 +295,7 @@ pub(super) fn sixth_differences(segments: &[Segment], layout: Layout) -> Vec<f64
 /// Returns why splines do not follow the motion, if they do not: they leave of a channel of so many
 /// bins far more than the variance of white noise with the same sixth differences, because the motion has
 /// frequencies that are too high, or because velocities that nobody measured are zero: splines then
-/// leave more than a dozen times as much as splines through values alone (`of_values`). Of a joint
+/// leave more than sixteen times as much as splines through values alone (`of_values`). Of a joint
 /// that is locked, both leave the noise, which may have more power at low frequencies than white
 /// noise.
 pub(super) fn unfollowed(

@@ -187,19 +187,27 @@ impl RangeMonitor {
         self.all.get(channel).is_some_and(|all| all.squares > 0.0)
     }
 
-    /// Returns the channels that are saturated, by their `names`, with values times `sign`.
+    /// Returns the channels that are saturated, of those that have a `name`, with values times
+    /// `sign`.
     #[must_use]
-    pub fn saturation<S: AsRef<str>>(&self, names: &[S], sign: f64) -> Option<Saturation> {
+    pub fn saturation<'a>(
+        &self,
+        name: impl Fn(usize) -> Option<&'a str>,
+        sign: f64,
+    ) -> Option<Saturation> {
         let mut found = Saturation {
             channels: Vec::new(),
             limits: Vec::new(),
             fractions: Vec::new(),
         };
-        for (channel, (ends, name)) in self.ends.iter().zip(names).enumerate() {
+        for (channel, ends) in self.ends.iter().enumerate() {
+            let Some(name) = name(channel) else {
+                continue;
+            };
             let range = ends[0].value + ends[1].value;
             for (end, of_end) in ends.iter().zip([1.0, -1.0]) {
                 if self.is_limit(channel, end, range) {
-                    found.channels.push(name.as_ref().to_owned());
+                    found.channels.push(name.to_owned());
                     found.limits.push(sign * of_end * end.value);
                     found.fractions.push(end.count / self.samples as f64);
                 }
@@ -241,7 +249,7 @@ mod tests {
             let other = (1.7 * time_s).cos();
             monitor.push([measured((2.3 * time_s).sin()), other].into_iter());
         }
-        monitor.saturation(&["force x", "force y"], -1.0)
+        monitor.saturation(|k| Some(["force x", "force y"][k]), -1.0)
     }
 
     fn in_steps(value: f64, step: f64) -> f64 {
@@ -280,7 +288,7 @@ mod tests {
                 let angle = (0.01 * f64::from(k) - rest_s).max(0.0);
                 monitor.push([angle.cos(), (2.0 * angle).sin()].into_iter());
             }
-            assert_eq!(monitor.saturation(&["a", "b"], 1.0), None);
+            assert_eq!(monitor.saturation(|k| Some(["a", "b"][k]), 1.0), None);
         }
     }
 

@@ -72,7 +72,7 @@ impl Objective for Counted {
     }
 }
 
-/// However precise the estimate of a plate is, 50 to 80 steps lead to its projection, with a few
+/// However precise the estimate of a plate is, 50 to 100 steps lead to its projection, with a few
 /// trials each: none is spent on what rounding hides.
 #[test]
 fn rounding_takes_no_steps() {

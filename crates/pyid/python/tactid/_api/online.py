@@ -374,8 +374,8 @@ class LagIdentifier(_Online):
         ``too-few``         Fewer than 0.8 s, or than the lag and 0.05 s, since the begin, a gap
                             or a payload change, or fewer than 40 samples in a second.
         ``too-fast``        The last second had frequencies that splines do not follow.
-        ``unexplained``     Residuals were larger than their noise, of all samples or of the last
-                            second: everything begins again.
+        ``unexplained``     Residuals were larger than their noise, of all samples or of any second:
+                            everything begins again.
         ``exact``           The estimate of windows is at least as precise, so far.
         ==================  ====================================================================
         """
