@@ -149,6 +149,26 @@ fn a_known_mass_is_one_more_row() {
     assert!(squares[0] < 0.25 * squares[1], "{squares:?}");
 }
 
+/// An exact mass of one source alone, which determines the mass least, is kept, too.
+#[test]
+fn an_exact_mass_is_kept_by_each_source() {
+    let experiment = experiment();
+    let instants = noisy(&experiment.run(), 7);
+    for method in [Method::JointSensing, Method::Effort] {
+        let settings = BatchSettings {
+            known_mass: Some(KnownMass {
+                mass_kg: 100.0,
+                std_dev_kg: 0.0,
+            }),
+            ..BatchSettings::default()
+        };
+        let found = solve(&experiment, &instants, method, settings);
+        assert_eq!(found.fit.motion, MotionEstimate::WithPayload);
+        let mass_kg = found.estimate.body.mass_kg;
+        assert!((mass_kg - 100.0).abs() < 1e-4, "{method:?}: {mass_kg} kg");
+    }
+}
+
 /// The result is the last point of its history.
 #[test]
 fn history_ends_with_the_result() {

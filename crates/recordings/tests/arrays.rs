@@ -387,7 +387,7 @@ fn interrupted_early_nothing_is_known() {
     assert!(matches!(result, Err(RecordingError::Interrupted)));
 }
 
-/// The efforts of the arm alone, standing in gravity, are no payload.
+/// Without wrenches, efforts measure the load; where all are zero, nobody has measured them.
 #[test]
 fn efforts_are_the_default_without_wrenches() {
     let experiment = Experiment {
@@ -397,11 +397,14 @@ fn efforts_are_the_default_without_wrenches() {
     };
     let mut recording = Recording::of(&experiment.run());
     recording.robot = Some(experiment.robot());
-    recording.joint_effort = vec![0.0; recording.joint_position.len()];
     recording.wrenches.clear();
     recording.poses.clear();
     recording.twists.clear();
     recording.sensors = None;
+    recording.joint_effort = vec![0.0; recording.joint_position.len()];
+    let refused = recording.identify(&quick()).unwrap_err().to_string();
+    assert!(refused.contains("exactly zero in all samples"), "{refused}");
+    recording.joint_effort.fill(0.1);
     let result = recording.identify(&quick()).unwrap();
     assert_eq!(result.recording.method, Method::Effort);
     assert_eq!(result.recording.gravity_m_s2, Vector3::new(0.0, 0.0, -9.81));
