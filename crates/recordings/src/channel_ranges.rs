@@ -35,7 +35,7 @@ impl ChannelRanges {
         match &event.measured {
             Measured::Wrench(sensor, wrench) => {
                 if let Some(ranges) = self.wrenches.get_mut(*sensor) {
-                    ranges.push(wrench.force.iter().chain(&wrench.moment).copied());
+                    ranges.push(wrench.entries().into_iter());
                 }
             }
             Measured::Joints(values) => self.push_joints(0, values),

@@ -165,6 +165,12 @@ impl RangeMonitor {
         let all = self.all.iter_mut().zip(differences.clone());
         all.for_each(|(moments, difference)| moments.add(difference));
         for (ends, value) in self.ends.iter_mut().zip(values) {
+            // A channel that has not changed yet has no limit, and most are between their ends.
+            let [upper, lower] = &*ends;
+            let is_constant = value == upper.value && -value == lower.value;
+            if is_constant || (value < upper.next && -value < lower.next) {
+                continue;
+            }
             for (end, value) in ends.iter_mut().zip([value, -value]) {
                 if end.push(value) {
                     let at_end = end.at_end.iter_mut().zip(differences.clone());

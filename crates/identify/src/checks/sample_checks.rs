@@ -90,7 +90,7 @@ impl SampleChecks {
             self.channels.push(sensor, sample.time_s, wrench);
         }
         for (ranges, wrench) in self.wrench_ranges.iter_mut().zip(sample.wrenches) {
-            ranges.push(wrench.force.iter().chain(&wrench.moment).copied());
+            ranges.push(wrench.entries().into_iter());
         }
     }
 }
