@@ -2,12 +2,12 @@
 
 use tactid_identify::Snapshot;
 use tactid_identify::checks::{
-    EffortMonitor, EffortRanges, FEWEST_SAMPLES, SampleChecks, TwistRates, WRENCH_CHANNELS,
-    grouped_by_cause,
+    EffortMonitor, FEWEST_SAMPLES, SampleChecks, TwistRates, grouped_by_cause,
 };
 
 use crate::Finding;
 use crate::diagnosis::findings_without_prior;
+use crate::range_findings::range_findings;
 
 /// Returns what the most recent samples show about the assumptions, from a
 /// [`Snapshot`] of the online identifier.
@@ -26,7 +26,7 @@ use crate::diagnosis::findings_without_prior;
 #[must_use]
 pub fn online_findings(snapshot: &Snapshot) -> Vec<Finding> {
     let mut findings = sample_findings(&snapshot.checks);
-    findings.extend(range_findings(snapshot));
+    findings.extend(of_ranges(snapshot));
     let sampling = snapshot.sampling;
     if snapshot.windows == 0 && sampling.samples + sampling.rejected >= FEWEST_SAMPLES {
         findings.push(Finding::NoEquations(sampling));
@@ -80,27 +80,9 @@ fn sample_findings(checks: &SampleChecks) -> Vec<Finding> {
 }
 
 /// Returns what the ranges of the channels show.
-fn range_findings(snapshot: &Snapshot) -> Vec<Finding> {
+fn of_ranges(snapshot: &Snapshot) -> Vec<Finding> {
     let checks = &snapshot.checks;
     let sign = if snapshot.is_negated { -1.0 } else { 1.0 };
-    let wrenches = checks.wrench_ranges.iter();
-    let of_wrenches = wrenches.filter_map(|ranges| {
-        ranges.saturation(|channel| WRENCH_CHANNELS.get(channel).copied(), sign)
-    });
-    let of_wrenches = of_wrenches.map(|saturation| ("wrench", saturation));
-    let efforts = checks.effort_ranges.iter();
-    let of_efforts = efforts.clone().filter_map(EffortRanges::saturation);
-    let of_efforts = of_efforts.map(|saturation| ("effort", saturation));
-    let saturated = of_wrenches.chain(of_efforts);
-    let saturated = saturated.map(|(source, saturation)| Finding::Saturated {
-        source: source.to_owned(),
-        saturation,
-    });
-    let unmeasured = efforts.map(EffortRanges::unmeasured);
-    let unmeasured = unmeasured.filter(|joints| !joints.is_empty());
-    let unmeasured = unmeasured.map(|joints| Finding::EffortsUnmeasured {
-        source: "effort".to_owned(),
-        joints,
-    });
-    saturated.chain(unmeasured).collect()
+    let wrenches = checks.wrench_ranges.iter().map(|ranges| ("wrench", ranges));
+    range_findings(wrenches, sign, ("effort", checks.effort_ranges.as_slice()))
 }

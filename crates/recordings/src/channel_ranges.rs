@@ -1,7 +1,7 @@
 //! Ranges of the channels of a recording as they are measured, before they are averaged: sensors
 //! that are saturated, and efforts that nobody measured.
 
-use tactid_batch::Finding as DataFinding;
+use tactid_batch::range_findings;
 use tactid_identify::checks::{EffortRanges, RangeMonitor, WRENCH_CHANNELS};
 
 use crate::alignment::{Event, JointValues, Measured};
@@ -67,27 +67,11 @@ impl ChannelRanges {
 
     /// Returns what the ranges show.
     pub(crate) fn findings(&self, sources: &Sources) -> Vec<Finding> {
-        let sign = sources.options.wrench_sign;
-        let wrenches = self.wrenches.iter().zip(&sources.wrench_names);
-        let of_wrenches = wrenches.filter_map(|(ranges, name)| {
-            let saturation =
-                ranges.saturation(|channel| WRENCH_CHANNELS.get(channel).copied(), sign)?;
-            Some((name.as_str(), saturation))
-        });
-        let name = efforts_name(sources);
-        let of_efforts = self.efforts.iter().filter_map(EffortRanges::saturation);
-        let saturated = of_wrenches.chain(of_efforts.map(|saturation| (name, saturation)));
-        let saturated = saturated.map(|(source, saturation)| DataFinding::Saturated {
-            source: source.to_owned(),
-            saturation,
-        });
-        let unmeasured = self.efforts.iter().map(EffortRanges::unmeasured);
-        let unmeasured = unmeasured.filter(|joints| !joints.is_empty());
-        let unmeasured = unmeasured.map(|unmeasured| DataFinding::EffortsUnmeasured {
-            source: name.to_owned(),
-            joints: unmeasured,
-        });
-        saturated.chain(unmeasured).map(Finding::Data).collect()
+        let names = sources.wrench_names.iter().map(String::as_str);
+        let wrenches = names.zip(&self.wrenches);
+        let efforts = (efforts_name(sources), self.efforts.as_slice());
+        let found = range_findings(wrenches, sources.options.wrench_sign, efforts);
+        found.into_iter().map(Finding::Data).collect()
     }
 }
 

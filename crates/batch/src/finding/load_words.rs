@@ -224,7 +224,8 @@ pub(super) fn efforts_unmeasured(source: &str, joints: &[String], reader: Reader
         _ => format!(", or identify from wrenches ({})", reader.option("method")),
     };
     format!(
-        "{source}: the {efforts} of {} (`effort`) {they} exactly zero in all samples of a motion, as of a driver that does not measure {them}. The estimate takes {them} for measured: \
+        "{source}: the {efforts} of {} (`effort`) {they} exactly zero in all samples of a motion, \
+         as of a driver that does not measure {them}. The estimate takes {them} for measured: \
          record the efforts of all joints that move the tip{instead}.",
         listed(joints)
     )

@@ -73,11 +73,12 @@ pub(super) fn causes(
         .iter()
         .any(|cause| cause.hypothesis == Hypothesis::Gravity);
     let reported = causes.iter().map(report);
-    let in_its_place = |weight: WrongAssumption| {
-        let gravity = of_other_length(&weight, found, stream, &covariance);
-        gravity.filter(|_| !is_turned).unwrap_or(weight)
-    };
-    reported.map(in_its_place).collect()
+    if is_turned {
+        return reported.collect();
+    }
+    reported
+        .map(|weight| of_other_length(&weight, found, stream, &covariance).unwrap_or(weight))
+        .collect()
 }
 
 /// Returns gravity of the length that it has on Earth in the place of a weight that explains the

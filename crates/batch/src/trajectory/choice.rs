@@ -31,10 +31,8 @@ pub(crate) fn choose(
     let found = last.and_then(|last| problem.estimate(&last, Residuals::default()));
     let found = found.filter(Estimate::is_explained);
     let found = found.ok_or(MotionEstimate::Unexplained)?;
-    match is_smaller(&found.covariance, covariance) {
-        true => Ok(found),
-        false => Err(MotionEstimate::Exact),
-    }
+    let is_better = is_smaller(&found.covariance, covariance);
+    is_better.then_some(found).ok_or(MotionEstimate::Exact)
 }
 
 /// Returns whether the variances of the parameters in one covariance are smaller than in another,
