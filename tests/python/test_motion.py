@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 import tactid
+from doubles import with_fit
 from tactid._show.remarks import assumptions
 
 NOISE = """
@@ -35,8 +36,10 @@ def test_motion_and_payload_at_once_have_no_cutoff(log: Path) -> None:
     found = tactid.identify(log, method="combined")
     assert found.fit.motion == "with-payload"
     line = assumptions(found)
-    assert "motion estimated with the payload" in line
+    assert "motion estimated with the payload;" in line
     assert "cutoff" not in line
+    beginning = with_fit(found, motion_until_s=found.fit.times_s[0] + 100.0)
+    assert "motion estimated with the payload from the first 100 s, " in assumptions(beginning)
 
 
 def test_a_given_cutoff_is_used(log: Path) -> None:

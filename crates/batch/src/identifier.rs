@@ -236,8 +236,9 @@ impl BatchIdentifier {
             cutoff_hz,
             frame,
         );
+        let is_of_beginning = fits.motion == MotionEstimate::WithPayload && self.bins.is_full();
         of_fit.motion = fits.motion;
-        let goes_on = fits.motion != MotionEstimate::WithPayload || !self.bins.is_full();
+        of_fit.motion_until_s = self.bins.end_s().filter(|_| is_of_beginning);
         let Report {
             estimate,
             principal_moments,
@@ -253,7 +254,8 @@ impl BatchIdentifier {
             load: self.load(fit, equations, has_gripper),
             principal_moments,
             history,
-            forecast: Forecast::new(equations, fit, &parameters, &of_fit).filter(|_| goes_on),
+            forecast: Forecast::new(equations, fit, &parameters, &of_fit)
+                .filter(|_| !is_of_beginning),
             fit: of_fit,
             delay: self.remaining_delay(&solution),
             findings: self.findings(&solution, &fits, consistent, known.mass_kg()),

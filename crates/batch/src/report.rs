@@ -72,6 +72,9 @@ pub struct FitReport {
     pub subtracted_weight: Option<WeightEstimate>,
     /// How the measured motion entered the estimate.
     pub motion: MotionEstimate,
+    /// Time until which motion and payload were estimated at once, on the clock of the samples, s,
+    /// where that is only the beginning of the recording.
+    pub motion_until_s: Option<f64>,
     /// Time between two windows, s.
     pub stride_s: f64,
     /// Cutoff of the filter, Hz: that of the settings, divided by the number of windows that were
@@ -131,6 +134,7 @@ impl FitReport {
             gravity: values.gravity_estimate(),
             subtracted_weight: values.weight_estimate(),
             motion: MotionEstimate::Smoothed,
+            motion_until_s: None,
             channels: channels.channels.clone(),
             measured: table(measured),
             predicted: table(predicted),

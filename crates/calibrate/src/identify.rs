@@ -326,6 +326,7 @@ impl Solution<'_> {
             gravity: None,
             subtracted_weight: None,
             motion: MotionEstimate::Smoothed,
+            motion_until_s: None,
             stride_s: window::stride_s(arm.cutoff_hz),
             cutoff_hz: arm.cutoff_hz,
             measured: table(measured),

@@ -386,6 +386,7 @@ impl RestIdentifier {
             gravity: found.gravity_estimate(),
             subtracted_weight: None,
             motion: MotionEstimate::Smoothed,
+            motion_until_s: None,
             stride_s: f64::NAN,
             cutoff_hz: f64::NAN,
         }

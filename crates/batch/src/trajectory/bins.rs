@@ -264,6 +264,11 @@ impl SampleBins {
         }
     }
 
+    /// Mean time of the samples of the last bin, s; `None` where there is none.
+    pub(crate) fn end_s(&self) -> Option<f64> {
+        self.newest().last().map(|bin| bin.time_s)
+    }
+
     /// Ends the bin.
     pub(crate) fn finish(&mut self) {
         let sums = &mut self.sums;

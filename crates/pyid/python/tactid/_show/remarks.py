@@ -247,9 +247,18 @@ def _motion(result: Recorded) -> str:
     return result.fit.motion if isinstance(result, IdentificationData) else ""
 
 
+def _beginning(result: IdentificationData) -> str:
+    """Says of which beginning of the recording the motion was estimated; empty for all of it."""
+    until_s = result.fit.motion_until_s
+    if until_s is None:
+        return ""
+    first = duration(until_s - result.fit.times_s[0])
+    return f" from the first {first}, more precisely than from windows of the whole recording"
+
+
 def _of_least_squares(result: IdentificationData) -> list[str]:
     parts = knowledge(result)
-    parts += [motion] if (motion := MOTION.get(_motion(result), "")) else []
+    parts += [motion + _beginning(result)] if (motion := MOTION.get(_motion(result), "")) else []
     parts += [f"wrench offset {offset}"] if (offset := wrench_offset(result)) else []
     parts += [f"weight subtracted by the driver {w}"] if (w := subtracted_weight(result)) else []
     parts += ["efforts of the unloaded recording subtracted"] if result.subtracts_unloaded else []
