@@ -8,19 +8,17 @@ from pathlib import Path
 import numpy as np
 import rerun as rr
 import rerun.blueprint as rrb
-from numpy.typing import NDArray
 
 from tactid._base.errors import ArgumentError
 from tactid._base.files import atomic_path
 from tactid._base.naming import abridged
-from tactid._base.values import PATHS, UNITS
+from tactid._base.values import PATHS, UNITS, Array
 from tactid._native import VALUE_NAMES
 from tactid._view.estimate import Channel, Estimate
 from tactid._view.robot import Frame
 from tactid._view.scene import Force, Scene
 from tactid._view.shapes import Shape
 
-Array = NDArray[np.float64]
 Color = tuple[int, int, int]
 
 TIMELINE = "time"

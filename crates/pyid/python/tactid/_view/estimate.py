@@ -7,13 +7,10 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from tactid._base.errors import ArgumentError
-from tactid._base.values import PATHS, Z95
+from tactid._base.values import PATHS, Z95, Array
 from tactid._native import MassProperties
-
-Array = NDArray[np.float64]
 
 BORDER = 0.01
 """By which a largest moment of inertia may exceed the sum of the two others, times itself: a flat

@@ -5,14 +5,12 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
 from tactid._base.errors import ModelError
 from tactid._base.naming import abridged
+from tactid._base.values import Array
 from tactid._native import Manipulator
 from tactid._view.shapes import Shape, shapes_of
-
-Array = NDArray[np.float64]
 
 MOST_FRAMES = 500
 """Frames that are shown of a robot: a humanoid with hands has a quarter of them."""

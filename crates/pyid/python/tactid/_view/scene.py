@@ -5,15 +5,13 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
 from tactid._base.errors import LogError, ModelError
 from tactid._base.naming import abridged
+from tactid._base.values import Array
 from tactid._native import Manipulator, Samples, info as log_info, read
 from tactid._view.robot import Frame, moving_frames, read_urdf, robot_shapes, step
 from tactid._view.shapes import Shape, link_names
-
-Array = NDArray[np.float64]
 
 RATE_HZ = 50.0
 """As often as the eye needs."""

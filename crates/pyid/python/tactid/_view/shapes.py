@@ -8,13 +8,12 @@ from typing import Literal
 from xml.etree import ElementTree
 
 import numpy as np
-from numpy.typing import NDArray
 
 from tactid._base.errors import ModelError
 from tactid._base.meshes import Meshes
 from tactid._base.naming import listed, shortened
+from tactid._base.values import Array
 
-Array = NDArray[np.float64]
 Color = tuple[int, int, int, int]
 
 GREY: Color = (176, 180, 186, 255)
