@@ -10,9 +10,6 @@ pub(crate) fn faults(py: Python<'_>, faults: &[DataFault]) -> PyResult<Vec<Py<Py
     let class = py.import("tactid._base.findings")?.getattr("DataFault")?;
     let faults = faults.iter().map(|fault| {
         let data = pythonize(py, fault)?.cast_into::<PyDict>()?;
-        let first = data.as_any().get_item("first_s")?;
-        data.del_item("first_s")?;
-        data.set_item("first", first)?;
         Ok(class.call((), Some(&data))?.unbind())
     });
     faults.collect()

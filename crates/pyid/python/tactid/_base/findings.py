@@ -5,7 +5,7 @@ How grave they are, and the words for them, are Rust's.
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import asdict, dataclass, field
 from typing import Any, Literal, get_args
 
 from tactid import _native
@@ -80,7 +80,7 @@ class DataFault:
     """Kind of the fault, such as ``out_of_order``."""
     count: int
     """Number of occurrences."""
-    first: float = math.nan
+    first_s: float = math.nan
     """Time of the first occurrence on the recording's clock, s; NaN where it is not known."""
     joint: str | None = None
     """Name of the joint, where the fault is that of one joint; else None."""
@@ -91,5 +91,4 @@ class DataFault:
     @property
     def clause(self) -> str:
         """The topic, how often the fault occurred, what was done about it, and the first time."""
-        data = {"topic": self.topic, "kind": self.kind, "count": self.count, "first_s": self.first}
-        return _native.fault_words(data | {"joint": self.joint or ""})
+        return _native.fault_words(asdict(self) | {"joint": self.joint or ""})

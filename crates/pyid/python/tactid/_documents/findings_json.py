@@ -33,7 +33,7 @@ def _fault(fault: DataFault) -> dict[str, Any]:
         "joint": fault.joint,
         "text": str(fault),
         "count": fault.count,
-        "first_s": finite(fault.first),
+        "first_s": finite(fault.first_s),
     }
 
 
