@@ -288,9 +288,9 @@ FINDINGS = [
 
 SENTENCES = {
     "gravity_contradicted": (
-        "Gravity of the opposite sign, (0, 0, 9.81) m/s², explains the wrench far better than the"
-        " given one (with this, residuals are 0.10 % of those without): check the sign of `gravity`"
-        " and the axes of the world."
+        "Another gravity, (0, 0, 9.81) m/s², explains the wrench far better than the given one"
+        " (with this, residuals are 0.10 % of those without): check `gravity` and the axes of the"
+        " world."
     ),
     "too_few_windows": (
         "The residuals exceed the noise, and the recording is too short to show whether the model"
@@ -926,7 +926,8 @@ def test_advice_names_the_least_motion_that_determines_all() -> None:
                 "assumed": [0.202, 0.0, 0.0, 0.05],
             },
             "but none: the static load corresponds to 2 kg, the dynamic load to 2.000 ± 0.020 kg"
-            " (with this, residuals are 10 % of those without). Give `configured_payload` as it is",
+            " (with this, residuals are 10 % of those without). The wrenches are raw: leave out"
+            " `configured_payload` and `wrench_is`.",
         ),
         (
             "wrong_assumption",

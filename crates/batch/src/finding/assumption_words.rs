@@ -212,10 +212,10 @@ fn weight(found: &WrongAssumption, entries: &[String], explained: &str) -> Strin
     );
     if let Some(payload) = configured(found) {
         let [configured_kg, x, y, z] = payload.map(|entry| general(entry, 4));
-        let instead = if subtracted_kg.abs() > HALF_WIDTH_95 * std_dev_kg {
-            format!("one {body}")
-        } else {
+        let instead = if is_none(found) {
             "none".to_owned()
+        } else {
+            format!("one {body}")
         };
         return format!(
             "The weight that was subtracted from the wrenches is not that of the configured \
@@ -249,6 +249,16 @@ fn configured(found: &WrongAssumption) -> Option<[f64; 4]> {
     assumed.filter(|payload: &[f64; 4]| payload[0] != 0.0)
 }
 
+/// Returns whether the weight that was subtracted is none, up to errors of a sound sensor.
+fn is_none(found: &WrongAssumption) -> bool {
+    let masses_kg = [&found.values, &found.std_devs, &found.assumed].map(|each| each.first());
+    let [Some(subtracted_kg), Some(std_dev_kg), Some(assumed_kg)] = masses_kg else {
+        return false;
+    };
+    let error_kg = (HALF_WIDTH_95 * std_dev_kg).max(MODEL_ERROR * assumed_kg.abs());
+    subtracted_kg.abs() <= error_kg
+}
+
 /// Says how a weight that was subtracted is accepted.
 fn of_weight(found: &WrongAssumption, reader: Reader) -> String {
     // The numbers that are found are less precise than those of the controller.
@@ -261,6 +271,10 @@ fn of_weight(found: &WrongAssumption, reader: Reader) -> String {
     if configured(found).is_some() {
         let given = reader.option("configured_payload");
         return match reader {
+            _ if is_none(found) => {
+                let content = reader.option("wrench_is");
+                format!("The wrenches are raw: leave out {given} and {content}.")
+            }
             Reader::Online => format!("Give {given} as it is in the controller."),
             _ => format!(
                 "Give {given} as it is in the controller; without it, {accepts} identifies this \

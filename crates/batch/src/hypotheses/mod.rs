@@ -111,7 +111,8 @@ pub(crate) fn explanation(
 ) -> Option<Explanation> {
     let mut windows = Windows::new(equations, fit, stream)?;
     let (start, active) = identified(fit, values, stream);
-    if !start.leaves_unexplained(&windows) {
+    let is_explained = !start.leaves_unexplained(&windows);
+    if is_explained && !active.contains(&Hypothesis::Weight) {
         return None;
     }
     windows.add_joints(equations, stream);
@@ -122,17 +123,23 @@ pub(crate) fn explanation(
         windows: &windows,
     };
     let given = Fitted::new(&windows, &start.with_joints(windows.joints()), &active)?;
-    let (found, causes) = search.select(given.clone());
-    Some(Explanation {
+    let (found, causes) = if is_explained {
+        (given.clone(), Vec::new())
+    } else {
+        search.select(given.clone())
+    };
+    let reported = |fits, causes: &[Cause]| {
+        report::causes(stream, windows.measurements(), fit, fits, causes).into_iter()
+    };
+    let of_weight = search.without_weight(&given).and_then(|(without, weight)| {
+        reported([&without, &given], &[weight]).find(|found| found.cause == Hypothesis::Gravity)
+    });
+    let of_rest = reported([&given, &found], &causes);
+    let causes: Vec<_> = of_weight.into_iter().chain(of_rest).collect();
+    (!is_explained || !causes.is_empty()).then(|| Explanation {
         explains_load: report::explains_load(&windows, &found),
         explains_most: found.squares.sqrt() < MOST_LEFT * given.squares.sqrt(),
-        causes: report::causes(
-            stream,
-            windows.measurements(),
-            fit,
-            [&given, &found],
-            &causes,
-        ),
+        causes,
     })
 }
 
@@ -269,6 +276,23 @@ impl Search<'_> {
             present = next;
         }
         self.without_replaced(present, causes)
+    }
+
+    /// Returns the fit without a weight that is among the unknowns of a fit with a given gravity,
+    /// and this weight as a cause.
+    fn without_weight(&self, given: &Fitted) -> Option<(Fitted, Cause)> {
+        let is_unknown = |hypothesis| given.active.contains(&hypothesis);
+        if !is_unknown(Hypothesis::Weight) || is_unknown(Hypothesis::Gravity) {
+            return None;
+        }
+        let without = self.without(given, Hypothesis::Weight)?;
+        let residual_ratio = (given.squares / without.squares).sqrt();
+        let weight = Cause {
+            hypothesis: Hypothesis::Weight,
+            runner_up: None,
+            residual_ratio,
+        };
+        Some((without, weight))
     }
 
     /// Returns whether further hypotheses may contain a cause. Where a fit leaves much unexplained,

@@ -77,25 +77,25 @@ pub(super) fn causes(
         return reported.collect();
     }
     reported
-        .map(|weight| of_other_length(&weight, found, stream, &covariance).unwrap_or(weight))
+        .map(|weight| on_earth(&weight, found, stream, &covariance).unwrap_or(weight))
         .collect()
 }
 
 /// Returns gravity of the length that it has on Earth in the place of a weight that explains the
-/// same: one with the centre of mass of the load, beside a given gravity of another length.
-fn of_other_length(
+/// same: one with the centre of mass of the load, beside a given gravity of another length or of the
+/// opposite sign.
+fn on_earth(
     weight: &WrongAssumption,
     found: &Fitted,
     stream: &EquationStream,
     covariance: &SMatrix<f64, 10, 10>,
 ) -> Option<WrongAssumption> {
     let given = stream.gravity();
-    let on_earth = BaseKind::Fixed.default_gravity().norm();
-    let is_of_earth = |length: f64, error: f64| (length / on_earth - 1.0).abs() < error;
+    let usual = BaseKind::Fixed.default_gravity().norm();
+    let is_usual = |length: f64, error: f64| (length / usual - 1.0).abs() < error;
     if weight.cause != Hypothesis::Weight
         || found.model.is_along_given
         || stream.model().subtracted().is_some()
-        || is_of_earth(given.norm(), MODEL_ERROR)
     {
         return None;
     }
@@ -106,8 +106,11 @@ fn of_other_length(
     };
     let size = 1.0 - weight.values[0] / weight.mass_kg;
     let error = weight.mass_std_dev_kg / weight.mass_kg;
-    let is_likely = is_of_earth(size * given.norm(), MODEL_ERROR + BEYOND_NOISE * error);
-    (is_likely && (1..4).all(is_at_center)).then(|| WrongAssumption {
+    let is_other = size < 0.0 || !is_usual(given.norm(), MODEL_ERROR);
+    // A mass that is hardly known does not tell this length from none.
+    let tolerance = (MODEL_ERROR + BEYOND_NOISE * error.abs()).min(0.5);
+    let is_likely = is_usual((size * given).norm(), tolerance);
+    (is_other && is_likely && (1..4).all(is_at_center)).then(|| WrongAssumption {
         cause: Hypothesis::Gravity,
         runner_up: Some(Hypothesis::Weight),
         names: ["x", "y", "z"].map(str::to_owned).to_vec(),

@@ -59,7 +59,11 @@ impl Finding {
                 mass_kg,
                 std_dev_kg,
             } => heavy_load(*mass_kg, *std_dev_kg, reader),
-            Self::ShapeContradicted { p_value, scale } => wrong_shape(*p_value, *scale, reader),
+            Self::ShapeContradicted {
+                p_value,
+                scale,
+                is_of_mass,
+            } => wrong_shape(*p_value, *scale, *is_of_mass, reader),
             Self::UnloadedEffortsScaled {
                 joints,
                 ratios,
@@ -73,9 +77,14 @@ impl Finding {
     }
 }
 
-/// Says that the measurements contradict a shape, and in which unit of its file they do not.
-fn wrong_shape(p_value: f64, scale: Option<f64>, reader: Reader) -> String {
+/// Says that the measurements contradict a shape, and without which mass or in which unit of its
+/// file they do not.
+fn wrong_shape(p_value: f64, scale: Option<f64>, is_of_mass: bool, reader: Reader) -> String {
     let cause = match scale {
+        _ if is_of_mass => format!(
+            "without the known mass ({}) they agree, so that the mass is wrong",
+            reader.option("known_mass_kg")
+        ),
         Some(unit_m) => format!(
             "with {unit_m} m as the unit of its file ({}) they agree",
             reader.option("shape_scale")
