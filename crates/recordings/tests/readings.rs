@@ -343,8 +343,13 @@ fn a_wrong_gravity_is_named_as_the_cause() {
                 }
                 _ => false,
             };
-            let first = findings.iter().find(|each| each.severity() != Severity::Notes);
-            assert!(first.is_some_and(is_cause), "{method:?} {factor}: {findings:?}");
+            let first = findings
+                .iter()
+                .find(|each| each.severity() != Severity::Notes);
+            assert!(
+                first.is_some_and(is_cause),
+                "{method:?} {factor}: {findings:?}"
+            );
         }
         assert_right(&recorded.identify(&request(method, 1.0)));
     }

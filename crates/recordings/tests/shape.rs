@@ -285,7 +285,8 @@ fn a_wrong_mass_is_no_wrong_shape() {
             "{findings:?}"
         );
         let words = of_shape.map(|found| found.1.to_string());
-        let expected = "without the known mass (`known_mass_kg`) they agree, so that the mass is wrong";
+        let expected =
+            "without the known mass (`known_mass_kg`) they agree, so that the mass is wrong";
         assert!(
             words.is_none_or(|words| words.contains(expected)),
             "{findings:?}"

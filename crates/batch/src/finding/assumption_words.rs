@@ -33,6 +33,7 @@ fn named(hypothesis: Hypothesis) -> &'static str {
         Hypothesis::Delay => "a delay of the wrenches",
         Hypothesis::JointZeros => "zeros of joints that are off",
         Hypothesis::Axes => "exchanged axes of the sensor",
+        Hypothesis::Saturation => "channels of the sensor that are at a limit",
     }
 }
 
@@ -76,6 +77,7 @@ fn statement(found: &WrongAssumption, reader: Reader) -> String {
             listed(&far_from(found, 180.0 / PI, " degrees"))
         ),
         Hypothesis::Axes => axes(found, &explained),
+        Hypothesis::Saturation => saturation(found, &explained),
     }
 }
 
@@ -108,6 +110,22 @@ fn delay(found: &WrongAssumption, explained: &str) -> String {
     let direction = if delay_s < 0.0 { "earlier" } else { "later" };
     let size = with_interval(delay_s.abs(), std_dev_s);
     format!("The wrenches are {direction} than the motion by {size} s ({explained}).")
+}
+
+/// Says which channels are cut off, and at which values.
+fn saturation(found: &WrongAssumption, explained: &str) -> String {
+    let ends = found.names.iter().zip(&found.values);
+    let ends: Vec<String> = ends
+        .map(|(name, limit)| {
+            let unit = if name.starts_with("force") {
+                "N"
+            } else {
+                "N m"
+            };
+            format!("{name} at about {} {unit}", general(*limit, 2))
+        })
+        .collect();
+    format!("The sensor is saturated: {} ({explained}).", listed(&ends))
 }
 
 /// Says which channels are exchanged.
@@ -412,5 +430,8 @@ fn remedy(found: &WrongAssumption, reader: Reader) -> String {
             "Check the zeros of these joints, and that the URDF is that of this robot.".to_owned()
         }
         Hypothesis::Axes => of_axes(found, reader),
+        Hypothesis::Saturation => {
+            "Move more slowly, with less load, or with a sensor of a larger range.".to_owned()
+        }
     }
 }

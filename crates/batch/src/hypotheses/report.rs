@@ -31,15 +31,16 @@ pub(super) fn explains_load(windows: &Windows, found: &Fitted) -> bool {
     ratio < BEYOND_NOISE || (0..6).all(is_small)
 }
 
-/// Returns what is reported of causes, given the number of measurements, the fit whose values are
-/// reported, and those of the test without and with all of them.
+/// Returns what is reported of causes, given the windows, the fit whose values are reported, and
+/// those of the test without and with all of them.
 pub(super) fn causes(
     stream: &EquationStream,
-    measurements: f64,
+    windows: &Windows,
     reported: &Fit,
     [given, found]: [&Fitted; 2],
     causes: &[Cause],
 ) -> Vec<WrongAssumption> {
+    let measurements = windows.measurements();
     let value_change = change_of(reported, found, measurements);
     let covariance = found.parameter_covariance(measurements);
     let [mass_change, shift_m] = changes(given, found, measurements).map(Change::least);
@@ -49,7 +50,7 @@ pub(super) fn causes(
             assumed,
             values,
             std_devs,
-        } = shown(stream, measurements, found, cause.hypothesis);
+        } = shown(stream, windows, found, cause.hypothesis);
         WrongAssumption {
             cause: cause.hypothesis,
             runner_up: cause.runner_up,
@@ -212,12 +213,12 @@ struct Shown {
 
 fn shown(
     stream: &EquationStream,
-    measurements: f64,
+    windows: &Windows,
     found: &Fitted,
     hypothesis: Hypothesis,
 ) -> Shown {
     let model = &found.model;
-    let mut std_devs = found.std_devs_of(hypothesis, measurements);
+    let mut std_devs = found.std_devs_of(hypothesis, windows.measurements());
     let named = |names: &[&str]| names.iter().map(|name| (*name).to_owned()).collect();
     let axes = || named(&["x", "y", "z"]);
     let mut assumed = vec![0.0; std_devs.len()];
@@ -256,6 +257,12 @@ fn shown(
         Hypothesis::Axes => {
             (assumed, std_devs) = (vec![1.0; 6], vec![0.0; 6]);
             shown_axes(&model.axes)
+        }
+        Hypothesis::Saturation => {
+            let ends = model.cut_ends(windows);
+            assumed = vec![f64::INFINITY; ends.0.len()];
+            std_devs = vec![0.0; ends.0.len()];
+            ends
         }
     };
     Shown {
