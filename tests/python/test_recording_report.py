@@ -324,7 +324,8 @@ def test_no_motion_is_proposed_for_the_inertia_where_no_moment_is_measured() -> 
     known = doubles.observability([True] * 4 + [False] * 6)
     std_devs = np.where(np.arange(10) < 4, 1e-6, np.inf)
     found = doubles.with_estimate(doubles.tactile(), std_devs=std_devs, observability=known)
-    data = {"channels": MOMENT_CHANNELS, "is_left_out": True, "without_moments": True}
+    data = {"source": "/wrench", "frame": "tool0", "channels": MOMENT_CHANNELS, "is_zero": True}
+    data |= {"is_left_out": True, "without_moments": True}
     forces = replace(found, findings=[Finding("constant_channels", data)])
     assert outlook.needs_another_motion(found)
     assert not outlook.needs_another_motion(forces)

@@ -266,7 +266,7 @@ FINDINGS = [
     ),
     Finding("stamps_missing", {"topics": ["/wrench"], "clock_rate": 0.6}),
     Finding("tool_uncertainty_assumed", {"std_dev": 0.01}),
-    Finding("shape_contradicted", {"p_value": 1e-9, "scale": 0.001}),
+    Finding("shape_contradicted", {"p_value": 1e-9, "scale": 0.001, "is_of_mass": False}),
     Finding("no_stamps"),
     Finding("topic_silent", {"topic": "/wrench", "silent_s": 3.04}),
     Finding("topics_not_used", {"topics": ["/left", "/right"]}),

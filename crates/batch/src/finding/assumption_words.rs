@@ -42,7 +42,10 @@ fn statement(found: &WrongAssumption, reader: Reader) -> String {
     let entries = |factor: f64| -> Vec<String> {
         let pairs = found.values.iter().zip(&found.std_devs);
         pairs
-            .map(|(value, std_dev)| with_interval(factor * value, factor * std_dev))
+            .map(|(value, std_dev)| match *std_dev > 0.0 {
+                true => with_interval(factor * value, factor * std_dev),
+                false => general(factor * value + 0.0, 4),
+            })
             .collect()
     };
     let rest = if found.residual_ratio > MOST_LEFT {

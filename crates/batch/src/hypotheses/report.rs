@@ -255,16 +255,14 @@ fn shown(
             model.zeros.as_slice().to_vec(),
         ),
         Hypothesis::Axes => {
-            (assumed, std_devs) = (vec![1.0; 6], vec![0.0; 6]);
+            assumed = vec![1.0; 6];
             shown_axes(&model.axes)
         }
-        Hypothesis::Saturation => {
-            let ends = model.cut_ends(windows);
-            assumed = vec![f64::INFINITY; ends.0.len()];
-            std_devs = vec![0.0; ends.0.len()];
-            ends
-        }
+        Hypothesis::Saturation => model.cut_ends(windows),
     };
+    // What is no column has neither a standard deviation nor, but for axes, an assumed value.
+    std_devs.resize(values.len(), 0.0);
+    assumed.resize(values.len(), f64::INFINITY);
     Shown {
         names,
         assumed,

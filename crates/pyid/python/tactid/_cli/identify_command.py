@@ -229,9 +229,10 @@ def _print(log: Path, result: AnyResult, output: Output) -> IdentificationError 
         output: What to print.
     """
     runs = result.runs if isinstance(result, Combination) else [result]
-    for run, damage in ((run, damage) for run in runs for damage in run.damage):
-        used = duration(run.duration_s)
-        notes.print(f"tactid: note: {damage}; what could be read, {used}, was used", style="yellow")
+    for run in runs:
+        used = f"what could be read, {duration(run.duration_s)}, was used"
+        for damage in run.damage:
+            notes.print(f"tactid: note: {damage}; {used}", style="yellow")
     if output.form is Form.JSON:
         print_json(result_json.to_json(_record(log, result, output)))
         return None
