@@ -1,6 +1,7 @@
 """Findings, faults and advice in words."""
 
 import inspect
+import math
 import re
 from dataclasses import replace
 from typing import Any
@@ -940,6 +941,34 @@ def test_advice_names_the_least_motion_that_determines_all() -> None:
             },
             "Gravity of 9.800 ± 0.098 m/s² explains the wrenches far better than the given one"
             " (with this, residuals are 10 % of those without), with a mass of 2.000 ± 0.020 kg.",
+        ),
+        (
+            "wrong_assumption",
+            {
+                "cause": "gravity",
+                "values": [0.0, 0.0, -9.8],
+                "std_devs": [0.0, 0.0, 0.05],
+                "assumed": [0.0, 0.0, 9.81],
+            },
+            "Gravity of the opposite sign, (0, 0, -9.800 ± 0.098) m/s² in world axes, explains the",
+        ),
+        (
+            "wrong_assumption",
+            {
+                "cause": "saturation",
+                "names": ["force z", "moment x"],
+                "values": [-20.04, 1.5],
+                "std_devs": [0.0, 0.0],
+                "assumed": [math.inf, math.inf],
+            },
+            "The sensor is saturated: force z at about -20 N and moment x at about 1.5 N m (with"
+            " this, residuals are 10 % of those without). Move more slowly, with less load, or with"
+            " a sensor of a larger range.",
+        ),
+        (
+            "shape_contradicted",
+            {"scale": None, "is_of_mass": True},
+            "without the known mass (`known_mass_kg`) they agree, so that the mass is wrong. The",
         ),
         (
             "delay_corrected",
