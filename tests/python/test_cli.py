@@ -150,9 +150,11 @@ def test_a_truncated_log_is_read_as_far_as_it_goes(
     (tmp_path / "cut.mcap").write_bytes(whole[: int(part * len(whole))])
     done = command("identify", "cut.mcap", "--json")
     assert done.returncode == 0, done.stderr
-    (damage,) = json.loads(done.stdout)["damage"]
+    found = json.loads(done.stdout)
+    (damage,) = found["damage"]
     assert f" of {int(part * len(whole))}: " in damage
-    assert done.stderr.startswith("tactid: note: ")
+    used = f"{found['duration_s']:.{found['duration_s'] < 10:d}f} s"
+    assert done.stderr == f"tactid: note: {damage}; what could be read, {used}, was used\n"
     assert done.stderr.count("\n") == 1
     assert "damage" in command("info", "cut.mcap").stdout
 

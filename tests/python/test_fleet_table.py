@@ -70,6 +70,9 @@ def test_without_arrow_the_extra_is_named(tmp_path: Path, monkeypatch: pytest.Mo
     monkeypatch.setitem(sys.modules, "pyarrow", None)
     with pytest.raises(tactid.ArgumentError, match=r"pip install 'tactid\[fleet\]'"):
         rows_at(tmp_path / "x.parquet")
+    for missing in ("x.csv", "x.parquet"):
+        with pytest.raises(tactid.ArgumentError, match=f"there is no table at .*{missing}"):
+            read_rows(tmp_path / missing)
 
 
 def test_a_run_that_fails_leaves_the_rows_of_csv_that_it_has_not_replaced(tmp_path: Path) -> None:

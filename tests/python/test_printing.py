@@ -157,7 +157,7 @@ def test_a_notebook_shows_a_small_table() -> None:
     assert "<p>" not in page
     wrong = replace(found, findings=[GRAVITY])._repr_html_()
     assert wrong.count("<p>") == 1
-    assert "Gravity of the opposite sign" in wrong
+    assert "Another gravity" in wrong
 
 
 OWN_FIELDS = {

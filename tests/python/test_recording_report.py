@@ -19,7 +19,7 @@ from tactid._base.bodies import ellipsoid
 from tactid._base.naming import Style
 from tactid._base.output_files import check_report, figure_paths
 from tactid._base.values import MOMENT_NAMES, Interval, values_of
-from tactid._show import drawing, page, recording_plots, recording_report, remarks
+from tactid._show import drawing, outlook, page, recording_plots, recording_report, remarks
 
 MOMENT_CHANNELS = ["moment x", "moment y", "moment z"]
 
@@ -318,6 +318,30 @@ def test_only_measured_moments_show_the_inertia(
     finding = Finding("constant_channels", data)
     found = replace(doubles.tactile(), method=method, findings=[finding])
     assert remarks.measures_moments(found) == measured
+
+
+def test_no_motion_is_proposed_for_the_inertia_where_no_moment_is_measured() -> None:
+    known = doubles.observability([True] * 4 + [False] * 6)
+    std_devs = np.where(np.arange(10) < 4, 1e-6, np.inf)
+    found = doubles.with_estimate(doubles.tactile(), std_devs=std_devs, observability=known)
+    data = {"source": "/wrench", "frame": "tool0", "channels": MOMENT_CHANNELS, "is_zero": True}
+    data |= {"is_left_out": True, "without_moments": True}
+    forces = replace(found, findings=[Finding("constant_channels", data)])
+    assert outlook.needs_another_motion(found)
+    assert not outlook.needs_another_motion(forces)
+    turned = doubles.with_estimate(forces, observability=["unobservable"] * 10)
+    assert outlook.needs_another_motion(turned)
+
+
+def test_the_panel_of_an_exact_mass_shows_no_rounding() -> None:
+    found = doubles.tactile()
+    mass = float(found.estimate.values[0])
+    values, std_devs = found.history.values.copy(), found.history.std_devs.copy()
+    values[:, 0] = mass * (1 + 1e-10 * np.cos(np.arange(len(values))))
+    std_devs[:, 0] = 1e-9 * mass
+    found = doubles.with_history(found, values=values, std_devs=std_devs)
+    low, high = recording_plots.figures(found)["parameters"].axes[0].get_ylim()
+    assert (low, high) == pytest.approx((0.8 * mass, 1.2 * mass))
 
 
 def test_another_format_of_figures_is_refused(tmp_path: Path) -> None:

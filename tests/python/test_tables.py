@@ -135,6 +135,14 @@ def lone_parquet(folder: Path, rows: np.ndarray) -> tuple[Path, dict[str, Any]]:
     return folder / "episode.parquet", {}
 
 
+def parts(folder: Path, rows: np.ndarray) -> tuple[Path, dict[str, Any]]:
+    """A folder with the name of a Parquet file, as data frames are written in parts."""
+    (folder / "episode.parquet").mkdir()
+    for name, part in zip(("part-0", "part-1"), np.array_split(rows, 2), strict=True):
+        parquet.write_table(arrow.table(lists(part)), folder / f"episode.parquet/{name}.parquet")
+    return folder / "episode.parquet", {}
+
+
 def data_set(folder: Path, rows: np.ndarray) -> tuple[Path, dict[str, Any]]:
     """Version 3: three episodes one after the other in a file, of which the second is right."""
     every = [rows * np.where(np.arange(19) < 13, 1.0, scale) for scale in (0.5, 1.0, 2.0)]
@@ -152,7 +160,8 @@ def data_set(folder: Path, rows: np.ndarray) -> tuple[Path, dict[str, Any]]:
     return root, {"episode": 1}
 
 
-FORMS = [rtde, named_joints, degrees, epoch_in_ns, chosen, npz, sparse, lone_parquet, data_set]
+FORMS = [rtde, named_joints, degrees, epoch_in_ns, chosen, npz, sparse]
+FORMS += [lone_parquet, parts, data_set]
 
 
 @pytest.mark.parametrize("form", FORMS)
@@ -164,7 +173,7 @@ def test_a_table_in_any_form_gives_the_payload(
     assert_right(result)
     assert result.inputs["the log"] == path
     kinds = {finding.kind for finding in result.findings}
-    assert ("unknown_joints" in kinds) == (form in (lone_parquet,))
+    assert ("unknown_joints" in kinds) == (form in (lone_parquet, parts))
 
 
 def test_findings_and_faults_name_the_columns(rows: np.ndarray, tmp_path: Path) -> None:

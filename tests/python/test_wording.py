@@ -1,6 +1,7 @@
 """Findings, faults and advice in words."""
 
 import inspect
+import math
 import re
 from dataclasses import replace
 from typing import Any
@@ -266,7 +267,7 @@ FINDINGS = [
     ),
     Finding("stamps_missing", {"topics": ["/wrench"], "clock_rate": 0.6}),
     Finding("tool_uncertainty_assumed", {"std_dev": 0.01}),
-    Finding("shape_contradicted", {"p_value": 1e-9, "scale": 0.001}),
+    Finding("shape_contradicted", {"p_value": 1e-9, "scale": 0.001, "is_of_mass": False}),
     Finding("no_stamps"),
     Finding("topic_silent", {"topic": "/wrench", "silent_s": 3.04}),
     Finding("topics_not_used", {"topics": ["/left", "/right"]}),
@@ -288,9 +289,9 @@ FINDINGS = [
 
 SENTENCES = {
     "gravity_contradicted": (
-        "Gravity of the opposite sign, (0, 0, 9.81) m/s², explains the wrench far better than the"
-        " given one (with this, residuals are 0.10 % of those without): check the sign of `gravity`"
-        " and the axes of the world."
+        "Another gravity, (0, 0, 9.81) m/s², explains the wrench far better than the given one"
+        " (with this, residuals are 0.10 % of those without): check `gravity` and the axes of the"
+        " world."
     ),
     "too_few_windows": (
         "The residuals exceed the noise, and the recording is too short to show whether the model"
@@ -926,7 +927,8 @@ def test_advice_names_the_least_motion_that_determines_all() -> None:
                 "assumed": [0.202, 0.0, 0.0, 0.05],
             },
             "but none: the static load corresponds to 2 kg, the dynamic load to 2.000 ± 0.020 kg"
-            " (with this, residuals are 10 % of those without). Give `configured_payload` as it is",
+            " (with this, residuals are 10 % of those without). The wrenches are raw: leave out"
+            " `configured_payload` and `wrench_is`.",
         ),
         (
             "wrong_assumption",
@@ -939,6 +941,34 @@ def test_advice_names_the_least_motion_that_determines_all() -> None:
             },
             "Gravity of 9.800 ± 0.098 m/s² explains the wrenches far better than the given one"
             " (with this, residuals are 10 % of those without), with a mass of 2.000 ± 0.020 kg.",
+        ),
+        (
+            "wrong_assumption",
+            {
+                "cause": "gravity",
+                "values": [0.0, 0.0, -9.8],
+                "std_devs": [0.0, 0.0, 0.05],
+                "assumed": [0.0, 0.0, 9.81],
+            },
+            "Gravity of the opposite sign, (0, 0, -9.800 ± 0.098) m/s² in world axes, explains the",
+        ),
+        (
+            "wrong_assumption",
+            {
+                "cause": "saturation",
+                "names": ["force z", "moment x"],
+                "values": [-20.04, 1.5],
+                "std_devs": [0.0, 0.0],
+                "assumed": [math.inf, math.inf],
+            },
+            "The sensor is saturated: force z at about -20 N and moment x at about 1.5 N m (with"
+            " this, residuals are 10 % of those without). Move more slowly, with less load, or with"
+            " a sensor of a larger range.",
+        ),
+        (
+            "shape_contradicted",
+            {"scale": None, "is_of_mass": True},
+            "without the known mass (`known_mass_kg`) they agree, so that the mass is wrong. The",
         ),
         (
             "delay_corrected",

@@ -23,6 +23,7 @@ mod turning;
 mod batch;
 mod checks;
 mod contact;
+mod cut_off;
 mod effort_intervals;
 mod findings;
 mod further_unknowns;

@@ -1,10 +1,11 @@
 //! Other readings of what was recorded: the axes of the wrenches and the order of forces and
-//! moments, what the efforts contain, the order and the signs of the joints, and the orientations
-//! of the base.
+//! moments, what the efforts contain, gravity, the order and the signs of the joints, and the
+//! orientations of the base.
 
 use std::borrow::Cow;
 
-use nalgebra::UnitQuaternion;
+use nalgebra::{UnitQuaternion, Vector3};
+use tactid_batch::Finding as Data;
 use tactid_dynamics::{BaseKind, Manipulator};
 use tactid_identify::{BaseState, EffortContent, EquationSettings, Method, WORLD, states_of_poses};
 
@@ -78,6 +79,7 @@ pub(crate) fn contradicted_reading(
     }
     let mut others: Vec<Reading> = other_axes(plan).into_iter().map(with).collect();
     others.extend(other_contents(plan).into_iter().map(with));
+    others.extend(other_gravities(plan).into_iter().map(with));
     others.extend(other_point(plan, &given));
     if recording.measures_poses() && plan.equations.method.uses_wrench() {
         let readings = OTHER_READINGS.into_iter();
@@ -259,6 +261,15 @@ fn finding(sources: &Sources, given: &Reading, other: Reading, residual_ratio: f
             residual_ratio,
         };
     }
+    if let Some(better) = other.equations.gravity
+        && other.equations.gravity != given.equations.gravity
+    {
+        return Finding::Data(Data::GravityContradicted {
+            better: better.into(),
+            residual_ratio,
+            method: given.equations.method,
+        });
+    }
     match other.sensors.into_iter().next() {
         Some(frame) if given.sensors.first() != Some(&frame) => Finding::PointContradicted {
             frame,
@@ -322,6 +333,27 @@ fn links_of_base(robot: &Manipulator) -> Vec<String> {
         }
     }
     found.into_iter().map(|(name, _)| name).collect()
+}
+
+/// Returns the settings with gravity as on Earth, of either sign, for an arm on a fixed base whose
+/// efforts contain its own weight, or for which no gravity is given. Otherwise the wrenches show
+/// which gravity acts on the payload.
+fn other_gravities(plan: &Plan<'_>) -> Vec<EquationSettings> {
+    let base = plan.sources.robot.base_kind();
+    let given = plan.equations.gravity_for(base);
+    let is_shown = given != Vector3::zeros() && !plan.equations.method.uses_effort();
+    if base != BaseKind::Fixed || plan.streams.unloaded || is_shown {
+        return Vec::new();
+    }
+    let down = base.default_gravity();
+    let direction = given.try_normalize(0.0);
+    let along = direction.map_or(down, |direction| direction * down.norm());
+    [along, -along]
+        .map(|gravity| EquationSettings {
+            gravity: Some(gravity),
+            ..plan.equations.clone()
+        })
+        .into()
 }
 
 /// Returns the settings with other contents of the joint efforts that the robot allows.

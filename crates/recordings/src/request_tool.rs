@@ -1,5 +1,6 @@
 //! The known tool of a request: its uncertainty, and checks.
 
+use tactid_dynamics::words::general;
 use tactid_dynamics::{InertialParameters, MassProperties};
 use tactid_identify::KnownTool;
 
@@ -14,6 +15,10 @@ const ASSUMED_STD_DEV: f64 = 0.01;
 /// Violation of the triangle inequality of a tool's principal moments that is tolerated, a
 /// fraction: those of a data sheet are rounded.
 const ROUNDED: f64 = 0.02;
+
+/// Coordinate of a centre of mass from which on it is not in m: no arm carries a body that is as far
+/// from its tip, and a centimetre in mm looks like it.
+const FARTHEST_M: f64 = 10.0;
 
 impl Request {
     /// Returns the known tool with the uncertainty that is given or assumed.
@@ -69,7 +74,7 @@ impl Request {
         }
         // What was identified need not be exactly consistent, and may be known in part.
         if tool.covariance.is_some() && tool.body.mass_kg > 0.0 {
-            return Ok(());
+            return check_center("known_tool", tool.body);
         }
         check_body("known_tool", tool.body)
     }
@@ -105,9 +110,10 @@ impl Request {
 /// Checks that a body that an option gives can exist.
 ///
 /// # Errors
-/// Returns [`RecordingError::Option`] if its mass is not positive, or its moments of inertia are
-/// impossible.
+/// Returns [`RecordingError::Option`] if its mass is not positive, its moments of inertia are
+/// impossible, or its centre of mass is not in m.
 pub(crate) fn check_body(option: &'static str, body: MassProperties) -> Result<(), RecordingError> {
+    check_center(option, body)?;
     if InertialParameters::from(body).is_physical_within(ROUNDED) {
         return Ok(());
     }
@@ -116,6 +122,25 @@ pub(crate) fn check_body(option: &'static str, body: MassProperties) -> Result<(
         what: format!(
             "`{option}` is no body that can exist: its mass must be more than zero, and each principal moment of inertia \
              about its centre of mass at most the sum of the two others"
+        ),
+    })
+}
+
+/// Checks that the centre of mass of a body that an option gives is in m.
+///
+/// # Errors
+/// Returns [`RecordingError::Option`] if it is not.
+fn check_center(option: &'static str, body: MassProperties) -> Result<(), RecordingError> {
+    let farthest_m = body.center_of_mass.amax();
+    if farthest_m < FARTHEST_M {
+        return Ok(());
+    }
+    Err(RecordingError::Option {
+        option,
+        what: format!(
+            "`{option}` has its centre of mass {} m from the origin of its frame: expected m, and less than \
+             {FARTHEST_M} m; is it in mm?",
+            general(farthest_m, 6)
         ),
     })
 }

@@ -42,17 +42,23 @@ impl Identification {
             bounding_box: self.bounding_box,
         };
         let frame = self.estimate.frame.clone();
-        let with = |shape: &ShapePrior| {
-            combine_estimates(&frame, std::slice::from_ref(&linear), &prior, Some(shape))
+        let with = |shape: &ShapePrior, prior: &PriorKnowledge| {
+            combine_estimates(&frame, std::slice::from_ref(&linear), prior, Some(shape))
         };
-        let combined = with(&shape.prior())?;
+        let combined = with(&shape.prior(), &prior)?;
         let Some(fit) = &combined.shape else {
             return Ok(());
         };
         if fit.is_contradicted() {
+            let measured = PriorKnowledge {
+                known_mass: None,
+                ..prior
+            };
+            let without_mass = with(&shape.prior(), &measured)?.shape;
+            let is_of_mass = without_mass.is_some_and(|other| other.is_used);
             let mut best: Option<(f64, f64)> = None;
-            for (unit_m, prior) in shape.in_other_units() {
-                let other = with(&prior)?.shape.filter(|other| other.is_used);
+            for (unit_m, shape) in shape.in_other_units() {
+                let other = with(&shape, &prior)?.shape.filter(|other| other.is_used);
                 let p_value = other.map_or(0.0, |other| other.p_value);
                 if p_value > best.map_or(0.0, |best| best.1) {
                     best = Some((unit_m, p_value));
@@ -61,6 +67,7 @@ impl Identification {
             self.recording.findings.push(Finding::ShapeContradicted {
                 p_value: fit.p_value,
                 scale: best.map(|best| best.0),
+                is_of_mass,
             });
         } else if !fit.is_used {
             let finding = NotUsedBecause::MassUnknown.of("shape");

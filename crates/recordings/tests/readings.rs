@@ -6,12 +6,14 @@ use std::ops::ControlFlow;
 use crate::arm::{Instant, JOINTS, Run, TOOL, arm, body};
 use nalgebra::{Isometry3, Vector3};
 use rand::{RngExt, SeedableRng, rngs::SmallRng};
+use tactid_batch::Finding as Data;
 use tactid_dynamics::{
-    BaseKind, FrameMotion, InertialParameters, JointMotion, Manipulator, MassProperties, Workspace,
-    inverse_dynamics, motion,
+    BaseKind, FrameMotion, InertialParameters, JointMotion, Manipulator, MassProperties, Notice,
+    Severity, Workspace, inverse_dynamics, motion,
 };
 use tactid_recordings::{
-    Arrays, EffortContent, Finding, Identification, Method, Request, SensorFrame, identify_arrays,
+    Arrays, EffortContent, Finding, GravityChoice, Identification, Method, Request, SensorFrame,
+    identify_arrays,
 };
 
 const GRAVITY: Vector3<f64> = Vector3::new(0.0, 0.0, -9.81);
@@ -313,5 +315,42 @@ fn each_content_of_efforts_gives_the_payload_and_a_wrong_one_is_named() {
             let named: Vec<_> = found.recording.findings.iter().filter_map(named).collect();
             assert_eq!(named, [content], "given as {given:?}");
         }
+    }
+}
+
+/// Gravity of another length or sign than that on Earth, or none, is named as the cause where the
+/// efforts contain the weight of the arm, and none with wrenches, too.
+#[test]
+fn a_wrong_gravity_is_named_as_the_cause() {
+    let request = |method, factor: f64| Request {
+        method: Some(method),
+        gravity: Some(GravityChoice::Given(GRAVITY * factor)),
+        ..Request::default()
+    };
+    let of_efforts = Recorded::with_efforts(EffortContent::Measured);
+    let of_wrenches = Recorded::with_wrenches(false);
+    let cases = [
+        (&of_efforts, Method::Effort, &[-1.0, 0.0, 0.1, 2.0, 5.0][..]),
+        (&of_wrenches, Method::Tactile, &[0.0]),
+    ];
+    for (recorded, method, factors) in cases {
+        for &factor in factors {
+            let found = recorded.identify(&request(method, factor));
+            let findings = &found.recording.findings;
+            let is_cause = |finding: &Finding| match finding {
+                Finding::Data(Data::GravityContradicted { better, .. }) => {
+                    (Vector3::from(*better) - GRAVITY).norm() < 1e-9
+                }
+                _ => false,
+            };
+            let first = findings
+                .iter()
+                .find(|each| each.severity() != Severity::Notes);
+            assert!(
+                first.is_some_and(is_cause),
+                "{method:?} {factor}: {findings:?}"
+            );
+        }
+        assert_right(&recorded.identify(&request(method, 1.0)));
     }
 }

@@ -1,13 +1,13 @@
 //! What a request asks for: the paper's filter, known tools and signs, and values that cannot be
 //! used.
 
-use nalgebra::{Matrix3, Vector3};
+use nalgebra::{Matrix3, SMatrix, Vector3};
 use tactid_batch::Finding as Data;
 use tactid_dynamics::{MassProperties, Wrench};
 use tactid_identify::{EquationSettings, Sample, states_of_poses};
 use tactid_recordings::{
-    ActsOn, EstimatorKind, Finding, GivenTool, GravityChoice, Method, OffsetChoice, OnlineSetup,
-    RecordingError, Request,
+    ActsOn, ConfiguredPayload, EstimatorKind, Finding, GivenTool, GravityChoice, Method,
+    OffsetChoice, OnlineSetup, RecordingError, Request, WrenchIs,
 };
 
 use crate::recorded_arrays::{CARRIED_KG, Recording, carried, quick, recorded};
@@ -199,6 +199,40 @@ fn a_value_out_of_range_is_named() {
         ..Request::default()
     };
     assert_names(&unknown_tool, "known_tool");
+}
+
+/// A centre of mass in mm is an error, of a tool with an uncertainty of its own, too.
+#[test]
+fn a_centre_in_mm_is_named() {
+    let body = MassProperties {
+        mass_kg: 0.8,
+        center_of_mass: Vector3::new(0.0, -12.5, 4.0),
+        inertia: Matrix3::identity() * 1e-3,
+    };
+    let tool = |covariance| Request {
+        known_tool: Some(GivenTool {
+            covariance,
+            ..body.into()
+        }),
+        ..Request::default()
+    };
+    let configured = Request {
+        configured_payload: Some(ConfiguredPayload(body)),
+        wrench_is: Some(WrenchIs::Contact),
+        ..Request::default()
+    };
+    let identified = tool(Some(SMatrix::identity()));
+    for (request, option) in [
+        (tool(None), "known_tool"),
+        (identified, "known_tool"),
+        (configured, "configured_payload"),
+    ] {
+        let error = Recording::of(&[]).identify(&request).unwrap_err();
+        assert_eq!(error.option(), Some(option), "{error}");
+        let expected = "has its centre of mass 12.5 m from the origin of its frame: expected m, and \
+                        less than 10 m; is it in mm?";
+        assert_eq!(error.to_string(), format!("`{option}` {expected}"));
+    }
 }
 
 /// Noise that is given neither once for all nor once for each is an error before anything is read,

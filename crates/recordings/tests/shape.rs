@@ -233,10 +233,20 @@ fn a_wrong_shape_is_refused() {
         ),
     ] {
         let found = run.identify(&request);
-        let [Finding::ShapeContradicted { p_value, scale }] = found.recording.findings[..] else {
+        let [
+            Finding::ShapeContradicted {
+                p_value,
+                scale,
+                is_of_mass,
+            },
+        ] = found.recording.findings[..]
+        else {
             panic!("{:?}", found.recording.findings);
         };
-        assert!(p_value < 0.01 && scale == unit, "{p_value} {scale:?}");
+        assert!(
+            p_value < 0.01 && scale == unit && !is_of_mass,
+            "{p_value} {scale:?}"
+        );
         assert_eq!(found.estimate, without.estimate);
         let fit = found.shape.unwrap();
         assert!(!fit.is_used && fit.fraction == [0.0; 10]);
@@ -251,6 +261,37 @@ fn a_wrong_shape_is_refused() {
         ..with_shape(millimetres)
     };
     assert!(run.identify(&in_metres).shape.unwrap().is_used);
+}
+
+/// A known mass that is wrong contradicts the right shape, which is not blamed.
+#[test]
+fn a_wrong_mass_is_no_wrong_shape() {
+    let load = body(WOOD_AND_STEEL);
+    let run = Turning::new(&load, 8.0, 5, 0.3);
+    let mass_kg = load.mass_properties().unwrap().mass_kg;
+    for (factor, is_wrong) in [(1.0, false), (1.2, true), (1000.0, true)] {
+        let found = run.identify(&Request {
+            known_mass_kg: Some(factor * mass_kg),
+            ..with_shape(file("hammer.obj", 1.0, &PARTS))
+        });
+        let findings = found.recording.findings;
+        let of_shape = findings.iter().find_map(|finding| match finding {
+            Finding::ShapeContradicted { is_of_mass, .. } => Some((*is_of_mass, finding)),
+            _ => None,
+        });
+        assert_eq!(
+            of_shape.map(|found| found.0),
+            is_wrong.then_some(true),
+            "{findings:?}"
+        );
+        let words = of_shape.map(|found| found.1.to_string());
+        let expected =
+            "without the known mass (`known_mass_kg`) they agree, so that the mass is wrong";
+        assert!(
+            words.is_none_or(|words| words.contains(expected)),
+            "{findings:?}"
+        );
+    }
 }
 
 /// A pose of the file's frame is that in the frame of the tip.

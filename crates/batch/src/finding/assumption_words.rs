@@ -33,6 +33,7 @@ fn named(hypothesis: Hypothesis) -> &'static str {
         Hypothesis::Delay => "a delay of the wrenches",
         Hypothesis::JointZeros => "zeros of joints that are off",
         Hypothesis::Axes => "exchanged axes of the sensor",
+        Hypothesis::Saturation => "channels of the sensor that are at a limit",
     }
 }
 
@@ -41,7 +42,10 @@ fn statement(found: &WrongAssumption, reader: Reader) -> String {
     let entries = |factor: f64| -> Vec<String> {
         let pairs = found.values.iter().zip(&found.std_devs);
         pairs
-            .map(|(value, std_dev)| with_interval(factor * value, factor * std_dev))
+            .map(|(value, std_dev)| match *std_dev > 0.0 {
+                true => with_interval(factor * value, factor * std_dev),
+                false => general(factor * value + 0.0, 4),
+            })
             .collect()
     };
     let rest = if found.residual_ratio > MOST_LEFT {
@@ -76,6 +80,7 @@ fn statement(found: &WrongAssumption, reader: Reader) -> String {
             listed(&far_from(found, 180.0 / PI, " degrees"))
         ),
         Hypothesis::Axes => axes(found, &explained),
+        Hypothesis::Saturation => saturation(found, &explained),
     }
 }
 
@@ -108,6 +113,22 @@ fn delay(found: &WrongAssumption, explained: &str) -> String {
     let direction = if delay_s < 0.0 { "earlier" } else { "later" };
     let size = with_interval(delay_s.abs(), std_dev_s);
     format!("The wrenches are {direction} than the motion by {size} s ({explained}).")
+}
+
+/// Says which channels are cut off, and at which values.
+fn saturation(found: &WrongAssumption, explained: &str) -> String {
+    let ends = found.names.iter().zip(&found.values);
+    let ends: Vec<String> = ends
+        .map(|(name, limit)| {
+            let unit = if name.starts_with("force") {
+                "N"
+            } else {
+                "N m"
+            };
+            format!("{name} at about {} {unit}", general(*limit, 2))
+        })
+        .collect();
+    format!("The sensor is saturated: {} ({explained}).", listed(&ends))
 }
 
 /// Says which channels are exchanged.
@@ -212,10 +233,10 @@ fn weight(found: &WrongAssumption, entries: &[String], explained: &str) -> Strin
     );
     if let Some(payload) = configured(found) {
         let [configured_kg, x, y, z] = payload.map(|entry| general(entry, 4));
-        let instead = if subtracted_kg.abs() > HALF_WIDTH_95 * std_dev_kg {
-            format!("one {body}")
-        } else {
+        let instead = if is_none(found) {
             "none".to_owned()
+        } else {
+            format!("one {body}")
         };
         return format!(
             "The weight that was subtracted from the wrenches is not that of the configured \
@@ -249,6 +270,16 @@ fn configured(found: &WrongAssumption) -> Option<[f64; 4]> {
     assumed.filter(|payload: &[f64; 4]| payload[0] != 0.0)
 }
 
+/// Returns whether the weight that was subtracted is none, up to errors of a sound sensor.
+fn is_none(found: &WrongAssumption) -> bool {
+    let masses_kg = [&found.values, &found.std_devs, &found.assumed].map(|each| each.first());
+    let [Some(subtracted_kg), Some(std_dev_kg), Some(assumed_kg)] = masses_kg else {
+        return false;
+    };
+    let error_kg = (HALF_WIDTH_95 * std_dev_kg).max(MODEL_ERROR * assumed_kg.abs());
+    subtracted_kg.abs() <= error_kg
+}
+
 /// Says how a weight that was subtracted is accepted.
 fn of_weight(found: &WrongAssumption, reader: Reader) -> String {
     // The numbers that are found are less precise than those of the controller.
@@ -261,6 +292,10 @@ fn of_weight(found: &WrongAssumption, reader: Reader) -> String {
     if configured(found).is_some() {
         let given = reader.option("configured_payload");
         return match reader {
+            _ if is_none(found) => {
+                let content = reader.option("wrench_is");
+                format!("The wrenches are raw: leave out {given} and {content}.")
+            }
             Reader::Online => format!("Give {given} as it is in the controller."),
             _ => format!(
                 "Give {given} as it is in the controller; without it, {accepts} identifies this \
@@ -398,5 +433,8 @@ fn remedy(found: &WrongAssumption, reader: Reader) -> String {
             "Check the zeros of these joints, and that the URDF is that of this robot.".to_owned()
         }
         Hypothesis::Axes => of_axes(found, reader),
+        Hypothesis::Saturation => {
+            "Move more slowly, with less load, or with a sensor of a larger range.".to_owned()
+        }
     }
 }

@@ -27,7 +27,7 @@ pub(super) fn gravity(
     reader: Reader,
 ) -> String {
     let what = if better.iter().any(|&entry| entry != 0.0) {
-        "Gravity of the opposite sign"
+        "Another gravity"
     } else {
         "No gravity at all"
     };
@@ -35,7 +35,7 @@ pub(super) fn gravity(
     let [x, y, z] = better.map(|entry| general(entry + 0.0, 6));
     format!(
         "{what}, ({x}, {y}, {z}) m/s², explains the {} far better than the given one (with \
-         this, residuals are {} of those without): check the sign of {} and the axes of the world.",
+         this, residuals are {} of those without): check {} and the axes of the world.",
         load_of(method),
         percent(residual_ratio),
         reader.option("gravity")

@@ -216,8 +216,8 @@ pub enum Finding {
     NoEquations(Sampling),
     /// Another gravity explains the load far better than the given one.
     GravityContradicted {
-        /// The better gravitational acceleration in world axes, m/s²: none at all, or the
-        /// opposite.
+        /// The better gravitational acceleration in world axes, m/s²: none at all, the opposite, or
+        /// that on Earth.
         better: [f64; 3],
         /// Residual with the better gravity, relative to that with the given one, without a unit:
         /// the geometric mean over the directions of the channels.

@@ -31,6 +31,8 @@ pub enum Hypothesis {
     JointZeros,
     /// Axes of the sensor are exchanged, or have the opposite sign.
     Axes,
+    /// Channels of the sensor are cut off at a limit.
+    Saturation,
 }
 
 /// An assumption that the data contradict, with what they show in its place.
@@ -46,10 +48,11 @@ pub struct WrongAssumption {
     /// subtracted mass in kg and its centre in the tool frame in m; gravity in world axes in m/s²;
     /// the true origin of the sensor in its assumed frame in m; the rotation vector of its true
     /// axes in this frame in rad; gains, or 1 and -1 for axes; the delay in s; the zeros of joints
-    /// in rad, which are to be added to the measured positions.
+    /// in rad, which are to be added to the measured positions; limits in N and N m, with the sign
+    /// of the measured wrenches.
     pub values: Vec<f64>,
     /// Standard deviations of the values (N and N m, kg and m, m/s², m, rad or s), infinite where
-    /// the data do not determine a value; zero for axes.
+    /// the data do not determine a value; zero for axes and limits.
     pub std_devs: Vec<f64>,
     /// What is assumed in the place of the values, in their units (N and N m, kg and m, m/s², m,
     /// rad or s).
@@ -109,10 +112,10 @@ impl WrongAssumption {
         (change - half_width).max(0.0) / norm(&mut self.assumed.iter().copied())
     }
 
-    /// States an offset with the opposite sign, that of wrenches which act on the sensor. No other
-    /// value has a sign of the wrenches.
+    /// States an offset or limits with the opposite sign, that of wrenches which act on the sensor.
+    /// No other value has a sign of the wrenches.
     pub(super) fn negate_wrenches(&mut self) {
-        if self.cause == Hypothesis::Offset {
+        if matches!(self.cause, Hypothesis::Offset | Hypothesis::Saturation) {
             for value in &mut self.values {
                 *value = -*value;
             }

@@ -19,6 +19,8 @@ impl Search<'_> {
         match hypothesis {
             Hypothesis::Axes if is_given => starts = self.axes_beside(present),
             Hypothesis::Axes => return None,
+            // The ends are those of channels in their places.
+            Hypothesis::Saturation if !is_given => return None,
             // Without the weight that there is, or with one that there is not, the mass of a fit is
             // next to nothing.
             Hypothesis::Gravity => starts.extend([0.0, -1.0].map(|scale| Model {
@@ -130,6 +132,7 @@ impl Search<'_> {
             Hypothesis::Delay => start.delay_s = fresh.delay_s,
             Hypothesis::JointZeros => start.zeros = fresh.zeros,
             Hypothesis::Axes => start.axes = fresh.axes,
+            Hypothesis::Saturation => {}
         }
         let mut starts = vec![start];
         if dropped == Hypothesis::Weight && active.contains(&Hypothesis::Gravity) {

@@ -18,6 +18,7 @@ mod beside;
 mod fitted;
 mod model;
 mod report;
+mod saturation;
 mod windows;
 
 use nalgebra::Vector3;
@@ -51,7 +52,7 @@ const SOUND_GAIN: f64 = 0.02;
 
 impl Hypothesis {
     /// All hypotheses.
-    const ALL: [Self; 9] = [
+    const ALL: [Self; 10] = [
         Self::Offset,
         Self::Weight,
         Self::Gravity,
@@ -61,6 +62,7 @@ impl Hypothesis {
         Self::Delay,
         Self::JointZeros,
         Self::Axes,
+        Self::Saturation,
     ];
 
     /// Number of columns beside those of the payload.
@@ -71,7 +73,7 @@ impl Hypothesis {
             Self::Gravity | Self::SensorPlace | Self::SensorRotation => 3,
             Self::Delay => 1,
             Self::JointZeros => joints,
-            Self::Axes => 0,
+            Self::Axes | Self::Saturation => 0,
         }
     }
 
@@ -83,6 +85,8 @@ impl Hypothesis {
             // The best of a hundred, and no simpler than gravity of the opposite sign, which is
             // that of forces alone.
             Self::Axes => Self::Gravity.columns(joints) as f64,
+            // Both ends of each channel.
+            Self::Saturation => 12.0,
             _ => self.columns(joints) as f64,
         }
     }
@@ -111,7 +115,8 @@ pub(crate) fn explanation(
 ) -> Option<Explanation> {
     let mut windows = Windows::new(equations, fit, stream)?;
     let (start, active) = identified(fit, values, stream);
-    if !start.leaves_unexplained(&windows) {
+    let is_explained = !start.leaves_unexplained(&windows);
+    if is_explained && !active.contains(&Hypothesis::Weight) {
         return None;
     }
     windows.add_joints(equations, stream);
@@ -122,17 +127,23 @@ pub(crate) fn explanation(
         windows: &windows,
     };
     let given = Fitted::new(&windows, &start.with_joints(windows.joints()), &active)?;
-    let (found, causes) = search.select(given.clone());
-    Some(Explanation {
+    let (found, causes) = if is_explained {
+        (given.clone(), Vec::new())
+    } else {
+        search.select(given.clone())
+    };
+    let reported = |fits: [&Fitted; 2], causes: &[Cause]| {
+        report::causes(stream, &windows, fit, fits, causes).into_iter()
+    };
+    let of_weight = search.without_weight(&given).and_then(|(without, weight)| {
+        reported([&without, &given], &[weight]).find(|found| found.cause == Hypothesis::Gravity)
+    });
+    let of_rest = reported([&given, &found], &causes);
+    let causes: Vec<_> = of_weight.into_iter().chain(of_rest).collect();
+    (!is_explained || !causes.is_empty()).then(|| Explanation {
         explains_load: report::explains_load(&windows, &found),
         explains_most: found.squares.sqrt() < MOST_LEFT * given.squares.sqrt(),
-        causes: report::causes(
-            stream,
-            windows.measurements(),
-            fit,
-            [&given, &found],
-            &causes,
-        ),
+        causes,
     })
 }
 
@@ -170,6 +181,7 @@ fn candidates(windows: &Windows, stream: &EquationStream) -> Vec<Hypothesis> {
         Hypothesis::Weight | Hypothesis::Gravity => has_gravity,
         Hypothesis::JointZeros => windows.joints() > 0,
         Hypothesis::SensorRotation => frame.is_of_sensor() && is_measured(3),
+        Hypothesis::Saturation => frame.is_of_sensor(),
         Hypothesis::SensorPlace | Hypothesis::AxisGains | Hypothesis::Axes => {
             frame.is_of_sensor() && is_measured(6)
         }
@@ -271,6 +283,23 @@ impl Search<'_> {
         self.without_replaced(present, causes)
     }
 
+    /// Returns the fit without a weight that is among the unknowns of a fit with a given gravity,
+    /// and this weight as a cause.
+    fn without_weight(&self, given: &Fitted) -> Option<(Fitted, Cause)> {
+        let is_unknown = |hypothesis| given.active.contains(&hypothesis);
+        if !is_unknown(Hypothesis::Weight) || is_unknown(Hypothesis::Gravity) {
+            return None;
+        }
+        let without = self.without(given, Hypothesis::Weight)?;
+        let residual_ratio = (given.squares / without.squares).sqrt();
+        let weight = Cause {
+            hypothesis: Hypothesis::Weight,
+            runner_up: None,
+            residual_ratio,
+        };
+        Some((without, weight))
+    }
+
     /// Returns whether further hypotheses may contain a cause. Where a fit leaves much unexplained,
     /// they may. Else each is fitted to first order, and one of them must explain nearly as much as
     /// a cause does, or change the values, also beside the likeliest one.
@@ -308,7 +337,12 @@ impl Search<'_> {
     fn next(&self, present: &Fitted) -> Option<(Fitted, Cause)> {
         let left = self.candidates.iter().copied();
         let left: Vec<_> = left.filter(|each| !present.active.contains(each)).collect();
-        if !self.may_contain_cause(present, &left) {
+        // To first order, a channel that is cut off explains nothing.
+        let linear = left
+            .iter()
+            .copied()
+            .filter(|each| *each != Hypothesis::Saturation);
+        if !self.may_contain_cause(present, &linear.collect::<Vec<_>>()) {
             return None;
         }
         let mut fits: Vec<(Hypothesis, Fitted)> = left

@@ -150,7 +150,7 @@ impl Model {
     }
 
     /// Returns the wrench of the load in the tool frame.
-    fn of_load(&self, window: &Window) -> Vector6<f64> {
+    pub(super) fn of_load(&self, window: &Window) -> Vector6<f64> {
         self.regressor(window) * self.parameters + self.of_weight(window) * self.weight
     }
 
@@ -160,7 +160,12 @@ impl Model {
     }
 
     /// Returns what the model leaves of the wrench of a window.
-    fn residual(&self, window: &Window, chain: &Chain, of_load: &Vector6<f64>) -> Vector6<f64> {
+    pub(super) fn residual(
+        &self,
+        window: &Window,
+        chain: &Chain,
+        of_load: &Vector6<f64>,
+    ) -> Vector6<f64> {
         let predicted = chain.measured * of_load + self.offset;
         self.axes * self.measured(window) - predicted
     }
@@ -221,6 +226,7 @@ impl Model {
     pub(super) fn sums(&self, windows: &Windows, active: &[Hypothesis]) -> Sums {
         let chain = self.chain(windows);
         let unknowns = self.columns(active);
+        let is_saturated = active.contains(&Hypothesis::Saturation);
         // The noise is that of the channel that is measured, wherever it belongs.
         let precisions = windows
             .measured
@@ -234,7 +240,10 @@ impl Model {
         for window in &windows.windows {
             columns.clear();
             self.fill(window, &chain, active, &mut columns);
-            let factors = precisions * window.root;
+            let mut factors = precisions * window.root;
+            if is_saturated {
+                windows.leave_out_cut(window, columns.last(), &mut factors);
+            }
             for column in &mut columns {
                 column.component_mul_assign(&factors);
             }
@@ -305,7 +314,7 @@ impl Model {
                     let of_zeros = window.of_zeros.iter();
                     columns.extend(of_zeros.map(|each| chain.measured * (each * self.parameters)));
                 }
-                Hypothesis::Axes => {}
+                Hypothesis::Axes | Hypothesis::Saturation => {}
             }
         }
         columns.push(self.residual(window, chain, &of_load));
@@ -365,7 +374,7 @@ impl Model {
                 Hypothesis::AxisGains => moved.gains += own,
                 Hypothesis::Delay => moved.delay_s += own[0],
                 Hypothesis::JointZeros => moved.zeros += own,
-                Hypothesis::Axes => {}
+                Hypothesis::Axes | Hypothesis::Saturation => {}
             }
             first += count;
         }

@@ -31,15 +31,16 @@ pub(super) fn explains_load(windows: &Windows, found: &Fitted) -> bool {
     ratio < BEYOND_NOISE || (0..6).all(is_small)
 }
 
-/// Returns what is reported of causes, given the number of measurements, the fit whose values are
-/// reported, and those of the test without and with all of them.
+/// Returns what is reported of causes, given the windows, the fit whose values are reported, and
+/// those of the test without and with all of them.
 pub(super) fn causes(
     stream: &EquationStream,
-    measurements: f64,
+    windows: &Windows,
     reported: &Fit,
     [given, found]: [&Fitted; 2],
     causes: &[Cause],
 ) -> Vec<WrongAssumption> {
+    let measurements = windows.measurements();
     let value_change = change_of(reported, found, measurements);
     let covariance = found.parameter_covariance(measurements);
     let [mass_change, shift_m] = changes(given, found, measurements).map(Change::least);
@@ -49,7 +50,7 @@ pub(super) fn causes(
             assumed,
             values,
             std_devs,
-        } = shown(stream, measurements, found, cause.hypothesis);
+        } = shown(stream, windows, found, cause.hypothesis);
         WrongAssumption {
             cause: cause.hypothesis,
             runner_up: cause.runner_up,
@@ -77,25 +78,25 @@ pub(super) fn causes(
         return reported.collect();
     }
     reported
-        .map(|weight| of_other_length(&weight, found, stream, &covariance).unwrap_or(weight))
+        .map(|weight| on_earth(&weight, found, stream, &covariance).unwrap_or(weight))
         .collect()
 }
 
 /// Returns gravity of the length that it has on Earth in the place of a weight that explains the
-/// same: one with the centre of mass of the load, beside a given gravity of another length.
-fn of_other_length(
+/// same: one with the centre of mass of the load, beside a given gravity of another length or of the
+/// opposite sign.
+fn on_earth(
     weight: &WrongAssumption,
     found: &Fitted,
     stream: &EquationStream,
     covariance: &SMatrix<f64, 10, 10>,
 ) -> Option<WrongAssumption> {
     let given = stream.gravity();
-    let on_earth = BaseKind::Fixed.default_gravity().norm();
-    let is_of_earth = |length: f64, error: f64| (length / on_earth - 1.0).abs() < error;
+    let usual = BaseKind::Fixed.default_gravity().norm();
+    let is_usual = |length: f64, error: f64| (length / usual - 1.0).abs() < error;
     if weight.cause != Hypothesis::Weight
         || found.model.is_along_given
         || stream.model().subtracted().is_some()
-        || is_of_earth(given.norm(), MODEL_ERROR)
     {
         return None;
     }
@@ -106,8 +107,11 @@ fn of_other_length(
     };
     let size = 1.0 - weight.values[0] / weight.mass_kg;
     let error = weight.mass_std_dev_kg / weight.mass_kg;
-    let is_likely = is_of_earth(size * given.norm(), MODEL_ERROR + BEYOND_NOISE * error);
-    (is_likely && (1..4).all(is_at_center)).then(|| WrongAssumption {
+    let is_other = size < 0.0 || !is_usual(given.norm(), MODEL_ERROR);
+    // A mass that is hardly known does not tell this length from none.
+    let tolerance = (MODEL_ERROR + BEYOND_NOISE * error.abs()).min(0.5);
+    let is_likely = is_usual((size * given).norm(), tolerance);
+    (is_other && is_likely && (1..4).all(is_at_center)).then(|| WrongAssumption {
         cause: Hypothesis::Gravity,
         runner_up: Some(Hypothesis::Weight),
         names: ["x", "y", "z"].map(str::to_owned).to_vec(),
@@ -209,12 +213,12 @@ struct Shown {
 
 fn shown(
     stream: &EquationStream,
-    measurements: f64,
+    windows: &Windows,
     found: &Fitted,
     hypothesis: Hypothesis,
 ) -> Shown {
     let model = &found.model;
-    let mut std_devs = found.std_devs_of(hypothesis, measurements);
+    let mut std_devs = found.std_devs_of(hypothesis, windows.measurements());
     let named = |names: &[&str]| names.iter().map(|name| (*name).to_owned()).collect();
     let axes = || named(&["x", "y", "z"]);
     let mut assumed = vec![0.0; std_devs.len()];
@@ -251,10 +255,14 @@ fn shown(
             model.zeros.as_slice().to_vec(),
         ),
         Hypothesis::Axes => {
-            (assumed, std_devs) = (vec![1.0; 6], vec![0.0; 6]);
+            assumed = vec![1.0; 6];
             shown_axes(&model.axes)
         }
+        Hypothesis::Saturation => model.cut_ends(windows),
     };
+    // What is no column has neither a standard deviation nor, but for axes, an assumed value.
+    std_devs.resize(values.len(), 0.0);
+    assumed.resize(values.len(), f64::INFINITY);
     Shown {
         names,
         assumed,

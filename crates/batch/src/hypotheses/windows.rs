@@ -60,6 +60,8 @@ pub(super) struct Windows {
     pub(super) noise_squares: f64,
     /// Rms of the measured force and moment, N and N m.
     pub(super) loads: [f64; 2],
+    /// Largest value of each channel, and largest one with the opposite sign, N and N m.
+    pub(super) ends: [Vector6<f64>; 2],
     /// Parameters whose columns are noise alone, which keep their values.
     pub(super) held: Vec<usize>,
 }
@@ -93,6 +95,10 @@ impl Windows {
         let std_devs = Vector6::from_fn(|k, _| noise[k].sqrt().hypot(own[k / 3]));
         let measured = *stream.offset_frame().measured();
         let held = columns_of_noise(&windows, sensor_from_tool, &std_devs);
+        let ends = [1.0, -1.0].map(|sign| {
+            let values = windows.iter().map(|window| window.target * sign);
+            values.fold(Vector6::repeat(f64::NEG_INFINITY), |a, b| a.sup(&b))
+        });
         let of_noise = noise.component_div(&std_devs.component_mul(&std_devs));
         (loads[0] > 0.0 && std_devs.iter().all(|size| size.is_normal())).then_some(Self {
             windows,
@@ -103,6 +109,7 @@ impl Windows {
             measured,
             loads,
             held,
+            ends,
         })
     }
 

@@ -304,6 +304,7 @@ fn combination(
     let contradicted = contradicted.map(|fit| Finding::ShapeContradicted {
         p_value: fit.p_value,
         scale: None,
+        is_of_mass: false,
     });
     Combination {
         estimate,

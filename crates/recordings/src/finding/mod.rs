@@ -257,6 +257,9 @@ pub enum Finding {
         p_value: f64,
         /// Length of one unit of the file with which they agree, m; `None` where no usual one does.
         scale: Option<f64>,
+        /// Whether they contradict it with the known mass alone, which is then wrong.
+        #[serde(default)]
+        is_of_mass: bool,
     },
     /// The messages have no stamps: their times are those of logging.
     NoStamps,

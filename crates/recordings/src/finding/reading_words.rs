@@ -59,7 +59,7 @@ impl Finding {
                 mass_kg,
                 std_dev_kg,
             } => heavy_load(*mass_kg, *std_dev_kg, reader),
-            Self::ShapeContradicted { p_value, scale } => wrong_shape(*p_value, *scale, reader),
+            Self::ShapeContradicted { .. } => self.of_shape(reader),
             Self::UnloadedEffortsScaled {
                 joints,
                 ratios,
@@ -71,25 +71,38 @@ impl Finding {
             _ => String::new(),
         }
     }
-}
 
-/// Says that the measurements contradict a shape, and in which unit of its file they do not.
-fn wrong_shape(p_value: f64, scale: Option<f64>, reader: Reader) -> String {
-    let cause = match scale {
-        Some(unit_m) => format!(
-            "with {unit_m} m as the unit of its file ({}) they agree",
-            reader.option("shape_scale")
-        ),
-        None => format!(
-            "another object is held, or the shape has another pose ({})",
-            reader.option("shape_pose")
-        ),
-    };
-    format!(
-        "The measurements contradict the shape ({}, {}): {cause}. The result does not use it.",
-        reader.option("shape"),
-        p_equals(p_value)
-    )
+    /// Says that the measurements contradict a shape, and without which mass or in which unit of its
+    /// file they do not; nothing for other findings.
+    fn of_shape(&self, reader: Reader) -> String {
+        let Self::ShapeContradicted {
+            p_value,
+            scale,
+            is_of_mass,
+        } = self
+        else {
+            return String::new();
+        };
+        let cause = match scale {
+            _ if *is_of_mass => format!(
+                "without the known mass ({}) they agree, so that the mass is wrong",
+                reader.option("known_mass_kg")
+            ),
+            Some(unit_m) => format!(
+                "with {unit_m} m as the unit of its file ({}) they agree",
+                reader.option("shape_scale")
+            ),
+            None => format!(
+                "another object is held, or the shape has another pose ({})",
+                reader.option("shape_pose")
+            ),
+        };
+        format!(
+            "The measurements contradict the shape ({}, {}): {cause}. The result does not use it.",
+            reader.option("shape"),
+            p_equals(*p_value)
+        )
+    }
 }
 
 fn efforts_scaled(joints: &[String], ratios: &[f64], has_gains: bool, reader: Reader) -> String {

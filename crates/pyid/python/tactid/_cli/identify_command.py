@@ -19,6 +19,7 @@ from tactid._api.offline import identify
 from tactid._api.result import Identification, PaperIdentification
 from tactid._base import terminal
 from tactid._base.errors import ArgumentError, IdentificationError
+from tactid._base.naming import duration
 from tactid._base.output_files import FigureFormat, check_ending, figure_outputs
 from tactid._base.terminal import printable
 from tactid._cli import option_flags, option_text
@@ -228,8 +229,10 @@ def _print(log: Path, result: AnyResult, output: Output) -> IdentificationError 
         output: What to print.
     """
     runs = result.runs if isinstance(result, Combination) else [result]
-    for damage in (damage for run in runs for damage in run.damage):
-        notes.print(f"tactid: note: {damage}; what could be read was used", style="yellow")
+    for run in runs:
+        used = f"what could be read, {duration(run.duration_s)}, was used"
+        for damage in run.damage:
+            notes.print(f"tactid: note: {damage}; {used}", style="yellow")
     if output.form is Form.JSON:
         print_json(result_json.to_json(_record(log, result, output)))
         return None

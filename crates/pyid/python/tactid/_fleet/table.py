@@ -284,10 +284,10 @@ def read_rows(out: Path, columns: Sequence[str] | None = None) -> list[Row]:
     """
     if out.suffix.lower() == ".csv" and out.is_file():
         return _read_csv(out)
-    parquet = package("pyarrow.parquet", f"{out} is Parquet", extra="fleet")
     files = sorted(out.glob("*.parquet")) if out.is_dir() else [out]
     if not files or not all(path.is_file() for path in files):
         raise ArgumentError(f"there is no table at {out}: tactid fleet writes one")
+    parquet = package("pyarrow.parquet", f"{out} is Parquet", extra="fleet")
     found: dict[Key, list[Row]] = {}
     for row in (row for path in files for row in _read(parquet, path, columns)):
         earlier = found.setdefault(key_of(row), [])

@@ -15,10 +15,6 @@ from tactid._native import VALUE_NAMES, MassProperties
 LARGEST_FILE = 512 * 1024 * 1024
 """Largest JSON file that is read, bytes: results with all time series have a few megabytes."""
 
-FARTHEST_M = 10.0
-"""Largest coordinate of a centre of mass that is believed to be in m: no arm carries a tool that is
-as far from its tip, and a centimetre in mm looks like it."""
-
 
 def plain_tool(given: object) -> object:
     """Returns a known tool as Rust reads it; anything else is returned as it is, for its error.
@@ -54,12 +50,6 @@ def _tool(values: Values, **uncertainty: Any) -> dict[str, Any]:
         raise _error("has no mass: the motion of its recording does not determine it")
     tool: dict[str, Any] = {"mass_kg": mass}
     if None not in com:
-        farthest = max((each for each in com if each is not None), key=abs)
-        if abs(farthest) >= FARTHEST_M:
-            raise _error(
-                f"has its centre of mass {abs(farthest):g} m from the origin of its frame: expected"
-                f" m, and less than {FARTHEST_M:g} m; is it in mm?"
-            )
         tool["center_of_mass"] = com
     if None not in inertia:
         xx, xy, xz, yy, yz, zz = inertia

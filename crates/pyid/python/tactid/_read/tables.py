@@ -149,10 +149,14 @@ class ParquetTable(Table):
 def open_table(path: Path) -> Table | None:
     """Returns the table in a file, which its first bytes or its name show; None for another file.
 
+    A folder whose name is that of a Parquet file is a table that was written in parts.
+
     Raises:
         LogError: The file cannot be read as what it seems to be.
         ArgumentError: It is Parquet, and pyarrow is missing.
     """
+    if path.is_dir() and path.suffix.lower() == ".parquet":
+        return ParquetTable(path)
     if not path.is_file():
         return None
     with path.open("rb") as file:

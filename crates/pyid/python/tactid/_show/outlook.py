@@ -57,7 +57,10 @@ def needs_another_motion(result: IdentificationData, within: float = WITHIN) -> 
     identifiable = np.array(result.estimate.identifiable)
     remaining = result.remaining(within)
     hopeless = (remaining > TOO_LONG * result.duration_s) & ~_limited_by_gains(result, within)
-    return not np.isnan(remaining).any() and bool((hopeless | ~identifiable).any())
+    unknown = hopeless | ~identifiable
+    if not measures_moments(result):  # without them, no motion shows the inertia
+        unknown[KINDS[2]] = False
+    return not np.isnan(remaining).any() and bool(unknown.any())
 
 
 def _limited_by_gains(result: IdentificationData, within: float) -> NDArray[np.bool_]:

@@ -275,7 +275,10 @@ def _history(axes: Axes, result: Recorded, index: int, values: Array, half: Arra
     settled = np.concatenate([values - half, values + half, values])
     settled = settled[np.isfinite(settled)]
     shown = [final, *np.percentile(settled, (7, 93))] if settled.size else [final]
-    axes.set_ylim(padded(min(shown), max(shown), 0.2))
+    low, high = min(shown), max(shown)
+    if math.isclose(low, high, rel_tol=1e-8):  # a mass that is given as exact has rounding alone
+        low = high = final
+    axes.set_ylim(padded(low, high, 0.2))
     axes.ticklabel_format(axis="y", useOffset=False)
 
 
