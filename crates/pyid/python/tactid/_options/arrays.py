@@ -108,7 +108,7 @@ ARRAYS = (
     ArrayDeclaration(
         name="twist",
         text="Velocity of the origin of what ``pose`` describes, then angular velocity, in world"
-        " axes. That of an odometry, as :func:`tactid.read` returns it, is in the axes of the"
+        " axes. That of an odometry, as ``tactid.read`` returns it, is in the axes of the"
         " child: turn both vectors by the quaternion of the pose.",
         shapes=(("6",),),
         unit="m/s and rad/s",
