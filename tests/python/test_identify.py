@@ -298,11 +298,20 @@ def test_motion_and_payload_at_once_while_samples_come(
     assert np.exp(np.mean(np.log(estimate.std_devs / windows.std_devs))) < 0.7
 
 
-def test_an_estimate_with_a_lag_says_why_there_is_none(urdf: str) -> None:
+def test_an_estimate_with_a_lag_that_there_never_is_is_refused(
+    robot: tactid.Manipulator, urdf: str
+) -> None:
     fixed = tactid.Manipulator.from_urdf(urdf, base="fixed")
-    assert tactid.LagIdentifier(fixed, ["tool0"]).motion() == "smoothed"
+    for given in (fixed, None):
+        with pytest.raises(tactid.ArgumentError, match="`robot`: LagIdentifier does not"):
+            tactid.LagIdentifier(given, ["sensor" if given is None else "tool0"])  # type: ignore[arg-type]
+    with pytest.raises(tactid.ArgumentError, match="LagIdentifier") as refused:
+        tactid.LagIdentifier(robot, ["tool0"], wrench_offset="yes")
+    assert refused.value.option == "wrench_offset"
+    with pytest.raises(tactid.ArgumentError, match="`average_s` does not apply to LagIdentifier"):
+        tactid.LagIdentifier(robot, ["tool0"], average_s=1.0)
     with pytest.raises(tactid.ArgumentError, match=r"`lag_s` is 0\.05, but must be between 0\.1"):
-        tactid.LagIdentifier(fixed, ["tool0"], lag_s=0.05)
+        tactid.LagIdentifier(robot, ["tool0"], lag_s=0.05)
 
 
 def test_what_cannot_be_identified_is_refused(robot: tactid.Manipulator, urdf: str) -> None:

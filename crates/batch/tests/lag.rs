@@ -10,7 +10,7 @@ use tactid_batch::{
 use tactid_dynamics::MassProperties;
 use tactid_identify::nalgebra::{Matrix3, UnitQuaternion, Vector3};
 use tactid_identify::{
-    BaseKind, EquationSettings, Identifier, Method, PayloadEstimate, PushOutcome, values_of_body,
+    EquationSettings, Identifier, Method, PayloadEstimate, PushOutcome, values_of_body,
 };
 
 use crate::common::{Experiment, Instant, Noise, SENSORS, TOOL, errors_percent, payload};
@@ -199,17 +199,6 @@ fn unsuited_robots_and_samples_have_no_estimate() {
         instant.effort[3] += 8.0 * instant.velocity[3].signum();
     }
     assert_eq!(reason(&floating, &wrong), MotionEstimate::Unexplained);
-    let fixed = Experiment {
-        base: BaseKind::Fixed,
-        ..experiment(1.0)
-    };
-    let tactile = EquationSettings {
-        method: Method::Tactile,
-        ..EquationSettings::default()
-    };
-    let on_ground = identifier(&fixed, 0.1, &tactile);
-    assert_eq!(on_ground.motion(), MotionEstimate::Smoothed);
-    assert!(on_ground.estimate().is_none());
 }
 
 /// A stretch that is shorter than the lag is used when a gap ends it.

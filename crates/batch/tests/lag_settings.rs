@@ -1,9 +1,12 @@
 //! What is known beside the samples of the estimate with a lag, and what it says beside the payload.
 
 use tactid_batch::{LagIdentifier, LagSettings, online_findings};
-use tactid_dynamics::{InertialParameters, MassProperties};
+use tactid_dynamics::{InertialParameters, Manipulator, MassProperties};
 use tactid_identify::nalgebra::{Matrix3, Vector3};
-use tactid_identify::{ActsOn, BoundingBox, KnownTool, OnlineSettings, PayloadEstimate};
+use tactid_identify::{
+    ActsOn, BaseKind, BoundingBox, EquationSettings, KnownTool, Method, OnlineSettings,
+    PayloadEstimate,
+};
 
 use crate::common::{Experiment, Instant, SENSORS, TOOL, payload};
 use crate::lag::{distance, experiment, identifier, lagged, noisy, settings};
@@ -119,7 +122,7 @@ fn a_bounding_box_contains_the_payload() {
 }
 
 /// A lag that is no time, or too short or long, and a box without volume, are errors that say what
-/// would be right. A reason that is given is the answer.
+/// would be right.
 #[test]
 fn settings_are_checked() {
     let robot = experiment(1.0).robot();
@@ -143,6 +146,53 @@ fn settings_are_checked() {
         ..LagSettings::default()
     };
     assert_eq!(new(given).unwrap_err().option(), Some("bounding_box"));
+}
+
+/// A robot and settings that never have an estimate are refused, with what excludes it and what to
+/// use instead.
+#[test]
+fn what_never_has_an_estimate_is_refused() {
+    let floating = experiment(1.0).robot();
+    let fixed = Experiment {
+        base: BaseKind::Fixed,
+        ..experiment(1.0)
+    };
+    let tactile = EquationSettings {
+        method: Method::Tactile,
+        ..settings()
+    };
+    let mut unmeasured = tactile.clone();
+    unmeasured.unmeasured[5] = true;
+    let with_offset = EquationSettings {
+        wrench_offset: true,
+        ..tactile.clone()
+    };
+    let interpolated = EquationSettings {
+        shared_noise_s: 0.02,
+        ..tactile.clone()
+    };
+    let uncertain = EquationSettings {
+        effort_gain_std_dev: vec![0.05],
+        ..settings()
+    };
+    for (robot, equations, option) in [
+        (&fixed.robot(), &tactile, "robot"),
+        (&floating, &with_offset, "wrench_offset"),
+        (&floating, &unmeasured, "unmeasured"),
+        (&floating, &interpolated, "shared_noise_s"),
+        (&floating, &uncertain, "effort_gain_std_dev"),
+    ] {
+        let given = LagSettings::default();
+        let error = LagIdentifier::new(robot, TOOL, &SENSORS, equations, given).unwrap_err();
+        assert_eq!(error.option(), Some(option));
+        let words = error.to_string();
+        assert!(words.contains("LagIdentifier does not"), "{words}");
+        assert!(words.ends_with("use Identifier"), "{words}");
+    }
+    let sensor = Manipulator::lone_body("sensor");
+    let given = LagSettings::default();
+    let error = LagIdentifier::new(&sensor, "sensor", &["sensor"], &tactile, given).unwrap_err();
+    assert_eq!(error.option(), Some("robot"));
 }
 
 /// The estimate says until when it has samples, `finish` uses the open bin, and the online

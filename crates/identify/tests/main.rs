@@ -14,6 +14,7 @@ mod masses;
 mod motion_rows;
 mod multi_cutoff;
 mod no_allocation;
+mod noisy_changes;
 mod online;
 mod online_offset;
 mod online_settings;

@@ -19,7 +19,8 @@ type Array<'py> = Bound<'py, PyArrayDyn<f64>>;
 ///   axes of :attr:`frame_id` and about its origin.
 /// - ``nav_msgs/msg/Odometry``: ``pose`` (N, 7), ``[x, y, z, qx, qy, qz, qw]`` of
 ///   :attr:`child_frame_id` in :attr:`frame_id`, m; ``twist`` (N, 6), linear then angular, in the
-///   axes of the child, m/s and rad/s.
+///   axes of the child, m/s and rad/s. Arrays of samples need it in the axes of the world: turn
+///   both vectors by the quaternion of the pose.
 /// - ``geometry_msgs/msg/AccelStamped``: ``acceleration`` (N, 6), linear then angular, m/s² and
 ///   rad/s².
 /// - ``sensor_msgs/msg/Imu``: ``orientation`` (N, 4), ``[qx, qy, qz, qw]``; ``angular_velocity``

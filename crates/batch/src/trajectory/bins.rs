@@ -3,6 +3,7 @@
 use std::ops::Range;
 
 use tactid_dynamics::{BaseKind, Manipulator};
+use tactid_identify::IdentifyError;
 use tactid_identify::equations::{Continuation, EquationSettings, Sample};
 
 use super::{MotionEstimate, SETTINGS};
@@ -137,19 +138,12 @@ impl SampleBins {
             sensors,
             has_accelerations: [false; 2],
         };
-        let length_s = 1.0 / (SETTINGS.bins_of_interval * SETTINGS.knots_hz);
-        let gains = &settings.effort_gain_std_dev;
-        let has_others = settings.wrench_offset
-            || settings.unknowns.any()
-            || settings.unmeasured != [false; 6]
-            || settings.shared_noise_s >= length_s
-            || settings.method.uses_effort() && gains.iter().any(|std_dev| *std_dev > 0.0);
-        let is_for_others = robot.base_kind() != BaseKind::Floating || joints == 0 || has_others;
-        let unsuited = is_for_others.then_some(MotionEstimate::Smoothed);
+        let unsuited = check_suited(robot, settings).err();
+        let unsuited = unsuited.map(|_| MotionEstimate::Smoothed);
         Self {
             layout,
             continuation: Continuation::new(robot),
-            length_s,
+            length_s: length_s(),
             stretches: Vec::new(),
             sums: Sums {
                 count: 0.0,
@@ -315,6 +309,51 @@ impl SampleBins {
             place[3..].copy_from_slice(wrench.moment.as_slice());
         }
     }
+}
+
+/// Length of a bin, s.
+fn length_s() -> f64 {
+    1.0 / (SETTINGS.bins_of_interval * SETTINGS.knots_hz)
+}
+
+/// Checks that a robot and settings allow motion and payload to be estimated at once.
+///
+/// # Errors
+/// Returns [`IdentifyError::Option`] with what excludes it, whatever the samples are.
+pub(super) fn check_suited(
+    robot: &Manipulator,
+    settings: &EquationSettings,
+) -> Result<(), IdentifyError> {
+    let is_fixed = robot.base_kind() != BaseKind::Floating || robot.dof() == 0;
+    let gains = &settings.effort_gain_std_dev;
+    let has_gains = gains.iter().any(|std_dev| *std_dev > 0.0);
+    let (option, what) = if is_fixed {
+        ("robot", "of a robot whose base is fixed or has no joints")
+    } else if settings.wrench_offset {
+        ("wrench_offset", "beside an unknown offset of the wrenches")
+    } else if settings.unknowns.any() {
+        ("unknowns", "beside other unknowns")
+    } else if settings.unmeasured != [false; 6] {
+        (
+            "unmeasured",
+            "where channels of the wrenches are not measured",
+        )
+    } else if settings.shared_noise_s >= length_s() {
+        ("shared_noise_s", "from wrenches that are interpolated")
+    } else if settings.method.uses_effort() && has_gains {
+        (
+            "effort_gain_std_dev",
+            "beside uncertain gains of the efforts",
+        )
+    } else {
+        return Ok(());
+    };
+    Err(IdentifyError::Option {
+        option,
+        what: format!(
+            "`{option}`: LagIdentifier does not estimate motion and payload {what}: use Identifier"
+        ),
+    })
 }
 
 /// Returns whether a sample has the linear and the angular acceleration of the base.

@@ -89,7 +89,7 @@ impl FixedLagSmoother {
             known: Known::nothing(bins.layout().coordinates()),
             accelerations: None,
             since_s: f64::NEG_INFINITY,
-            found: Err(bins.unsuited().unwrap_or(MotionEstimate::TooFew)),
+            found: Err(MotionEstimate::TooFew),
             until_s: f64::NEG_INFINITY,
             bins,
         }
@@ -107,7 +107,7 @@ impl FixedLagSmoother {
 
     /// Adds a sample with the outcome that the online identifier returned for it.
     pub(super) fn push(&mut self, online: &Identifier, sample: &Sample<'_>, outcome: PushOutcome) {
-        if outcome == PushOutcome::Rejected || self.bins.unsuited().is_some() {
+        if outcome == PushOutcome::Rejected {
             return;
         }
         let since_s = online.estimate().since_s;

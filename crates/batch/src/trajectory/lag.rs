@@ -10,7 +10,7 @@ use tactid_identify::{
 };
 
 use super::MotionEstimate;
-use super::bins::SampleBins;
+use super::bins::{SampleBins, check_suited};
 use super::estimate::Estimate;
 use super::fixed_lag::FixedLagSmoother;
 use crate::PriorKnowledge;
@@ -121,8 +121,9 @@ impl LagIdentifier {
     ///
     /// # Errors
     /// Returns the errors of [`Identifier::with_settings`], and [`IdentifyError::Option`] for a lag
-    /// that is out of its range and for a box without volume. A robot for which there is no such
-    /// estimate is no error: [`motion`](Self::motion) says why.
+    /// that is out of its range, for a box without volume, and for a robot or settings for which
+    /// there is never such an estimate: a fixed base, no joints, an unknown offset, channels of
+    /// the wrenches that are not measured or interpolated, or uncertain gains of efforts.
     pub fn new(
         robot: &Manipulator,
         tool: &str,
@@ -138,6 +139,7 @@ impl LagIdentifier {
         LAG_S.check("lag_s", &[lag_s])?;
         bounding_box.map_or(Ok(()), |given| given.check("bounding_box"))?;
         let online = Identifier::with_settings(robot, tool, sensors, equations, &online)?;
+        check_suited(robot, equations)?;
         let stream = online.snapshot().stream;
         let bins = SampleBins::new(robot, sensors.len(), equations, None);
         Ok(Self {
@@ -193,7 +195,7 @@ impl LagIdentifier {
     ///
     /// | reason | meaning |
     /// |---|---|
-    /// | [`Smoothed`](MotionEstimate::Smoothed) | for ever: the robot or the settings do not suit; until it changes: a value is unobservable, or samples had other accelerations of the base than before |
+    /// | [`Smoothed`](MotionEstimate::Smoothed) | a value is unobservable, or samples had other accelerations of the base than before |
     /// | [`NoVelocities`](MotionEstimate::NoVelocities) | the last samples had no velocities |
     /// | [`TooFew`](MotionEstimate::TooFew) | fewer than 0.8 s, or than the lag and 0.05 s, since the begin, a gap or a payload change, or fewer than 40 samples in a second |
     /// | [`TooFast`](MotionEstimate::TooFast) | the last second had frequencies that splines do not follow |

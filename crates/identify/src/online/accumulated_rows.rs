@@ -36,6 +36,52 @@ impl ChannelTerms {
     }
 }
 
+/// Normal equations of the whitened rows of all windows, of which those of some windows are a
+/// difference.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct NormalEquations {
+    /// `A = RᵀR`, information of the rows.
+    rows: Matrix,
+    /// `N` and `n`, information and targets of their noise: see [`AccumulatedRows`].
+    noise: Matrix,
+    /// `b - n`.
+    targets: Vector,
+    /// `P + Pᵀ`.
+    correlated: Matrix,
+}
+
+impl NormalEquations {
+    /// Returns those of no rows.
+    pub(crate) fn none() -> Self {
+        Self {
+            rows: Matrix::zeros(),
+            noise: Matrix::zeros(),
+            targets: Vector::zeros(),
+            correlated: Matrix::zeros(),
+        }
+    }
+
+    /// Returns the squared Mahalanobis distance of what parameters leave of the rows since others,
+    /// `b - n - (A - N) π`, whose ten entries have the covariance of scores with the variance
+    /// `factor` of the residuals, and that of the [model error](MODEL_ERROR) in any direction.
+    /// `None` where that covariance is singular.
+    pub(crate) fn distance_since(
+        &self,
+        others: &Self,
+        parameters: &Vector,
+        factor: f64,
+    ) -> Option<f64> {
+        let rows = self.rows - others.rows;
+        let noise = self.noise - others.noise;
+        let scores = (noise + self.correlated - others.correlated) * factor;
+        let left = self.targets - others.targets - (rows - noise) * parameters;
+        let load = (rows * parameters).dot(parameters);
+        let of_model = rows * (MODEL_ERROR * MODEL_ERROR * load);
+        let covariance = (scores + of_model).cholesky()?;
+        Some(covariance.solve(&left).dot(&left))
+    }
+}
+
 /// Whitened rows `A π = b` of all windows, accumulated: their square-root information, the
 /// information of their noise for the errors-in-variables bias correction, and the covariance of
 /// their scores.
@@ -153,6 +199,17 @@ impl AccumulatedRows {
     pub(crate) fn update_square_root(&mut self) {
         self.rls.update_all(&mut self.pending);
         self.windows += 1;
+    }
+
+    /// Returns the normal equations of all rows.
+    pub(crate) fn normal_equations(&self) -> NormalEquations {
+        let root = self.rls.information_root();
+        NormalEquations {
+            rows: root.tr_mul(&root),
+            noise: self.noise,
+            targets: root.tr_mul(&self.rls.transformed_target()) - self.noise_targets,
+            correlated: self.correlated + self.correlated.transpose(),
+        }
     }
 
     /// Returns the sum of the squared residuals of all rows at the parameters that fit them best.

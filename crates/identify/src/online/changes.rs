@@ -20,9 +20,11 @@ const SUDDEN_CHANGE: ChangeSettings = ChangeSettings {
     clip: 3.5,
 };
 
-/// Settings of the detector of changes below the noise of a window, whose input is the score of the
-/// slow means of the residuals: exponential means with a gain of 0.1, which are correlated over
-/// `(1 + 0.9) / (1 - 0.9)` windows.
+/// Settings of the detector of changes below the noise of a window. Its input is the larger one of
+/// two scores: that of the slow means of the residuals, exponential means with a gain of 0.1, which
+/// are correlated over `(1 + 0.9) / (1 - 0.9)` windows, and that of the last block of 32 windows,
+/// which is the same for as many windows. One block alone raises no alarm: it adds at most
+/// `32 (3 · 3.5 - 4.5) / 19` to a sum that must reach `ln(3e8 / 19)`.
 const SLOW_CHANGE: ChangeSettings = ChangeSettings {
     correlation_rows: 19.0,
     shift: 3.0,
@@ -48,8 +50,8 @@ impl Changes {
         })
     }
 
-    /// Adds the score of a window and that of the slow means of the residuals up to it, and returns
-    /// whether the windows so far show a payload change.
+    /// Adds the score of a window and that of the windows up to it, and returns whether the windows
+    /// so far show a payload change.
     pub(crate) fn detects(&mut self, score: f64, slow_score: f64) -> bool {
         let sudden = self.sudden.update(score);
         let slow = self.slow.update(slow_score);

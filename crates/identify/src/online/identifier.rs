@@ -68,7 +68,8 @@ pub struct OnlineSettings {
 /// worse. Where the payload before explains them again, its estimate continues: [`PushOutcome::PayloadReturned`]. At rest,
 /// and after 100 windows of a slow motion, a payload that may be a contact is reported, but not
 /// [settled](Self::is_settled). A change well above the noise is detected within 0.2 s at a cutoff of 10 Hz, a change below
-/// the noise of a window after seconds. A model that is wrong by far more than 3 %, or noise that grows suddenly, causes
+/// the noise of a window after seconds, where the motion determines all ten parameters, or the change is the same in many
+/// windows. A model that is wrong by far more than 3 %, or noise that grows suddenly, causes
 /// alarms, too. A change by less than some 7 % of the load can pass unnoticed, because such an error of the model could
 /// explain it: create a new identifier where the payload is known to change. None is detected in the first 32 windows.
 ///

@@ -230,6 +230,10 @@ impl OnlineLeastSquares {
         );
         let slow = self.state.noise.slow_distance();
         let slow = score(slow, channels, &self.state.noise);
+        self.compare_block();
+        let residuals = self.prediction.residuals.iter();
+        self.state.block_squares += residuals.map(|each| each * each).sum::<f64>();
+        let slow = slow.max(self.state.block_score);
         self.is_contradicted = is_predictable && is_evident(sudden);
         if is_predictable && detects_changes && self.changes.detects(sudden, slow) {
             return self.restart();
@@ -245,6 +249,34 @@ impl OnlineLeastSquares {
             noise: shows_noise.then_some(noise),
         };
         Assessment::Accepted(Stage::AddRows)
+    }
+
+    /// Begins another block of as many windows as the noise is estimated from at first, where one
+    /// has ended, and sets the score of what the estimate of all windows leaves of that one.
+    fn compare_block(&mut self) {
+        let before = self.state.windows_since_start - 1;
+        if !before.is_multiple_of(INITIAL_WINDOWS) {
+            return;
+        }
+        let now = self.state.rows.normal_equations();
+        let earlier = std::mem::replace(&mut self.state.earlier, now);
+        let squares = std::mem::take(&mut self.state.block_squares);
+        self.state.block_score = 0.0;
+        // Until a second block ends, the estimate is that of the first one.
+        let is_tested = before > INITIAL_WINDOWS && self.information.is_complete();
+        if !is_tested || self.trusted.estimate().is_none() {
+            return;
+        }
+        // A change also adds to the noise.
+        let noise = &self.trusted.state().noise;
+        let (parameters, factor) = (&self.state.parameters, noise.lasting_error_factor());
+        let Some(distance) = now.distance_since(&earlier, parameters, factor) else {
+            return;
+        };
+        // Noise that has grown with the motion shows in the rest of the residuals, too.
+        let rows = (INITIAL_WINDOWS * self.window.rows.len()) as f64;
+        let growth = ((squares - distance) / rows).max(1.0);
+        self.state.block_score = score(distance / growth, parameters.len(), noise);
     }
 
     /// Mean leverage of the rows since the estimate began, if all ten parameters are observable: leverages sum to

@@ -137,6 +137,7 @@ impl OnlineLeastSquares {
         let is_taken_back = self.return_to_trusted();
         let factor = self.score_factor();
         self.state.rows.keep_offset_rows(factor);
+        self.state.earlier = self.state.rows.normal_equations();
         self.state.centering.restart(None);
         Some(is_taken_back)
     }

@@ -2,7 +2,7 @@
 
 use nalgebra::{Matrix6, SMatrix};
 
-use super::accumulated_rows::AccumulatedRows;
+use super::accumulated_rows::{AccumulatedRows, NormalEquations};
 use super::noise_tracker::NoiseTracker;
 use crate::equations::Channels;
 use crate::solve::information::Information;
@@ -13,6 +13,12 @@ use crate::solve::subspace::{Matrix, Vector};
 #[derive(Clone, Debug)]
 pub(crate) struct State {
     pub(crate) rows: AccumulatedRows,
+    /// Normal equations of the rows before the present block of windows.
+    pub(crate) earlier: NormalEquations,
+    /// Sum of the squared residuals of the windows of this block.
+    pub(crate) block_squares: f64,
+    /// Score of what all windows leave of the block before it; zero where it is not known.
+    pub(crate) block_score: f64,
     pub(crate) noise: NoiseTracker,
     pub(crate) centering: Centering,
     pub(crate) parameters: Vector,
@@ -25,6 +31,9 @@ impl State {
     pub(crate) fn new(channels: &Channels) -> Self {
         Self {
             rows: AccumulatedRows::new(channels.count()),
+            earlier: NormalEquations::none(),
+            block_squares: 0.0,
+            block_score: 0.0,
             noise: NoiseTracker::new(channels),
             centering: Centering::new(channels.offsets),
             parameters: Vector::zeros(),
@@ -35,6 +44,8 @@ impl State {
     /// Copies the state of as many channels, without allocation.
     pub(crate) fn copy_from(&mut self, other: &Self) {
         self.rows.copy_from(&other.rows);
+        self.earlier = other.earlier;
+        (self.block_squares, self.block_score) = (other.block_squares, other.block_score);
         self.noise.copy_from(&other.noise);
         self.centering.copy_from(&other.centering);
         self.parameters = other.parameters;

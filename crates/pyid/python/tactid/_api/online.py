@@ -312,7 +312,7 @@ class LagIdentifier(_Online):
     follow 10 Hz; the cutoff is that of the windows alone.
 
     Args:
-        robot: The robot, with a floating base, with its gripper and without the payload.
+        robot: The robot, with joints and a floating base, with its gripper and without the payload.
         sensors: The links in whose frames the wrenches of each sample are, one name or several.
             Default: the tip for the tactile method, none for other methods.
         effort: For the combined method, whether each sample has the joints' efforts.
@@ -325,7 +325,9 @@ class LagIdentifier(_Online):
 
     Raises:
         ModelError: The robot has no such link.
-        ArgumentError: An option does not exist, does not apply online, or is out of range.
+        ArgumentError: An option does not exist, does not apply online, or is out of range; or there
+            is never an estimate, because the base is fixed or has no joints, or ``wrench_offset``
+            makes the offset an unknown.
         IdentificationError: The method does not fit the robot or the sensors.
     """
 
@@ -342,7 +344,7 @@ class LagIdentifier(_Online):
         **keywords: Any,
     ) -> None:
         named = ("robot", "sensors", "effort", "lag_s", "options")
-        collected = collect(options, keywords, "online", named)
+        collected = collect(options, keywords, "online", named, "LagIdentifier")
         self._native = _native.LagIdentifier(robot, sensors, effort, lag_s, collected.plain())
 
     def finish(self) -> None:
@@ -367,8 +369,7 @@ class LagIdentifier(_Online):
         ==================  ====================================================================
         reason              meaning
         ==================  ====================================================================
-        ``smoothed``        For ever, the robot or the options do not suit; until it changes, a
-                            value is unobservable, or samples had other accelerations of the base
+        ``smoothed``        A value is unobservable, or samples had other accelerations of the base
                             than before.
         ``no-velocities``   The last samples had no velocities.
         ``too-few``         Fewer than 0.8 s, or than the lag and 0.05 s, since the begin, a gap

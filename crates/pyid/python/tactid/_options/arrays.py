@@ -108,7 +108,8 @@ ARRAYS = (
     ArrayDeclaration(
         name="twist",
         text="Velocity of the origin of what ``pose`` describes, then angular velocity, in world"
-        " axes.",
+        " axes. That of an odometry, as ``tactid.read`` returns it, is in the axes of the"
+        " child: turn both vectors by the quaternion of the pose.",
         shapes=(("6",),),
         unit="m/s and rad/s",
         recording="Derived from the poses where left out.",

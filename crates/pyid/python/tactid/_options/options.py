@@ -129,7 +129,11 @@ def option_names(use: Use | None = None) -> list[str]:
 
 
 def collect(
-    options: Options | None, keywords: dict[str, Any], use: Use, own: Sequence[str] = ()
+    options: Options | None,
+    keywords: dict[str, Any],
+    use: Use,
+    own: Sequence[str] = (),
+    taker: str = "",
 ) -> Options:
     """Merges keywords into options, and checks that all of them exist and apply.
 
@@ -138,6 +142,7 @@ def collect(
         keywords: Further options by name, which replace those of ``options``.
         use: Where the options are to apply.
         own: Keywords of the caller that are no options, for the list of an error.
+        taker: What an error says that they do not apply to. Default: what ``use`` is.
 
     Raises:
         ArgumentError: ``options`` is something else, a keyword is no option, or an option does not
@@ -152,7 +157,7 @@ def collect(
     collected = (options or Options()).replace(**keywords)
     for name in collected.given:
         if name not in allowed:
-            raise ArgumentError(f"`{name}` does not apply to {_NAMES[use]}", option=name)
+            raise ArgumentError(f"`{name}` does not apply to {taker or _NAMES[use]}", option=name)
     return collected
 
 
