@@ -38,7 +38,7 @@ class Task:
 
 TASKS = [
     Task("NLMS, a row", "nlms", "nlms", 1.0, TOLERANCE),
-    Task("RLS, a row, parameters at the end", "rls", "rls", 0.6, HALF_OF_THE_DIGITS),
+    Task("RLS, a row, parameters at the end", "rls", "rls", 1.0, HALF_OF_THE_DIGITS),
     Task(
         "RLS, a row in blocks of six, parameters at the end",
         "rls_blocks",

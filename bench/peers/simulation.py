@@ -52,7 +52,7 @@ def comparisons() -> list[Comparison]:
         "residuals of the payload's Newton and Euler equations as fractions of the largest force "
         "and moment"
     )
-    return [Comparison("simulation, 1 ms", "µs", contenders, scale=1e6, note=note)]
+    return [Comparison("simulation, 1 ms", "µs", contenders, scale=1e6, bar=0.5, note=note)]
 
 
 @cache
