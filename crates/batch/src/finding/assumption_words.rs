@@ -8,7 +8,9 @@ use tactid_identify::checks::MODEL_ERROR;
 use tactid_identify::solve::HALF_WIDTH_95;
 
 use super::load_words::other_body;
-use super::{CHANNELS, CONTRADICTION, Hypothesis, MOST_LEFT, WrongAssumption, is_out_of_reach};
+use super::{
+    CHANNELS, CONTRADICTION, Hypothesis, MOST_LEFT, WrongAssumption, is_out_of_reach, unit_of,
+};
 
 /// Says which assumption the data contradict, what they show instead, and what to do.
 pub(super) fn wrong_assumption(found: &WrongAssumption, reader: Reader) -> String {
@@ -119,14 +121,7 @@ fn delay(found: &WrongAssumption, explained: &str) -> String {
 fn saturation(found: &WrongAssumption, explained: &str) -> String {
     let ends = found.names.iter().zip(&found.values);
     let ends: Vec<String> = ends
-        .map(|(name, limit)| {
-            let unit = if name.starts_with("force") {
-                "N"
-            } else {
-                "N m"
-            };
-            format!("{name} at about {} {unit}", general(*limit, 2))
-        })
+        .map(|(name, limit)| format!("{name} at about {} {}", general(*limit, 2), unit_of(name)))
         .collect();
     format!("The sensor is saturated: {} ({explained}).", listed(&ends))
 }

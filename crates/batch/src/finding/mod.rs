@@ -27,6 +27,15 @@ pub use self::resting_poses::{FarCenter, NextAttitude, OutlyingPose, RestingPose
 pub use self::run_words::{distance_of_runs, p_equals, probability};
 pub use self::wrong_assumption::{Hypothesis, WrongAssumption};
 
+/// Returns the unit of a channel of a wrench, by its name.
+fn unit_of(channel: &str) -> &'static str {
+    if channel.starts_with("force") {
+        "N"
+    } else {
+        "N m"
+    }
+}
+
 /// Fraction of the load from which what the model leaves unexplained shows the result to be wrong:
 /// friction of a geared arm rarely exceeds it.
 const LARGEST_UNEXPLAINED: f64 = 0.3;

@@ -3,7 +3,7 @@
 use tactid_dynamics::Reader;
 use tactid_dynamics::words::{counted, general, listed, percent};
 
-use super::{FarCenter, Finding, NextAttitude, OutlyingPose, RestingPoses, Rests};
+use super::{FarCenter, Finding, NextAttitude, OutlyingPose, RestingPoses, Rests, unit_of};
 
 impl Finding {
     /// Says what was noticed about poses at rest; nothing for other findings.
@@ -106,11 +106,7 @@ fn outlying(found: &OutlyingPose) -> String {
     } else {
         format!("Pose {} (rows {first} to {last})", found.pose)
     };
-    let unit = if found.channel.starts_with("force") {
-        "N"
-    } else {
-        "N m"
-    };
+    let unit = unit_of(&found.channel);
     let consequence = if found.is_left_out {
         "It was left out"
     } else {

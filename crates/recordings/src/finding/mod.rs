@@ -257,7 +257,8 @@ pub enum Finding {
         p_value: f64,
         /// Length of one unit of the file with which they agree, m; `None` where no usual one does.
         scale: Option<f64>,
-        /// Whether they contradict it with the known mass alone, which is then wrong.
+        /// Whether the measurements contradict the shape only together with the known mass, which
+        /// is then wrong.
         #[serde(default)]
         is_of_mass: bool,
     },

@@ -19,7 +19,6 @@ from tactid._api.offline import identify
 from tactid._api.result import Identification, PaperIdentification
 from tactid._base import terminal
 from tactid._base.errors import ArgumentError, IdentificationError
-from tactid._base.naming import duration
 from tactid._base.output_files import FigureFormat, check_ending, figure_outputs
 from tactid._base.terminal import printable
 from tactid._cli import option_flags, option_text
@@ -45,7 +44,7 @@ from tactid._results.formats import uncontradicted
 from tactid._results.truth import Truth, read_checks, read_truth
 from tactid._show import captions, combination_text, reported, summary
 from tactid._show.outlook import needs_another_motion
-from tactid._show.remarks import is_at_rest
+from tactid._show.remarks import is_at_rest, losses
 
 
 class Form(str, Enum):
@@ -230,9 +229,8 @@ def _print(log: Path, result: AnyResult, output: Output) -> IdentificationError 
     """
     runs = result.runs if isinstance(result, Combination) else [result]
     for run in runs:
-        used = f"what could be read, {duration(run.duration_s)}, was used"
-        for damage in run.damage:
-            notes.print(f"tactid: note: {damage}; {used}", style="yellow")
+        for loss in losses(run):
+            notes.print(f"tactid: note: {loss}", style="yellow")
     if output.form is Form.JSON:
         print_json(result_json.to_json(_record(log, result, output)))
         return None

@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from tactid._base.naming import Style, duration, listed
+from tactid._base.naming import Style, listed
 from tactid._base.text_table import as_text, empty_table
 from tactid._native import distance_of_runs, probability
 from tactid._results.combination import CombinationData
@@ -14,6 +14,7 @@ from tactid._results.table import Column, heading, html_table, plain_text
 from tactid._show import reported
 from tactid._show.remarks import (
     assumptions,
+    losses,
     measures_moments,
     remarks,
     uncertain_values,
@@ -132,8 +133,7 @@ def lines(result: CombinationData, style: Style = "keyword") -> list[str]:
     for name, run in zip(result.names, result.runs, strict=True):
         own = remarks(run, style)
         of_runs += [f"{name}: {line}" for line in (own[1:] if run.is_contradicted else own)]
-        used = f"what could be read, {duration(run.duration_s)}, was used"
-        of_runs += [f"{damage}; {used}." for damage in run.damage]
+        of_runs += [f"{loss}." for loss in losses(run)]
         of_runs += [f"{name}: {line}" for line in (assumptions(run), sentence(run))]
     return [*combined_remarks(result, style), *of_runs]
 

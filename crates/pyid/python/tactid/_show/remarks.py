@@ -173,6 +173,12 @@ def _of_the_samples(result: Recorded) -> list[str]:
     return sentences
 
 
+def losses(result: Recorded) -> list[str]:
+    """Says what of a damaged log is lost, and how much of it was used; empty for a whole one."""
+    used = f"what could be read, {duration(result.duration_s)}, was used"
+    return [f"{damage}; {used}" for damage in result.damage]
+
+
 def is_at_rest(result: Recorded) -> bool:
     """Returns whether the result is that of poses at rest, which have no times."""
     return result.clock == "none"
@@ -248,7 +254,7 @@ def _motion(result: Recorded) -> str:
 
 
 def _beginning(result: IdentificationData) -> str:
-    """Says of which beginning of the recording the motion was estimated; empty for all of it."""
+    """Names the beginning of the recording that the motion is of; empty where that is all of it."""
     until_s = result.fit.motion_until_s
     if until_s is None:
         return ""
