@@ -239,3 +239,41 @@ fn splines_are_used_where_they_help() {
     let found = motion(&floating, &wrong, COMBINED);
     assert_eq!(found, MotionEstimate::Unexplained);
 }
+
+/// What the control of a held joint leaves of it, be that faster than splines follow, is nothing
+/// beside the joints that move: motion and payload are estimated at once, and hold the truth.
+#[test]
+fn what_a_held_joint_moves_is_nothing() {
+    let held = Experiment {
+        moving: vec![3, 5, 6],
+        ..experiment()
+    };
+    let mut exact = held.run();
+    for instant in &mut exact {
+        let (sin, cos) = (TAU * 15.0 * instant.time_s).sin_cos();
+        instant.position[0] += 3e-5 / (TAU * 15.0) * sin;
+        instant.velocity[0] += 3e-5 * cos;
+    }
+    for seed in 0..3 {
+        let noise = Noise {
+            joints: [0.0; 2],
+            ..noise()
+        };
+        let mut random = SmallRng::seed_from_u64(seed);
+        let instants = exact.iter().map(|each| noise.on(each, &mut random));
+        let instants: Vec<Instant> = instants.collect();
+        let found = solve(&held, &instants, COMBINED, BatchSettings::default());
+        assert_eq!(found.fit.motion, MotionEstimate::WithPayload);
+        let values = found
+            .estimate
+            .values()
+            .into_iter()
+            .zip(values_of_body(&payload()));
+        for ((value, truth), std_dev) in values.zip(found.estimate.std_devs) {
+            assert!(
+                (value - truth).abs() < 4.0 * std_dev,
+                "{value} {truth} {std_dev}"
+            );
+        }
+    }
+}

@@ -297,7 +297,7 @@ pub(super) fn sixth_differences(segments: &[Segment], layout: Layout) -> Vec<f64
 /// frequencies that are too high, or because velocities that nobody measured are zero: splines then
 /// leave more than sixteen times as much as splines through values alone (`of_values`). Of a joint
 /// that is locked, both leave the noise, which may have more power at low frequencies than white
-/// noise.
+/// noise. The noise of a joint counts as no less than that of the noisiest one.
 pub(super) fn unfollowed(
     layout: Layout,
     left: &[f64],
@@ -338,7 +338,8 @@ pub(super) fn unfollowed(
     );
     let mut reason = None;
     let accelerations = (linear.start..angular.end).map(|channel| (of_acceleration(channel), 0.0));
-    for (pairs, alone) in pairs.chain([of_rotation]).chain(accelerations) {
+    let all = pairs.chain([of_rotation]).chain(accelerations);
+    for ((pairs, alone), others) in all.zip(noise_of_joints(layout, of_differences)) {
         // A channel that is zero throughout measures nothing.
         let is_left = |(left, noise): (f64, f64)| {
             noise > 0.0 && left * FAR_BETTER > chance * noise.max(f64::MIN_POSITIVE.sqrt())
@@ -346,11 +347,21 @@ pub(super) fn unfollowed(
         if is_left(pairs[0]) && pairs[1].1 == 0.0 && is_left((pairs[0].0 * FAR_BETTER, alone)) {
             return Some(MotionEstimate::NoVelocities);
         }
-        if pairs.into_iter().any(is_left) {
+        let is_beyond = |((left, noise), others): ((f64, f64), f64)| {
+            is_left((left, noise)) && is_left((left, noise.max(others)))
+        };
+        if pairs.into_iter().zip(others).any(is_beyond) {
             reason = Some(MotionEstimate::TooFast);
         }
     }
     reason
+}
+
+/// Returns for each joint the largest noise of positions and of velocities of all joints, then zeros.
+fn noise_of_joints(layout: Layout, noises: &[f64]) -> impl Iterator<Item = [f64; 2]> {
+    let kinds = [0..layout.joints, layout.joints..2 * layout.joints];
+    let most = kinds.map(|of| noises[of].iter().fold(0.0, |a: f64, &b| a.max(b)));
+    std::iter::repeat_n(most, layout.joints).chain(std::iter::repeat([0.0; 2]))
 }
 
 #[cfg(test)]
