@@ -30,10 +30,12 @@ pub fn f_p(chi_square: f64, degrees_of_freedom: f64, of_noise: f64) -> f64 {
 /// without degrees of freedom.
 #[must_use]
 pub fn students_factor(degrees_of_freedom: f64) -> f64 {
-    let student = StudentsT::new(0.0, 1.0, degrees_of_freedom);
-    student.map_or(f64::INFINITY, |student| {
-        student.inverse_cdf(0.975) / HALF_WIDTH_95
-    })
+    match StudentsT::new(0.0, 1.0, degrees_of_freedom) {
+        Ok(student) if degrees_of_freedom < 1e9 => student.inverse_cdf(0.975) / HALF_WIDTH_95,
+        // The distribution is normal.
+        Ok(_) => 1.0,
+        Err(_) => f64::INFINITY,
+    }
 }
 
 #[cfg(test)]
@@ -58,7 +60,12 @@ mod tests {
         // F(2, 10) and F(5, 16) at 5 %.
         assert!((f_p(2.0 * 4.102_82, 2.0, 10.0) / 0.05 - 1.0).abs() < 1e-5);
         assert!((f_p(5.0 * 2.852_409, 5.0, 16.0) / 0.05 - 1.0).abs() < 1e-5);
-        for (freedom, quantile) in [(1.0, 12.706_205), (2.0, 4.302_653), (9.0, 2.262_157)] {
+        for (freedom, quantile) in [
+            (1.0, 12.706_205),
+            (2.0, 4.302_653),
+            (9.0, 2.262_157),
+            (f64::INFINITY, 1.96),
+        ] {
             assert!((students_factor(freedom) * HALF_WIDTH_95 / quantile - 1.0).abs() < 1e-6);
         }
     }

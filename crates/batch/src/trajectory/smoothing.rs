@@ -272,10 +272,12 @@ fn smooth_group(segments: &mut [Segment], group: &Group) -> Option<[f64; 2]> {
 }
 
 /// Returns for each channel of the motion the variance of white noise with the same sixth differences
-/// of neighbouring values.
+/// of neighbouring values, and with what splines and means over bins leave of its size. The size of a
+/// joint is that of the one that moves most: what the control of a held joint leaves of it is nothing
+/// beside the others. A channel that is zero throughout has none.
 pub(super) fn sixth_differences(segments: &[Segment], layout: Layout) -> Vec<f64> {
     let power: f64 = SIXTH.iter().map(|factor| factor * factor).sum();
-    let variance = |channel: usize| {
+    let difference_and_size = |channel: usize| {
         let (mut squares, mut count, mut size) = (0.0, 0.0, 0.0f64);
         for segment in segments {
             let values = |k: usize| segment.bins[k].values[channel];
@@ -287,9 +289,21 @@ pub(super) fn sixth_differences(segments: &[Segment], layout: Layout) -> Vec<f64
                 size = size.max(values(first).abs());
             }
         }
-        squares / (power * f64::max(count, 1.0)) + (SETTINGS.accuracy * size).powi(2)
+        (squares / (power * f64::max(count, 1.0)), size)
     };
-    (0..layout.effort()).map(variance).collect()
+    let channels: Vec<(f64, f64)> = (0..layout.effort()).map(difference_and_size).collect();
+    let kinds = [0..layout.joints, layout.joints..2 * layout.joints];
+    let most = kinds.map(|kind| channels[kind].iter().fold(0.0, |a: f64, of| a.max(of.1)));
+    let of_channel = |(channel, &(variance, size)): (usize, &(f64, f64))| {
+        let of_joints = most.get(channel / layout.joints.max(1));
+        let size = if size > 0.0 {
+            of_joints.copied().unwrap_or(size)
+        } else {
+            0.0
+        };
+        variance + (SETTINGS.accuracy * size).powi(2)
+    };
+    channels.iter().enumerate().map(of_channel).collect()
 }
 
 /// Returns why splines do not follow the motion, if they do not: they leave of a channel of so many
@@ -297,7 +311,7 @@ pub(super) fn sixth_differences(segments: &[Segment], layout: Layout) -> Vec<f64
 /// frequencies that are too high, or because velocities that nobody measured are zero: splines then
 /// leave more than sixteen times as much as splines through values alone (`of_values`). Of a joint
 /// that is locked, both leave the noise, which may have more power at low frequencies than white
-/// noise. The noise of a joint counts as no less than that of the noisiest one.
+/// noise.
 pub(super) fn unfollowed(
     layout: Layout,
     left: &[f64],
@@ -338,8 +352,7 @@ pub(super) fn unfollowed(
     );
     let mut reason = None;
     let accelerations = (linear.start..angular.end).map(|channel| (of_acceleration(channel), 0.0));
-    let all = pairs.chain([of_rotation]).chain(accelerations);
-    for ((pairs, alone), others) in all.zip(noise_of_joints(layout, of_differences)) {
+    for (pairs, alone) in pairs.chain([of_rotation]).chain(accelerations) {
         // A channel that is zero throughout measures nothing.
         let is_left = |(left, noise): (f64, f64)| {
             noise > 0.0 && left * FAR_BETTER > chance * noise.max(f64::MIN_POSITIVE.sqrt())
@@ -347,21 +360,11 @@ pub(super) fn unfollowed(
         if is_left(pairs[0]) && pairs[1].1 == 0.0 && is_left((pairs[0].0 * FAR_BETTER, alone)) {
             return Some(MotionEstimate::NoVelocities);
         }
-        let is_beyond = |((left, noise), others): ((f64, f64), f64)| {
-            is_left((left, noise)) && is_left((left, noise.max(others)))
-        };
-        if pairs.into_iter().zip(others).any(is_beyond) {
+        if pairs.into_iter().any(is_left) {
             reason = Some(MotionEstimate::TooFast);
         }
     }
     reason
-}
-
-/// Returns for each joint the largest noise of positions and of velocities of all joints, then zeros.
-fn noise_of_joints(layout: Layout, noises: &[f64]) -> impl Iterator<Item = [f64; 2]> {
-    let kinds = [0..layout.joints, layout.joints..2 * layout.joints];
-    let most = kinds.map(|of| noises[of].iter().fold(0.0, |a: f64, &b| a.max(b)));
-    std::iter::repeat_n(most, layout.joints).chain(std::iter::repeat([0.0; 2]))
 }
 
 #[cfg(test)]
