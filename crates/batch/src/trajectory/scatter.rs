@@ -204,6 +204,6 @@ mod tests {
         }
         let inside = inside as f64 / (10 * DRAWS) as f64;
         assert!((variance / 9.0 - 1.0).abs() < 0.1, "{variance}");
-        assert!((inside - 0.95).abs() < 0.02, "{inside}");
+        assert!((inside - 0.95).abs() < 0.01, "{inside}");
     }
 }

@@ -296,11 +296,7 @@ pub(super) fn sixth_differences(segments: &[Segment], layout: Layout) -> Vec<f64
     let most = kinds.map(|kind| channels[kind].iter().fold(0.0, |a: f64, of| a.max(of.1)));
     let of_channel = |(channel, &(variance, size)): (usize, &(f64, f64))| {
         let of_joints = most.get(channel / layout.joints.max(1));
-        let size = if size > 0.0 {
-            of_joints.copied().unwrap_or(size)
-        } else {
-            0.0
-        };
+        let size = *of_joints.filter(|_| size > 0.0).unwrap_or(&size);
         variance + (SETTINGS.accuracy * size).powi(2)
     };
     channels.iter().enumerate().map(of_channel).collect()
