@@ -1,6 +1,6 @@
 """From logs whose noise the simulator draws: 1 % of each channel's peak on every channel, 20 seeds.
 
-Run by `make bench-study-logs`. All six joints move at once; a first run without noise tells the
+Run by `make bench-study-logs`. All six joints move at once; a first run without noise gives the
 peaks, of each joint, of each axis of the base, of its IMU and of each finger. A seed draws anew the
 noise of the sensors and of the command. The controllers do not feel it: it is in the logs alone.
 The rows with a lag are what is known online at the time.
@@ -82,7 +82,7 @@ def online(recorded: Recorded, identifier: tactid.Identifier | tactid.LagIdentif
 
 
 def noise(log: Path) -> str:
-    """The experiment's section that gives each channel a part of its peak in this log.
+    """The experiment's section that gives each channel a fraction of its peak in this log.
 
     Forces at contact points have none: nothing is identified from them.
     """

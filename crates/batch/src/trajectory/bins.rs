@@ -124,8 +124,8 @@ pub(crate) struct SampleBins {
 }
 
 impl SampleBins {
-    /// Creates the bins of a robot with so many wrench sensors. They stay empty where they have no
-    /// use, `given` as the reason or among those of the settings.
+    /// Creates the bins of a robot with so many wrench sensors. They stay empty where motion and
+    /// payload are not estimated at once, for the `given` reason or one in the settings.
     pub(crate) fn new(
         robot: &Manipulator,
         sensors: usize,

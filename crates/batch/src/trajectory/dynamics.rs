@@ -8,7 +8,7 @@ use super::bins::{Bin, Layout};
 use super::segment::{Derivatives, base_motion};
 
 /// Steps of the differences by which values, first and second derivatives of a coordinate are
-/// varied, in the coordinate's unit, by s and by s². The rows are smooth far beyond them.
+/// varied, in the coordinate's unit, per s and per s². The rows are smooth far beyond them.
 const STEPS: [f64; 3] = [1e-6, 1e-5, 1e-4];
 
 /// Computes the rows of a model at states of the motion.
@@ -43,8 +43,8 @@ impl Dynamics {
         self.layout
     }
 
-    /// Returns for each channel whether a sensor measures it: what does not is exact but for the
-    /// motion.
+    /// Returns for each channel whether a sensor measures it. A channel without a sensor, as the
+    /// momentum of a free base, has no noise but that of the motion.
     pub(super) fn are_measured(&self) -> Vec<bool> {
         self.model.are_measured()
     }

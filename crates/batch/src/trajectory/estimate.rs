@@ -28,11 +28,12 @@ pub(crate) struct Estimate {
     pub(crate) parameters: Parameters,
     /// Covariance of the parameters for white noise.
     pub(crate) of_white_noise: Matrix,
-    /// The larger of that and of the covariance from the scatter of scores, in every direction.
+    /// The larger of that and of the covariance from the scatter of scores, in every direction. Of its
+    /// root, 1.96 are half of a 95 % interval also where the scatter has few degrees of freedom.
     pub(crate) covariance: Matrix,
     /// Covariance for white noise that is as large as the mean scatter of the scores.
     pub(crate) metric: Matrix,
-    /// Degrees of freedom of the noise.
+    /// Degrees of freedom of the residuals of a channel.
     pub(crate) freedom: f64,
     /// Largest mean square of the residuals of a quantity of the motion or of a channel of the load,
     /// relative to the variance of its noise, less what is chance: of all bins, and of those of any

@@ -56,17 +56,16 @@ impl Default for LagSettings {
 /// samples do not change it, and what it says of the payload is kept. An online identifier of its
 /// own, [`online`](Self::online), gives the first parameters and detects payload changes, after
 /// which everything begins again. The first estimate needs 0.8 s, or the lag and 0.05 s where that is
-/// longer, also after a gap, and every
-/// 0.05 s it is renewed with the samples until then.
+/// longer, also after a gap, and every 0.05 s it is renewed with the samples until then.
 ///
-/// There is an estimate where there is one of a recording, with three differences. Rows have the
+/// The estimate differs from that of a recording in three ways. Rows have the
 /// weights that follow from the samples until they were marginalised, so that those of the first
 /// second are less precise. Residuals, and with them the intervals, are those of the motion at that
 /// time. Wrong assumptions are not looked for, but where residuals are larger than noise: see
 /// [`online_findings`](crate::online_findings).
 ///
 /// A gap of the samples, and a motion that splines do not follow, end the motion, and what is known
-/// of the payload stays. Residuals that are larger than noise, of all samples or of any second,
+/// of the payload stays. Residuals that are larger than noise, of all samples or of any 72 bins (1.2 s or more),
 /// discard it. There is no estimate where that of the online identifier is as precise.
 ///
 /// # Assumptions
@@ -171,7 +170,7 @@ impl LagIdentifier {
         self.online.finish();
     }
 
-    /// Uses the samples that later ones would complete: after the last sample of a run.
+    /// Uses the samples of the open bin; to be called after the last sample of a run.
     ///
     /// Motion is estimated up to the end of an interval of 0.05 s, so that up to that time of the
     /// last samples stays unused.

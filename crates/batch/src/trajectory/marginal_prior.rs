@@ -39,7 +39,7 @@ impl MarginalPrior {
         self.information.nrows() - border()
     }
 
-    /// Lets changes count from other coefficients, of which these are the first, and parameters.
+    /// Moves the point from which changes count. `coefficients` begin with those of the prior.
     pub(super) fn move_to(&mut self, coefficients: &[f64], parameters: &SVector<f64, 10>) {
         let count = self.coefficients();
         let coefficients = coefficients.iter().take(count);

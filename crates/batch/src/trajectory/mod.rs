@@ -34,7 +34,7 @@ pub use self::lag::{LagIdentifier, LagSettings};
 pub enum MotionEstimate {
     /// Motion and payload were estimated at once, from all measurements: splines of degree five for
     /// the joints and the base. Of a long recording, these are the first 6000 means over about a
-    /// sixtieth of a second, those of 67 to 150 s by the rate of its samples (100 s at 1 kHz), and
+    /// sixtieth of a second, those of 67 to 200 s by the rate of its samples (100 s at 1 kHz), and
     /// fewer for robots with more than eight joints.
     WithPayload,
     /// The motion was smoothed before, sample by sample, because one estimate of both is not for
@@ -51,7 +51,7 @@ pub enum MotionEstimate {
     /// The motion was smoothed before, because the cutoff was chosen for it: splines follow 10 Hz
     /// whatever the cutoff is.
     GivenCutoff,
-    /// The motion was smoothed before, because no stretch without gaps is long enough (0.35 s), or
+    /// The motion was smoothed before, because no stretch without gaps is long enough (0.35 s at 50 Hz, 1.8 s at 30 Hz), or
     /// samples are so rare (below 30 Hz) that splines go through all of them.
     TooFew,
     /// The motion was smoothed before, because it has frequencies that splines do not follow, or
@@ -100,7 +100,7 @@ struct TrajectorySettings {
 /// of a robot with eight joints the memory of the normal equations, some 60 MB. While
 /// samples come, splines of less than 0.8 s leave too few degrees of freedom to see the noise, those
 /// of 1.2 s, or of 72 bins of rarer samples, are at the end of it as those of all samples are, and noise
-/// is that of 10 s. Of samples below 38 Hz, splines leave so little that passes from there diverge.
+/// is that of 10 s. Of samples below 40 Hz, splines leave so little that passes from there diverge.
 const SETTINGS: TrajectorySettings = TrajectorySettings {
     knots_hz: 20.0,
     bins_of_interval: 3.0,

@@ -19,7 +19,8 @@ type Parameters = SVector<f64, 10>;
 pub(super) struct Noise {
     /// Variances of the channels of the motion; see [`smooth`].
     of_motion: Vec<f64>,
-    /// Variances that white noise with their [`sixth_differences`] would have.
+    /// Variances that white noise with their [`sixth_differences`] would have, with an allowance for
+    /// the error of splines.
     of_differences: Vec<f64>,
     /// Variances that splines through their values alone leave, of those whose rates are zero.
     of_values: Vec<f64>,

@@ -29,10 +29,10 @@ pub(super) struct BinRows {
     of_motion: usize,
 }
 
-/// What a solution leaves of the rows of a bin.
+/// Residuals of the rows of a bin.
 pub(super) struct Rest {
-    /// What the rows say of the parameters beyond the solution: how it falls with each parameter,
-    /// and last its value.
+    /// Scores of the parameters: their derivatives by each parameter with the opposite sign, and last
+    /// their values.
     pub(super) scores: DMatrix<f64>,
     /// Residuals of the rows of the measured motion.
     pub(super) of_motion: Vec<f64>,

@@ -27,8 +27,6 @@ pub(super) struct Scatter {
     products: DMatrix<f64>,
     /// Entries of the scores at the bins of the stretch that splines span, the newest first.
     recent: VecDeque<DVector<f64>>,
-    /// Sums over the bins of their information on each parameter, and of its squares.
-    information: [Parameters; 2],
     /// Numbers of bins, of rows, and of unknowns.
     bins: f64,
     rows: f64,
@@ -42,7 +40,6 @@ impl Default for Scatter {
         Self {
             products: DMatrix::zeros(entries, entries),
             recent: VecDeque::new(),
-            information: [Parameters::zeros(); 2],
             bins: 0.0,
             rows: 0.0,
             unknowns: 0.0,
@@ -55,10 +52,6 @@ impl Scatter {
     /// opposite sign, and last what they are at `parameters`.
     pub(super) fn add(&mut self, scores: &DMatrix<f64>, parameters: &Parameters, rows: usize) {
         let mut scores = scores.clone();
-        // Less what the motion takes of it.
-        let information = Parameters::from_fn(|k, _| scores[(k, k)]);
-        self.information[0] += information;
-        self.information[1] += information.component_mul(&information);
         let at_zero = scores.columns(0, 10) * parameters + scores.column(10);
         scores.set_column(10, &at_zero);
         let scores = DVector::from_column_slice(scores.as_slice());
@@ -94,37 +87,42 @@ impl Scatter {
         self.unknowns
     }
 
-    /// Returns the covariance of the sum of scores at these parameters.
-    fn meat(&self, parameters: &Parameters) -> Matrix {
-        let factor = |column: usize| parameters.get(column).map_or(1.0, |value| -value);
+    /// Returns the sum of the products of scores whose entries have these weights in pairs.
+    fn meat(&self, weight: impl Fn(usize, usize) -> f64) -> Matrix {
         let mut half = Matrix::zeros();
         for (i, j) in (0..11).flat_map(|i| (0..11).map(move |j| (i, j))) {
-            let block = self.products.fixed_view::<10, 10>(10 * i, 10 * j);
-            half += block * (factor(i) * factor(j));
+            half += self.products.fixed_view::<10, 10>(10 * i, 10 * j) * weight(i, j);
         }
         half + half.transpose()
     }
 
     /// Returns the covariance of these parameters that is at least as large as that of white noise in
-    /// every direction, and the mean ratio of both, one or more.
+    /// every direction, times the square of Student's factor, and the mean ratio of the scatter to
+    /// that of white noise, one or more.
     ///
-    /// Residuals are smaller than the noise by what the unknowns explain, and the sum of scores is
-    /// zero, which takes `b - b² / 3` of a meat with a bandwidth of the fraction `b` of the bins
-    /// (Kiefer and Vogelsang 2005), as many as have the information (Kish 1965). Of the scatter in ten
-    /// directions the mean is ten times as well known as each, so directions count as far as their
-    /// degrees of freedom, `1.5 / b`, go. Where scatter is larger than white noise, the excess has
-    /// the degrees of freedom of such an estimate (Satterthwaite 1946, doi 10.2307/3002019).
+    /// Residuals are smaller than the noise by what the unknowns explain. The scores are those of
+    /// parameters that were estimated from them: an error of the covariance `C` changes the scores of
+    /// a bin with the information `J` by `J C J`, and the meat has so much less. For one parameter
+    /// and equal bins that is `b - b² / 3` with a bandwidth of the fraction `b` of the bins (Kiefer
+    /// and Vogelsang 2005), from which follows what `b` is. Of the scatter in ten directions the mean
+    /// is ten times as well known as each, so directions count as far as their degrees of freedom,
+    /// `1.5 / b`, go. The intervals are those of Student's t with the degrees of freedom of such a
+    /// scatter where it is far larger than white noise, and of more where white noise explains it.
     pub(super) fn covariance(
         &self,
         of_white_noise: &Matrix,
         parameters: &Parameters,
     ) -> (Matrix, f64) {
-        let [sum, squares] = &self.information;
-        let effective = sum.component_mul(sum).component_div(squares).mean();
-        let bandwidth = ((spanned() + 1) as f64 / effective).min(1.0);
-        let left = 1.0 - bandwidth + bandwidth.powi(2) / 3.0;
+        let of_errors = |i: usize, j: usize| match i.max(j) {
+            10 => 0.0,
+            _ => of_white_noise[(i, j)],
+        };
+        let taken = (self.meat(of_errors) * of_white_noise).trace() / 10.0;
+        let taken = taken.min(2.0 / 3.0);
+        let bandwidth = 1.5 - (2.25 - 3.0 * taken).sqrt();
         let fraction = (self.rows - self.unknowns) / self.rows;
-        let meat = self.meat(parameters) / (left * fraction);
+        let factor = |column: usize| parameters.get(column).map_or(1.0, |value| -value);
+        let meat = self.meat(|i, j| factor(i) * factor(j)) / ((1.0 - taken) * fraction);
         let mean = (meat * of_white_noise).trace() / 10.0;
         let sandwich = of_white_noise * meat * of_white_noise;
         let freedom = 1.5 / bandwidth;
@@ -132,7 +130,7 @@ impl Scatter {
         let shrunk = sandwich * weight + of_white_noise * (mean * (1.0 - weight));
         let mean = mean.max(1.0);
         let of_scatter = freedom / (weight.powi(2) + (1.0 - weight.powi(2)) / 10.0);
-        let factor = students_factor(of_scatter / (1.0 - mean.recip()).powi(2));
+        let factor = students_factor(of_scatter / (1.0 - mean.recip()));
         (larger(of_white_noise, &shrunk) * factor.powi(2), mean)
     }
 }
@@ -173,21 +171,44 @@ mod tests {
         }
     }
 
-    /// Noise that is larger than white noise is seen in its scatter, also where few of the bins have
-    /// information: intervals hold as often as they should.
+    /// Noise that is larger than what white noise explains is seen in its scatter, also where few of
+    /// the bins have information and where neighbouring bins share noise: intervals hold about as
+    /// often as they should.
     #[test]
     fn intervals_hold_where_few_bins_have_information() {
+        // Sums over neighbouring bins see less of noise that is correlated over as long.
+        for (size, correlation, error, least) in [
+            (3.0, 0.0, 0.1, 0.94),
+            (1.5, 0.0, 0.1, 0.94),
+            (1.5, 0.5, 0.25, 0.92),
+        ] {
+            let (ratio, inside) = ratio_and_coverage(size, correlation);
+            let expected = size * size * (1.0 + correlation) / (1.0 - correlation);
+            assert!((ratio / expected - 1.0).abs() < error, "{ratio} {expected}");
+            assert!(
+                (least..0.965).contains(&inside),
+                "{size} {correlation}: {inside}"
+            );
+        }
+    }
+
+    /// Returns the mean ratio of the scatter to white noise, and how often intervals hold, over draws
+    /// of noise of this size and of this correlation of neighbouring bins, half of them with a
+    /// hundredth of the others' information.
+    fn ratio_and_coverage(size: f64, correlation: f64) -> (f64, f64) {
         const DRAWS: usize = 300;
         const BINS: usize = 60;
         let mut random = SmallRng::seed_from_u64(1);
         let information = |bin: usize| if bin < BINS / 2 { 1.0 } else { 0.01 };
         let whole: f64 = (0..BINS).map(information).sum();
         let of_white_noise = Matrix::identity() / whole;
-        let (mut variance, mut inside) = (0.0, 0);
+        let (mut ratio, mut inside) = (0.0, 0);
         for _ in 0..DRAWS {
+            let mut drawn = || Parameters::from_fn(|_, _| random.sample::<f64, _>(StandardNormal));
+            let mut last = drawn();
             let mut noise_of = |bin: usize| {
-                let size = 3.0 * information(bin).sqrt();
-                Parameters::from_fn(|_, _| size * random.sample::<f64, _>(StandardNormal))
+                last = last * correlation + drawn() * (1.0 - correlation * correlation).sqrt();
+                last * (size * information(bin).sqrt())
             };
             let noise: Vec<Parameters> = (0..BINS).map(&mut noise_of).collect();
             let found = noise.iter().sum::<Parameters>() / whole;
@@ -198,12 +219,10 @@ mod tests {
                 scatter.add(&scores, &found, 30);
             }
             let (covariance, mean) = scatter.covariance(&of_white_noise, &found);
-            variance += mean / DRAWS as f64;
+            ratio += mean / DRAWS as f64;
             let is_inside = |k: usize| found[k].abs() < HALF_WIDTH_95 * covariance[(k, k)].sqrt();
             inside += (0..10).filter(|&k| is_inside(k)).count();
         }
-        let inside = inside as f64 / (10 * DRAWS) as f64;
-        assert!((variance / 9.0 - 1.0).abs() < 0.1, "{variance}");
-        assert!((inside - 0.95).abs() < 0.01, "{inside}");
+        (ratio, inside as f64 / (10 * DRAWS) as f64)
     }
 }

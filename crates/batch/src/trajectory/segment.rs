@@ -35,7 +35,7 @@ pub(super) struct Segment {
     pub(super) bins: Vec<Bin>,
     /// Index of the first spline that is not zero at the time of each bin.
     pub(super) spans: Vec<usize>,
-    /// The splines at the time of each bin, with derivatives by s.
+    /// The splines at the time of each bin, with derivatives with respect to time.
     pub(super) bases: Vec<Basis>,
     /// Number of splines.
     pub(super) splines: usize,

@@ -272,9 +272,10 @@ fn smooth_group(segments: &mut [Segment], group: &Group) -> Option<[f64; 2]> {
 }
 
 /// Returns for each channel of the motion the variance of white noise with the same sixth differences
-/// of neighbouring values, and with what splines and means over bins leave of its size. The size of a
-/// joint is that of the one that moves most: what the control of a held joint leaves of it is nothing
-/// beside the others. A channel that is zero throughout has none.
+/// of neighbouring values, and of the error of splines and means over bins, a fraction of its largest
+/// absolute value. Of a joint, that is the largest value of all joints, a slide of 1 m as a turn of
+/// 1 rad: what the control of a held joint leaves is nothing beside the others. A channel that is zero
+/// throughout has a variance of zero.
 pub(super) fn sixth_differences(segments: &[Segment], layout: Layout) -> Vec<f64> {
     let power: f64 = SIXTH.iter().map(|factor| factor * factor).sum();
     let difference_and_size = |channel: usize| {

@@ -30,8 +30,8 @@
 //! What recordings have in common is in none of these differences, and no number of recordings
 //! reduces its error. The gains and the calibration of the arm are known with their uncertainty: an
 //! estimate says how much each of their errors changes its parameters ([`SharedErrors`]), and the
-//! changes are averaged, not their squares. Errors of a known tool and of an unloaded reference
-//! that is subtracted are in no interval.
+//! changes are averaged, not their squares. So is a known tool. Errors of an unloaded reference that
+//! is subtracted are in no interval.
 
 mod agreement;
 mod between;
@@ -156,7 +156,7 @@ pub fn combine_estimates(
     let (pooled, shape) = match shape {
         None => (mean(&terms), None),
         Some(shape) => {
-            // What an error causes that gains, a calibration or a known tool have.
+            // The covariance of the errors of gains, calibration and known tool.
             let of_noise = mean(&comparable(&runs.iter().map(alone).collect::<Vec<_>>()));
             let of_all = mean(&terms);
             let constant = of_all.covariance() - of_noise.covariance();
@@ -202,8 +202,8 @@ fn add_variance(term: &mut Term, covariance: &Matrix) {
     term.covariance += covariance;
 }
 
-/// Returns the mass of a body, kg, and its largest extent from the frame's origin or from its
-/// centre of mass, m.
+/// Returns the mass of a body, kg, and its size, m: the distance of its centre of mass from the
+/// frame's origin, or the root mean square distance of its parts where that is larger.
 fn size(parameters: &Vector) -> [f64; 2] {
     let mass = parameters[0].abs();
     if mass == 0.0 {

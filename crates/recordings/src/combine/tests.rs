@@ -173,7 +173,7 @@ fn coverage(draws: u64, runs: usize, relative_spread: f64) -> ([f64; 10], f64) {
     (held, agreed)
 }
 
-/// The 95 % intervals contain the truth in 93 to 97 % of 800 draws, with and without a spread
+/// The 95 % intervals contain the truth in 93 to 97.5 % of 800 draws, with and without a spread
 /// between the runs, and the verdict is right: a false alarm is rare, and a spread of some times
 /// the noise is always noticed.
 #[test]
