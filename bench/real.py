@@ -110,7 +110,7 @@ ARMS = (
 
 
 def unloaded_arm(data: Path, arm: Arm) -> Iterator[Row]:
-    """Half of a recording calibrates the arm; the torques of the block are added to the other half."""
+    """Half of a recording calibrates the arm; the other half has the torques of the block, too."""
     path = need(data / f"unisa/{arm.log}_exciting_trajectory.db3", UNISA)
     urdf = described(arm.urdf).read_text().replace('type="prismatic"', 'type="fixed"')
     robot = tactid.Manipulator.from_urdf(urdf)

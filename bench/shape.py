@@ -231,7 +231,8 @@ def start(folder: Path) -> None:
 def main() -> None:
     """Prints a row for each case, and the values that miss in most seeds."""
     table = Table(title=f"{len(TOOLS)} tools, {SEEDS} seeds, 0.2 N and 0.01 N m of noise")
-    for title in ("shape", "mass %, median", "centre mm, median", "inertia %, median", "mean", "largest"):
+    medians = ("mass %, median", "centre mm, median", "inertia %, median")
+    for title in ("shape", *medians, "mean", "largest"):
         table.add_column(title, justify="right")
     for title in ("inside %", "inertia inside %", "always miss", "refused %"):
         table.add_column(title, justify="right")
