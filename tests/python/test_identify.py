@@ -78,6 +78,22 @@ def test_progress_is_reported_and_can_stop_the_work(log: Path) -> None:
     assert tactid.info(log.with_name("stopped.mcap")).damage == []
 
 
+def test_wrenches_without_a_delay_have_none(tmp_path: Path) -> None:
+    """Weights that followed the residuals with a delay made one of this motion's noise."""
+    path, experiment = tmp_path / "run.mcap", tactid.Experiment.paper().replace(duration=600.0)
+
+    def stop(done: float) -> None:
+        if done * experiment.duration > 32:
+            raise RuntimeError("enough")
+
+    with pytest.raises(RuntimeError, match="enough"):
+        tactid.simulate(experiment, path, progress=stop)
+    found = tactid.identify(path)
+    assert [finding.kind for finding in found.findings] == ["wrenches_summed", "outliers"]
+    assert found.estimated_delay is not None
+    assert abs(found.estimated_delay.delay_s) < 3 * found.estimated_delay.std_dev_s
+
+
 def test_info_has_topics_and_truth(log: Path) -> None:
     info = tactid.info(log)
     topics = {topic.name: topic for topic in info.topics}

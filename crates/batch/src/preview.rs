@@ -8,7 +8,7 @@ use tactid_identify::solve::target_sizes;
 
 use crate::diagnosis::FAR_BETTER;
 use crate::fit::products::{Products, WIDTH, WideRow};
-use crate::fit::{CONVERGED_ENOUGH, Delay, FitOptions, further, least_squares};
+use crate::fit::{CONVERGED_ENOUGH, Delay, Fit, FitOptions, further, least_squares};
 
 /// Longest delay that is searched for, s.
 pub const LONGEST_DELAY_S: f64 = 0.5;
@@ -45,16 +45,20 @@ fn power(equations: &[Equation], rows: impl Fn(&Equation) -> &Vec<Row>) -> f64 {
 /// fit, in the channels' units; `None` where the equations are too few.
 #[must_use]
 pub fn residual_size(equations: &[Equation], channels: &Channels) -> Option<f64> {
-    let channels = without_known_noise(channels);
-    let options = FitOptions {
-        converged: CONVERGED_ENOUGH,
-        covariance: false,
-        ..FitOptions::new(&channels)
-    };
-    let fit = least_squares::fit(equations, options)?;
+    let fit = fit_of_residuals(equations, &without_known_noise(channels))?;
     let std_devs = &fit.noise.std_devs;
     let logarithms: f64 = std_devs.iter().map(|std_dev| std_dev.ln()).sum();
     Some((logarithms / std_devs.len() as f64).exp())
+}
+
+/// Fits the parameters as far as their residuals need it, without their covariance.
+fn fit_of_residuals(equations: &[Equation], channels: &Channels) -> Option<Fit> {
+    let options = FitOptions {
+        converged: CONVERGED_ENOUGH,
+        covariance: false,
+        ..FitOptions::new(channels)
+    };
+    least_squares::fit(equations, options)
 }
 
 /// Returns equations without what further unknowns of the wrench explain, among which an offset
@@ -78,13 +82,19 @@ pub fn without_unknowns(
     }
 }
 
-/// Returns the delay of the load relative to the motion, as one more unknown of a fit; `None` where
-/// the equations are too few. It is accurate for delays that are short against a window.
+/// Returns the delay of the load relative to the motion, as one more unknown of a fit with the
+/// weights and the noise of a fit without it; `None` where the equations are too few. It is
+/// accurate for delays that are short against a window.
+///
+/// Weights and noise that follow the residuals with the delay approach their own fixed point by a
+/// factor of 0.7 a pass, and it may be tens of standard deviations from the delay.
 #[must_use]
 pub fn fitted_delay(equations: &[Equation], channels: &Channels) -> Option<Delay> {
     let channels = without_known_noise(channels);
+    let fit = fit_of_residuals(equations, &channels)?;
     let options = FitOptions {
         delay: true,
+        weights_of: Some(&fit),
         ..FitOptions::new(&channels)
     };
     least_squares::fit(equations, options)?.delay

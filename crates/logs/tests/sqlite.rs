@@ -48,8 +48,9 @@ fn every_schema_has_the_messages_of_mcap() {
 fn rows_out_of_order_are_put_in_order() {
     let count = 10_007;
     let folder = tempfile::tempdir().unwrap();
-    let orders: [(&str, &dyn Fn(u64) -> u64); 4] = [
+    let orders: [(&str, &dyn Fn(u64) -> u64); 5] = [
         ("in order", &|k| k),
+        ("in order but the last", &|k| k % (count - 1)),
         ("backwards", &|k| count - k),
         ("shuffled", &|k| (k * 3571) % count),
         ("at one time", &|_| 7),
@@ -75,7 +76,10 @@ fn rows_out_of_order_are_put_in_order() {
                 .collect();
             assert!(found == expected, "{name}, index {index}");
 
-            let only = LogReader::open(&path).unwrap().messages_on(["/b"]).unwrap();
+            let log = LogReader::open(&path).unwrap();
+            let counts: u64 = log.topics().iter().map(|topic| topic.count).sum();
+            assert_eq!(counts, count, "{name}, index {index}");
+            let only = log.messages_on(["/b"]).unwrap();
             assert_eq!(only.count() as u64, count / 2);
         }
     }

@@ -19,7 +19,7 @@ use crate::sources::times_ns;
 /// Number of events that go from the reading to the aligning thread at a time.
 const BATCH: usize = 4096;
 /// Number of batches that may wait.
-const BATCHES: usize = 8;
+const BATCHES: usize = 2;
 
 /// One log, decoded while it is read, with the unloaded recording of the same motion if there is
 /// one.

@@ -276,7 +276,7 @@ fn sample(
     joints.clear();
     for event in events {
         match &event.measured {
-            Measured::Base(state) => base = Some(*state),
+            Measured::Base(state) => base = Some(**state),
             Measured::Joints(values) => joints.extend(&values.position),
             Measured::Wrench(_, wrench) => wrenches.push(*wrench),
             _ => {}

@@ -8,7 +8,7 @@ use tactid_batch::preview::{
 use tactid_identify::equations::{Equation, MultiCutoffStream, window};
 use tactid_identify::{Channels, EquationSettings};
 
-use crate::alignment::{Aligner, Event, Measured, Streams};
+use crate::alignment::{Aligned, Aligner, Event, Measured, Streams};
 use crate::defaults::Options;
 use crate::recording::Sources;
 use crate::{Finding, RecordingError};
@@ -393,9 +393,10 @@ impl Preview<'_> {
         let (robot, tip) = (&sources.robot, &options.tip);
         let mut stream = MultiCutoffStream::new(robot, tip, &sensors, settings, cutoffs_hz)?;
         let mut aligner = Aligner::new(streams.clone(), robot, delay_s, settings.max_gap_s);
+        let mut aligned = Aligned::empty();
         for event in self.events {
             aligner.push(event.clone());
-            while let Some(aligned) = aligner.next() {
+            while aligner.next_into(&mut aligned) {
                 stream.push(&aligned.sample())?;
             }
         }

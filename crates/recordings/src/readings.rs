@@ -208,7 +208,7 @@ fn exchange(measured: &mut Measured, joints: &[usize]) {
 /// Returns events whose poses of the base are read otherwise. Its velocities follow from the poses.
 fn with_poses(events: &[Event], reading: PoseReading) -> Vec<Event> {
     let mut events = events.to_vec();
-    let of_base = |event: &Event| match event.measured {
+    let of_base = |event: &Event| match &event.measured {
         Measured::Base(base) => Some((event.time_s, reading.read(&base.pose))),
         _ => None,
     };
@@ -218,7 +218,7 @@ fn with_poses(events: &[Event], reading: PoseReading) -> Vec<Event> {
         if let Measured::Base(base) = &mut event.measured
             && let Some(state) = states.next()
         {
-            *base = BaseState {
+            **base = BaseState {
                 acceleration: base.acceleration,
                 angular_acceleration: base.angular_acceleration,
                 ..state

@@ -1,7 +1,7 @@
 //! Runs through a recording: events in, an estimator fed.
 
 use std::ops::ControlFlow;
-use std::sync::mpsc::{SyncSender, sync_channel};
+use std::sync::mpsc::{Receiver as Returned, SyncSender, channel, sync_channel};
 use std::thread;
 
 use tactid_batch::BatchIdentifier;
@@ -142,12 +142,24 @@ fn present(
 ) -> Result<(Pass, Reading), RecordingError> {
     thread::scope(|scope| {
         let (batches, received) = sync_channel::<Vec<Aligned>>(BATCHES);
-        let receiving = scope.spawn(move || {
-            let mut samples = received.into_iter().flatten();
-            samples.try_for_each(|aligned| receiver.push(&aligned.sample()))
+        let (used, returned) = channel();
+        let receiving = scope.spawn(move || -> Result<(), RecordingError> {
+            for batch in received {
+                for aligned in &batch {
+                    receiver.push(&aligned.sample())?;
+                }
+                // At the end, it is not needed any more.
+                let _ = used.send(batch);
+            }
+            Ok(())
         });
         let mut pass = Pass::new(plan);
-        let mut samples = Samples::new(batches);
+        let mut samples = Samples {
+            batches,
+            returned,
+            batch: Vec::with_capacity(BATCH),
+            count: 0,
+        };
         let take = &mut |event| pass.take(event, &mut samples);
         let reading = recording.read(plan.selection(), take, progress);
         samples.finish();
@@ -160,34 +172,41 @@ fn present(
 /// The aligned samples on their way to the receiver.
 struct Samples {
     batches: SyncSender<Vec<Aligned>>,
+    /// The batches that the receiver has used, whose memory the next ones reuse.
+    returned: Returned<Vec<Aligned>>,
+    /// The samples so far, and places of former ones.
     batch: Vec<Aligned>,
+    count: usize,
 }
 
 impl Samples {
-    fn new(batches: SyncSender<Vec<Aligned>>) -> Self {
-        Self {
-            batches,
-            batch: Vec::with_capacity(BATCH),
+    /// Returns the place of the next sample.
+    fn place(&mut self) -> &mut Aligned {
+        if self.count == self.batch.len() {
+            self.batch.push(Aligned::empty());
         }
+        &mut self.batch[self.count]
     }
 
-    /// Adds a sample.
+    /// Adds the sample that was written to the place of the next one.
     ///
     /// # Errors
     /// Returns [`RecordingError::Interrupted`] if the receiver has ended with an error of its own,
     /// which replaces this one.
-    fn push(&mut self, aligned: Aligned) -> Result<(), RecordingError> {
-        self.batch.push(aligned);
-        if self.batch.len() < BATCH {
+    fn push(&mut self) -> Result<(), RecordingError> {
+        self.count += 1;
+        if self.count < BATCH {
             return Ok(());
         }
-        let batch = std::mem::replace(&mut self.batch, Vec::with_capacity(BATCH));
-        let sent = self.batches.send(batch);
+        self.count = 0;
+        let next = self.returned.try_recv().unwrap_or_default();
+        let sent = self.batches.send(std::mem::replace(&mut self.batch, next));
         sent.map_err(|_| RecordingError::Interrupted)
     }
 
     /// Sends the last samples.
-    fn finish(self) {
+    fn finish(mut self) {
+        self.batch.truncate(self.count);
         // Where the receiver has ended with an error, they are not needed.
         let _ = self.batches.send(self.batch);
     }
@@ -249,11 +268,15 @@ impl Pass {
         self.ranges.push(&event);
         self.steps.push(&event);
         self.aligner.push(event);
-        while let Some(mut aligned) = self.aligner.next() {
+        loop {
+            let aligned = samples.place();
+            if !self.aligner.next_into(aligned) {
+                return Ok(());
+            }
             if let Some(unloaded) = &aligned.unloaded {
                 self.unloaded_scale.push(unloaded);
             }
-            self.unloaded.subtract(&mut aligned);
+            self.unloaded.subtract(aligned);
             let passed_s = aligned.time_s - self.last_s;
             if self.samples == 0 {
                 self.first_s = aligned.time_s;
@@ -262,9 +285,8 @@ impl Pass {
             }
             self.samples += 1;
             self.last_s = aligned.time_s;
-            samples.push(aligned)?;
+            samples.push()?;
         }
-        Ok(())
     }
 
     fn totals(&self, plan: &Plan<'_>) -> Totals {

@@ -7,7 +7,7 @@ use tactid_identify::equations::Continuation;
 use tactid_identify::{BaseState, Sample};
 
 use super::event::{Event, JointValues, Measured, SpecificForce, Streams};
-use super::stream::{Reach, Stream, ValueAt};
+use super::stream::{Stream, ValueAt};
 
 /// Time for which a sample waits for the other streams to reach its own, s.
 const LONGEST_WAIT_S: f64 = 1.0;
@@ -23,6 +23,17 @@ pub(crate) struct Aligned {
 }
 
 impl Aligned {
+    /// Creates a place for measurements.
+    pub(crate) fn empty() -> Self {
+        Self {
+            time_s: f64::NEG_INFINITY,
+            joints: JointValues::default(),
+            base: BaseState::fixed(),
+            wrenches: Vec::new(),
+            unloaded: None,
+        }
+    }
+
     /// Returns the sample for an equation stream.
     pub(crate) fn sample(&self) -> Sample<'_> {
         Sample {
@@ -109,7 +120,7 @@ impl Aligner {
                     stream.push(time_s, values);
                 }
             }
-            Measured::Base(base) if self.streams.base => self.base.push(time_s, base),
+            Measured::Base(base) if self.streams.base => self.base.push(time_s, *base),
             Measured::Acceleration(value) if self.streams.acceleration => {
                 self.acceleration.push(time_s, value);
             }
@@ -131,88 +142,64 @@ impl Aligner {
         }
     }
 
-    /// Returns the next sample for which all streams have a value; `None` until more events have
-    /// come.
-    pub(crate) fn next(&mut self) -> Option<Aligned> {
+    /// Writes the next sample for which all streams have a value to `aligned`, with its allocations.
+    /// Returns whether there is one: `false` until more events have come, with unspecified values.
+    pub(crate) fn next_into(&mut self, aligned: &mut Aligned) -> bool {
         while let Some(time_s) = self.joints.front().map(|(time_s, _)| *time_s) {
-            match self.others_at(time_s) {
-                ValueAt::NotYet if self.newest_s - time_s < self.longest_wait_s => return None,
-                ValueAt::NotYet | ValueAt::Never => {
-                    self.joints.pop_front();
-                    self.incomplete += 1;
-                }
-                ValueAt::Known(others) => {
-                    let (time_s, joints) = self.joints.pop_front()?;
-                    return Some(self.complete(time_s, joints, others));
-                }
+            let is_due = self.newest_s - time_s >= self.longest_wait_s;
+            // A sample is asked for with each event that follows its joints. The values are
+            // computed once all streams have reached its time.
+            if !is_due && self.lags(time_s) {
+                return false;
             }
+            let (missing, more_joints) = self.read_others(time_s, aligned);
+            if missing.not_yet && !missing.never && !is_due {
+                return false;
+            }
+            let Some((time_s, joints)) = self.joints.pop_front() else {
+                return false;
+            };
+            if !missing.not_yet && !missing.never {
+                (aligned.time_s, aligned.joints) = (time_s, joints);
+                for (values, places) in more_joints.iter().zip(&self.streams.more_joints) {
+                    fill(&mut aligned.joints, places, values);
+                }
+                return true;
+            }
+            self.incomplete += 1;
         }
-        None
+        false
     }
 
-    /// Returns the values of all streams but the joints' own at a time.
-    ///
-    /// A sample is asked for with each event that follows its joints. The values are computed once
-    /// all streams have reached its time.
-    fn others_at(&mut self, time_s: f64) -> ValueAt<Others> {
-        if self.others().any(|stream| stream.lags(time_s)) {
-            // Each stream is asked, because it then discards what it does not need any more.
-            let never = self.others().map(|stream| stream.is_never_at(time_s));
-            return match never.fold(false, |any, one| any | one) {
-                true => ValueAt::Never,
-                false => ValueAt::NotYet,
-            };
-        }
+    /// Returns whether some stream has not reached a time.
+    fn lags(&self, time_s: f64) -> bool {
+        let streams = &self.streams;
+        self.wrenches.iter().any(|stream| stream.lags(time_s))
+            || streams.base && self.base.lags(time_s)
+            || streams.acceleration && self.acceleration.lags(time_s)
+            || streams.base_imu.is_some() && self.base_imu.lags(time_s)
+            || streams.unloaded && self.unloaded.stream.lags(time_s)
+            || self.more_joints.iter().any(|of| of.stream.lags(time_s))
+    }
+
+    /// Writes the values of all streams but the joints' own at a time to `aligned`. Returns what is
+    /// missing of them, and the joints of further publishers. Each stream is asked, because it then
+    /// discards what it does not need any more.
+    fn read_others(&mut self, time_s: f64, aligned: &mut Aligned) -> (Missing, Vec<JointValues>) {
         let mut missing = Missing::default();
         let mut more_joints = Vec::new();
         for stream in &mut self.more_joints {
             more_joints.extend(missing.check(stream.at(time_s)));
         }
-        let base = self.base_at(time_s, &mut missing);
-        let mut wrenches = Vec::with_capacity(self.wrenches.len());
+        aligned.base = self.base_at(time_s, &mut missing);
+        aligned.wrenches.clear();
         for stream in &mut self.wrenches {
-            wrenches.extend(missing.check(stream.at(time_s)));
+            aligned.wrenches.extend(missing.check(stream.at(time_s)));
         }
-        let mut unloaded = None;
         if self.streams.unloaded {
-            unloaded = missing.check(self.unloaded.at(time_s));
+            aligned.unloaded = missing.check(self.unloaded.at(time_s));
         }
-        match missing {
-            Missing { never: true, .. } => ValueAt::Never,
-            Missing { not_yet: true, .. } => ValueAt::NotYet,
-            Missing { .. } => ValueAt::Known(Others {
-                more_joints,
-                base,
-                wrenches,
-                unloaded,
-            }),
-        }
-    }
-
-    /// Returns all streams that are aligned to the joints' own.
-    fn others(&mut self) -> impl Iterator<Item = &mut dyn Reach> {
-        let Self {
-            streams,
-            more_joints,
-            base,
-            acceleration,
-            base_imu,
-            wrenches,
-            unloaded,
-            ..
-        } = self;
-        let more_joints = more_joints.iter_mut().map(|joints| &mut joints.stream as _);
-        let single: [(bool, &mut dyn Reach); 4] = [
-            (streams.base, base),
-            (streams.acceleration, acceleration),
-            (streams.base_imu.is_some(), base_imu),
-            (streams.unloaded, &mut unloaded.stream),
-        ];
-        let single = single.into_iter().filter(|(is_aligned, _)| *is_aligned);
-        let single = single.map(|(_, stream)| stream);
-        more_joints
-            .chain(single)
-            .chain(wrenches.iter_mut().map(|wrenches| wrenches as _))
+        (missing, more_joints)
     }
 
     /// Returns the state of the base at a time, with its measured accelerations.
@@ -235,20 +222,6 @@ impl Aligner {
         }
         base
     }
-
-    /// Returns the joints at a time with the values of the other streams.
-    fn complete(&self, time_s: f64, mut joints: JointValues, others: Others) -> Aligned {
-        for (values, places) in others.more_joints.iter().zip(&self.streams.more_joints) {
-            fill(&mut joints, places, values);
-        }
-        Aligned {
-            time_s,
-            joints,
-            base: others.base,
-            wrenches: others.wrenches,
-            unloaded: others.unloaded,
-        }
-    }
 }
 
 /// The joints of one stream, whose angles go on where they start again after a turn: between the
@@ -270,15 +243,6 @@ impl ContinuedJoints {
     fn at(&mut self, time_s: f64) -> ValueAt<JointValues> {
         self.stream.at(time_s)
     }
-}
-
-/// Values of all streams but the joints' own at one time.
-#[derive(Clone, Debug, PartialEq)]
-struct Others {
-    more_joints: Vec<JointValues>,
-    base: BaseState,
-    wrenches: Vec<Wrench>,
-    unloaded: Option<JointValues>,
 }
 
 /// Whether a stream has no value at a time.
@@ -347,6 +311,11 @@ mod tests {
         }
     }
 
+    fn next(aligner: &mut Aligner) -> Option<Aligned> {
+        let mut aligned = Aligned::empty();
+        aligner.next_into(&mut aligned).then_some(aligned)
+    }
+
     fn one_wrench() -> Streams {
         Streams {
             wrenches: 1,
@@ -361,16 +330,16 @@ mod tests {
         let mut aligner = Aligner::new(one_wrench(), &Manipulator::lone_body("tool0"), 0.0, 0.1);
         aligner.push(joints(0.00));
         aligner.push(joints(0.01));
-        assert!(aligner.next().is_none());
+        assert!(next(&mut aligner).is_none());
         aligner.push(wrench(-0.005, 1.0));
         aligner.push(wrench(0.005, 3.0));
-        let first = aligner.next().unwrap();
+        let first = next(&mut aligner).unwrap();
         assert_eq!(first.time_s, 0.0);
         assert!((first.wrenches[0].force.x - 2.0).abs() < 1e-12);
-        assert!(aligner.next().is_none());
+        assert!(next(&mut aligner).is_none());
         for k in 2..1000 {
             aligner.push(joints(0.01 * f64::from(k)));
-            assert!(aligner.next().is_none());
+            assert!(next(&mut aligner).is_none());
         }
         assert!(
             aligner.joints.len() < 110,
@@ -385,7 +354,7 @@ mod tests {
         let mut aligner = Aligner::new(one_wrench(), &Manipulator::lone_body("tool0"), 0.25, 1.0);
         aligner.push(joints(1.0));
         aligner.push(wrench(1.25, 7.0));
-        let found = aligner.next().unwrap();
+        let found = next(&mut aligner).unwrap();
         assert_eq!((found.time_s, found.wrenches[0]), (1.0, wrench_of(7.0)));
     }
 
@@ -399,7 +368,7 @@ mod tests {
         });
         aligner.push(joints(1.0));
         aligner.push(wrench(1.0, 7.0));
-        assert_eq!(aligner.next().unwrap().wrenches, [wrench_of(7.0)]);
+        assert_eq!(next(&mut aligner).unwrap().wrenches, [wrench_of(7.0)]);
     }
 
     /// Joints of two publishers become one sample; what only one of them measures is not known of
@@ -425,7 +394,7 @@ mod tests {
             measured: Measured::MoreJoints(0, values(vec![2.0], vec![])),
         });
         assert_eq!(
-            aligner.next().unwrap().joints,
+            next(&mut aligner).unwrap().joints,
             values(vec![1.0, 2.0], vec![])
         );
     }

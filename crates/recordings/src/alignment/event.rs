@@ -78,8 +78,8 @@ pub(crate) enum Measured {
     Joints(JointValues),
     /// Joints of another publisher, by its index in [`Streams::more_joints`].
     MoreJoints(usize, JointValues),
-    /// State of the base.
-    Base(BaseState),
+    /// State of the base, in a box because all events have the size of the largest.
+    Base(Box<BaseState>),
     /// Acceleration of the base, expressed in its own frame.
     Acceleration(BaseAcceleration),
     /// Wrench on the payload by the sensor of this index, in the sensor's frame.

@@ -26,32 +26,6 @@ pub(crate) struct Stream<T> {
     averaged_s: Option<f64>,
 }
 
-/// What is known of the value of a stream without the value.
-pub(super) trait Reach {
-    /// Whether the stream has not reached a time: its value there is [not yet](ValueAt::NotYet)
-    /// known.
-    fn lags(&self, time_s: f64) -> bool;
-
-    /// Whether the value at a time is [never](ValueAt::Never) known. Times must not decrease, as
-    /// those of [`Stream::at`].
-    fn is_never_at(&mut self, time_s: f64) -> bool;
-}
-
-impl<T: Interpolate> Reach for Stream<T> {
-    fn lags(&self, time_s: f64) -> bool {
-        let last = self.samples.back();
-        last.is_none_or(|(last_s, _)| *last_s < time_s)
-    }
-
-    fn is_never_at(&mut self, time_s: f64) -> bool {
-        if self.averaged_s.is_some() {
-            return matches!(self.at(time_s), ValueAt::Never);
-        }
-        self.discard_before(time_s);
-        self.interpolation(time_s) == InterpolationAt::Never
-    }
-}
-
 impl<T: Interpolate> Stream<T> {
     /// Creates a stream in which `max_gap_s` is the longest time between two samples that is
     /// bridged. Values are averaged over `averaged_s` seconds, if given.
@@ -72,6 +46,13 @@ impl<T: Interpolate> Stream<T> {
         {
             self.samples.push_back((time_s, value));
         }
+    }
+
+    /// Returns whether the stream has not reached a time: its value there is
+    /// [not yet](ValueAt::NotYet) known.
+    pub(super) fn lags(&self, time_s: f64) -> bool {
+        let last = self.samples.back();
+        last.is_none_or(|(last_s, _)| *last_s < time_s)
     }
 
     /// Returns the value at a time: an [average](weights) where the stream is averaged and has

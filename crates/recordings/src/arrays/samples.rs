@@ -132,7 +132,7 @@ impl<'a> SampleReader<'a> {
         let mut push = |measured| events.push(Event { time_s, measured });
         let base = &self.samples.bases[k];
         match check_base(base) {
-            Ok(()) => push(Measured::Base(*base)),
+            Ok(()) => push(Measured::Base(Box::new(*base))),
             Err((name, kind)) => self.faults.add(name, kind, time_s),
         }
         let (joints, fault) = self.samples.joints(k, &self.joints);

@@ -105,7 +105,7 @@ impl Decoder {
             angular_acceleration: None,
         };
         check(base.velocity.iter().chain(&base.angular_velocity))?;
-        Ok(Measured::Base(base))
+        Ok(Measured::Base(Box::new(base)))
     }
 
     pub(super) fn acceleration(&mut self, message: &RawMessage) -> Result<Measured, FaultKind> {
@@ -132,7 +132,7 @@ impl Decoder {
             acceleration: Some(imu.linear),
             ..BaseState::fixed()
         };
-        Ok(Measured::Base(base))
+        Ok(Measured::Base(Box::new(base)))
     }
 
     pub(super) fn base_imu(&mut self, message: &RawMessage) -> Result<Measured, FaultKind> {

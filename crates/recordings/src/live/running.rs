@@ -9,7 +9,7 @@ use tactid_identify::{
 };
 use tactid_logs::{LogReader, RawMessage};
 
-use crate::alignment::{Aligner, Event};
+use crate::alignment::{Aligned, Aligner, Event};
 use crate::channel_ranges::ChannelRanges;
 use crate::decode::Decoder;
 use crate::log::LogRecording;
@@ -36,6 +36,8 @@ pub(super) struct Running {
     pub(super) is_final: bool,
     decoder: Decoder,
     aligner: Aligner,
+    /// The last sample.
+    aligned: Aligned,
     identifier: Identifier,
     steps: Steps,
     events: Vec<Event>,
@@ -116,6 +118,7 @@ impl Running {
             cutoff_hz: equations.cutoff_hz,
             decoder: recording.live_decoder(max_gap_s),
             aligner: Aligner::new(plan.streams.clone(), &sources.robot, delay_s, max_gap_s),
+            aligned: Aligned::empty(),
             identifier,
             steps: Steps::new(sources),
             events: Vec::new(),
@@ -150,12 +153,12 @@ impl Running {
             self.ranges.push(&event);
             self.aligner.push(event);
         }
-        while let Some(aligned) = self.aligner.next() {
-            let outcome = self.identifier.push(&aligned.sample())?;
+        while self.aligner.next_into(&mut self.aligned) {
+            let outcome = self.identifier.push(&self.aligned.sample())?;
             if outcome != PushOutcome::Rejected {
                 self.samples += 1;
                 self.without_sample = 0;
-                self.last_ns = self.time_ns(aligned.time_s);
+                self.last_ns = self.time_ns(self.aligned.time_s);
             }
         }
         Ok(())

@@ -85,31 +85,40 @@ impl Bag {
     }
 
     /// Divides the messages into segments, counts the messages of each topic, and checks every row.
+    ///
+    /// Where the rows are in the order of their times, both orders are the same, and rows are read
+    /// as they are stored: the index of times would take a search for each of them.
     fn segments(
         &mut self,
         database: &Database,
         opening: &mut Opening<'_>,
     ) -> Result<Vec<(Rows, Segment)>, LogError> {
+        let given = std::mem::replace(&mut self.order, Order::Row);
         let mut segments: Vec<(Rows, Segment)> = Vec::new();
         loop {
             opening.go_on()?;
             let previous = segments.last().map(|(rows, _)| rows.last);
-            let next = self.segment(&database.connection, previous);
-            let Some(next) = next.map_err(|problem| database.error(problem))? else {
+            let part = self.segment(&database.connection, previous);
+            let part = part.map_err(|problem| database.error(problem))?;
+            if part.is_late && self.order != given {
+                self.order = given;
+                segments.clear();
+                for channel in self.channels.values_mut() {
+                    (channel.count, channel.times_ns) = (0, None);
+                }
+                continue;
+            }
+            let Some(rows) = part.rows else {
                 return Ok(segments);
             };
-            opening.keep_segment(database.path(), next.1.channels.len())?;
-            segments.push(next);
+            opening.keep_segment(database.path(), part.segment.channels.len())?;
+            segments.push((rows, part.segment));
         }
     }
 
     /// Visits the rows after a key until they are enough for a segment. Between two segments a
     /// recorder can write.
-    fn segment(
-        &mut self,
-        connection: &Connection,
-        previous: Option<Key>,
-    ) -> Result<Option<(Rows, Segment)>, Problem> {
+    fn segment(&mut self, connection: &Connection, previous: Option<Key>) -> Result<Part, Problem> {
         let mut part = Part::default();
         let mut last = previous;
         for condition in self.order.after(previous) {
@@ -126,6 +135,8 @@ impl Bag {
                     let what = "the rows of `messages` are not in the order of their index";
                     return Err(Problem::Fault(damaged(what)));
                 }
+                let is_late = |last: Key| message.key.timestamp < last.timestamp;
+                part.is_late |= last.is_some_and(is_late);
                 last = Some(message.key);
                 self.channel(&message)?.count_message(message.log_time_ns);
                 let ValueRef::Integer(length) = row.get_ref(3)? else {
@@ -135,7 +146,7 @@ impl Bag {
                 part.add(&message, length.unsigned_abs());
             }
         }
-        Ok(part.rows.map(|rows| (rows, part.segment)))
+        Ok(part)
     }
 
     /// Returns the channel of a message.
@@ -156,6 +167,8 @@ struct Part {
     rows: Option<Rows>,
     segment: Segment,
     count: usize,
+    /// Whether a row has an earlier time than the one before.
+    is_late: bool,
 }
 
 impl Part {

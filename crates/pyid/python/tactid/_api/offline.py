@@ -18,7 +18,7 @@ from tactid._options.declaration import with_options
 from tactid._options.options import OPTIONS, Options, collect
 from tactid._read.descriptions import with_urdf
 from tactid._read.recordings import LogPath, opened
-from tactid._results.provenance import given_options, hashes
+from tactid._results.provenance import given_options, hashed_beside, hashes
 
 
 @overload
@@ -137,9 +137,10 @@ def identify(  # noqa: D417 - arrays and options are documented by their declara
     if isinstance(source, str | os.PathLike):
         collected = collect(options, keywords, "log", own)
         check_no_arrays(arrays, f"{source} is a log")
-        with opened([source], collected, progress) as ([log], run):
+        files = inputs(source, collected)
+        with opened([source], collected, progress) as ([log], run), hashed_beside(files):
             found = _native.identify_log(log, run.options.plain(), run.progress)
-        found |= provenance(inputs(source, collected), collected)
+        found |= provenance(files, collected)
         return identification(found, Source(source, {}, collected))
     if _are_logs(source):
         collected = collect(options, keywords, "log", own)

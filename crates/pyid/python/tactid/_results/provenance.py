@@ -7,7 +7,9 @@ import functools
 import operator
 import os
 import re
+import threading
 from collections.abc import Iterator, Mapping
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any, Protocol
 
@@ -57,6 +59,23 @@ def hashes(inputs: Mapping[str, Path]) -> dict[str, dict[str, str]]:
             str(file.relative_to(folder)): sha256(file) for file in files if file.is_file()
         }
     return found
+
+
+@contextmanager
+def hashed_beside(inputs: Mapping[str, Path]) -> Iterator[None]:
+    """Computes the hashes on a thread while the block runs: :func:`hashes` then has them at once.
+
+    A block that ends with an error does not wait for them.
+    """
+
+    def compute() -> None:
+        with suppress(OSError):  # `hashes` raises it
+            hashes(inputs)
+
+    thread = threading.Thread(target=compute, daemon=True)
+    thread.start()
+    yield
+    thread.join()
 
 
 def _of_recording(folder: Path) -> Iterator[Path]:
