@@ -7,6 +7,7 @@ import pytest
 
 import tactid
 from doubles import with_fit
+from tactid._base.values import values_of
 from tactid._show.remarks import assumptions
 
 NOISE = """
@@ -67,3 +68,40 @@ def test_velocities_that_follow_from_poses_are_no_measurements() -> None:
     )
     assert found.fit.motion == "no-velocities"
     assert "velocities of joints or base are not measured" in assumptions(found)
+
+
+def test_noise_of_filtered_sensors_is_no_error_of_the_model(tmp_path: Path) -> None:
+    """Neighbouring samples share what a filter of 8 ms leaves, and differ less than noise alone."""
+    path = tmp_path / "exact.mcap"
+    experiment = tactid.Experiment.from_toml(NOISE.split("[noise]")[0])
+    tactid.simulate(experiment, path)
+    joints, base = tactid.read(path, "/joint_states"), tactid.read(path, "/base/odom")
+    random = np.random.default_rng(1)
+
+    def filtered(values: np.ndarray, std_dev: float) -> np.ndarray:
+        noise, kept = std_dev * random.standard_normal(values.shape), np.exp(-1.0 / 8.0)
+        for k in range(1, len(noise)):
+            noise[k] = kept * noise[k - 1] + np.sqrt(1 - kept**2) * noise[k]
+        return values + noise
+
+    def turned(vectors: np.ndarray) -> np.ndarray:
+        """Vectors in the axes of the base, in those of the world."""
+        vector, scalar = base["pose"][:, 3:6], base["pose"][:, 6:]
+        return vectors + 2 * np.cross(vector, np.cross(vector, vectors) + scalar * vectors)
+
+    twist = [turned(base["twist"][:, axes]) for axes in (slice(0, 3), slice(3, 6))]
+    found = tactid.identify(
+        joints.time,
+        robot=tactid.Manipulator.from_urdf(experiment.urdf, "floating"),
+        method="effort",
+        q=filtered(joints["position"], 1e-4),
+        qd=filtered(joints["velocity"], 1e-3),
+        effort=filtered(joints["effort"], 1.0),
+        pose=base["pose"],
+        twist=filtered(np.hstack(twist), 5e-4),
+    )
+    assert found.fit.motion == "with-payload"
+    assert found.findings == []
+    low, high = np.array(found.estimate.intervals).T
+    truth = values_of(experiment.payload)
+    assert ((low <= truth) & (truth <= high)).sum() >= 9
