@@ -31,6 +31,7 @@ fn vertices(bytes: &[u8]) -> Result<Vec<[f32; 3]>, String> {
         let begin = unmarked(bytes).trim_ascii_start().get(..5);
         return match begin.unwrap_or_default().eq_ignore_ascii_case(b"solid") {
             true => of_text(bytes),
+            false if count == room => Err("it is no STL file, or has no triangles".into()),
             false => Err(format!(
                 "its header announces {count} triangles, but it has room for {room}"
             )),

@@ -309,7 +309,8 @@ class LagIdentifier(_Online):
     more precise than the one of windows; :meth:`motion` says why there is none, and
     :meth:`window_estimate` has the one that serves then. A sample that completes 0.05 s takes some
     milliseconds and allocates memory: push samples in a thread beside the control loop. Splines
-    follow 10 Hz; the cutoff is that of the windows alone.
+    follow 10 Hz; the cutoff is that of the windows alone, whose estimate comes first: where
+    :meth:`motion` stays ``smoothed``, a lower cutoff lets less noise through.
 
     Args:
         robot: The robot, with joints and a floating base, with its gripper and without the payload.
