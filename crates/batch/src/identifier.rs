@@ -303,19 +303,18 @@ impl BatchIdentifier {
         known_bodies_kg: (f64, f64),
     ) -> Vec<Finding> {
         let (fit, without_mass) = (fits.of_all(), fits.without_mass());
-        let mut of_data = data_findings(
+        // Motion and payload leave at most twice the variance of the noise. What windows leave beyond
+        // the differences of neighbouring samples is then noise that is not white.
+        let is_noise = fits.motion == MotionEstimate::WithPayload && !self.bins.is_full();
+        let of_data = data_findings(
             [self.batch.equations(), &solution.found.equations],
             without_mass,
             fit,
             &self.stream,
             known_bodies_kg,
             solution.explanation.as_ref(),
+            is_noise,
         );
-        if fits.motion == MotionEstimate::WithPayload && !self.bins.is_full() {
-            // Motion and payload explain the whole recording to within its noise, and what windows
-            // leave beyond that of neighbouring samples is noise that is not white.
-            of_data.retain(|finding| !matches!(finding, Finding::LoadUnexplained(_)));
-        }
         let found = (
             without_mass.parameters[0] - known_bodies_kg.0,
             without_mass.mass_std_dev_kg().hypot(known_bodies_kg.1),

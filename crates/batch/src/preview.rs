@@ -87,7 +87,7 @@ pub fn without_unknowns(
 /// accurate for delays that are short against a window.
 ///
 /// Weights and noise that follow the residuals with the delay approach their own fixed point by a
-/// factor of 0.7 a pass, and it may be tens of standard deviations from the delay.
+/// factor of 0.7 a pass, at which the delay may be wrong by tens of standard deviations.
 #[must_use]
 pub fn fitted_delay(equations: &[Equation], channels: &Channels) -> Option<Delay> {
     let channels = without_known_noise(channels);

@@ -62,7 +62,8 @@ mod tests {
         assert_eq!(reason("a.dae", b""), "only STL, OBJ and PLY are read");
         assert_eq!(reason("stl", b""), "only STL, OBJ and PLY are read");
         for (bytes, expected) in [
-            (&b""[..], "it is no STL file, or has no triangles"),
+            (&b""[..], "it is no STL file"),
+            (&[b'a'; 200], "it is no STL file"),
             (
                 &binary(b"", 2),
                 "its header announces 2 triangles, but it has room for 1",

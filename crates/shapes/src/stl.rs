@@ -21,9 +21,10 @@ pub(crate) fn read(bytes: &[u8]) -> Result<Mesh, String> {
 }
 
 fn vertices(bytes: &[u8]) -> Result<Vec<[f32; 3]>, String> {
-    let count = bytes
-        .get(80..HEADER)
-        .and_then(|count| count.try_into().ok());
+    let announced = bytes.get(80..HEADER);
+    let is_text =
+        announced.is_none_or(|bytes| bytes.iter().all(|byte| *byte >= b'\n' && byte.is_ascii()));
+    let count = announced.and_then(|count| count.try_into().ok());
     let count = count.map_or(0, |count| u64::from(u32::from_le_bytes(count)));
     let room = (bytes.len().saturating_sub(HEADER) / TRIANGLE) as u64;
     if count != room || room == 0 {
@@ -31,7 +32,7 @@ fn vertices(bytes: &[u8]) -> Result<Vec<[f32; 3]>, String> {
         let begin = unmarked(bytes).trim_ascii_start().get(..5);
         return match begin.unwrap_or_default().eq_ignore_ascii_case(b"solid") {
             true => of_text(bytes),
-            false if count == room => Err("it is no STL file, or has no triangles".into()),
+            false if is_text => Err("it is no STL file".into()),
             false => Err(format!(
                 "its header announces {count} triangles, but it has room for {room}"
             )),

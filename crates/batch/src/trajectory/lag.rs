@@ -196,7 +196,7 @@ impl LagIdentifier {
     /// |---|---|
     /// | [`Smoothed`](MotionEstimate::Smoothed) | the windows determine not all values yet (their cutoff may let too much noise through), or samples had other accelerations of the base than before |
     /// | [`NoVelocities`](MotionEstimate::NoVelocities) | the last samples had no velocities |
-    /// | [`TooFew`](MotionEstimate::TooFew) | fewer than 0.8 s, or than the lag and 0.05 s, since the begin, a gap or a payload change, or fewer than 40 samples in a second |
+    /// | [`TooFew`](MotionEstimate::TooFew) | fewer than 0.8 s, or than the lag and 0.05 s, since the begin, a payload change, or a gap before which there was no estimate, or fewer than 40 samples in a second |
     /// | [`TooFast`](MotionEstimate::TooFast) | the last second had frequencies that splines do not follow |
     /// | [`Unexplained`](MotionEstimate::Unexplained) | residuals were larger than their noise, of all samples or of any 72 bins: everything begins again |
     /// | [`Exact`](MotionEstimate::Exact) | the estimate of the online identifier is at least as precise, so far |

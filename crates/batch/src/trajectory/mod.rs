@@ -100,7 +100,7 @@ struct TrajectorySettings {
 /// of a robot with eight joints the memory of the normal equations, some 60 MB. While
 /// samples come, splines of less than 0.8 s leave too few degrees of freedom to see the noise, those
 /// of 1.2 s, or of 72 bins of rarer samples, are at the end of it as those of all samples are, and noise
-/// is that of 10 s. Of samples below 40 Hz, splines leave so little that passes from there diverge.
+/// is that of 10 s. Of samples below 40 Hz, splines leave so little that Gauss-Newton diverges from there.
 const SETTINGS: TrajectorySettings = TrajectorySettings {
     knots_hz: 20.0,
     bins_of_interval: 3.0,

@@ -273,21 +273,26 @@ fn smooth_group(segments: &mut [Segment], group: &Group) -> Option<[f64; 2]> {
 
 /// Returns for each channel of the motion the variance of white noise with the same sixth differences
 /// of neighbouring values, and of the error of splines and means over bins, a fraction of its largest
-/// absolute value. Of a joint, that is the largest value of all joints, a slide of 1 m as a turn of
-/// 1 rad: what the control of a held joint leaves is nothing beside the others. A channel that is zero
-/// throughout has a variance of zero.
+/// value. Of a joint, that is the largest way from the beginning, or velocity, of all joints, a slide of
+/// 1 m as a turn of 1 rad: what the control of a held joint leaves is nothing beside the others. A channel
+/// that never changes from zero, or a joint from its beginning, has a variance of zero.
 pub(super) fn sixth_differences(segments: &[Segment], layout: Layout) -> Vec<f64> {
     let power: f64 = SIXTH.iter().map(|factor| factor * factor).sum();
     let difference_and_size = |channel: usize| {
         let (mut squares, mut count, mut size) = (0.0, 0.0, 0.0f64);
         for segment in segments {
             let values = |k: usize| segment.bins[k].values[channel];
+            let origin = if channel < layout.joints {
+                values(0)
+            } else {
+                0.0
+            };
             for first in 0..segment.bins.len().saturating_sub(SIXTH.len() - 1) {
                 let terms = SIXTH.iter().enumerate();
                 let difference: f64 = terms.map(|(k, factor)| factor * values(first + k)).sum();
                 squares += difference * difference;
                 count += 1.0;
-                size = size.max(values(first).abs());
+                size = size.max((values(first) - origin).abs());
             }
         }
         (squares / (power * f64::max(count, 1.0)), size)

@@ -142,7 +142,8 @@ impl Aligner {
         }
     }
 
-    /// Writes the next sample for which all streams have a value to `aligned`, with its allocations.
+    /// Writes the next sample for which all streams have a value to `aligned`, whose wrenches
+    /// keep their allocation.
     /// Returns whether there is one: `false` until more events have come, with unspecified values.
     pub(crate) fn next_into(&mut self, aligned: &mut Aligned) -> bool {
         while let Some(time_s) = self.joints.front().map(|(time_s, _)| *time_s) {

@@ -30,8 +30,8 @@
 //! What recordings have in common is in none of these differences, and no number of recordings
 //! reduces its error. The gains and the calibration of the arm are known with their uncertainty: an
 //! estimate says how much each of their errors changes its parameters ([`SharedErrors`]), and the
-//! changes are averaged, not their squares. So is a known tool. Errors of an unloaded reference that
-//! is subtracted are in no interval.
+//! changes are averaged, not their squares. The error of a known tool is treated in the same way.
+//! Errors of an unloaded reference that is subtracted are in no interval.
 
 mod agreement;
 mod between;

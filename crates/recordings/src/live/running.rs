@@ -36,7 +36,7 @@ pub(super) struct Running {
     pub(super) is_final: bool,
     decoder: Decoder,
     aligner: Aligner,
-    /// The last sample.
+    /// The place into which the aligner writes samples.
     aligned: Aligned,
     identifier: Identifier,
     steps: Steps,

@@ -246,7 +246,7 @@ def sha256(path: Path) -> str:
     return _sha256(path, status.st_size, status.st_mtime_ns)
 
 
-@functools.lru_cache(maxsize=256)
+@functools.cache
 def _sha256(path: Path, _size: int, _changed_ns: int) -> str:
     digest = hashlib.sha256()
     with path.open("rb") as file:
