@@ -271,22 +271,17 @@ fn smooth_group(segments: &mut [Segment], group: &Group) -> Option<[f64; 2]> {
     Some(variances.map(f64::sqrt))
 }
 
-/// Returns for each channel of the motion the variance of white noise with the same sixth differences
-/// of neighbouring values, and of the error of splines and means over bins, a fraction of its largest
-/// value. Of a joint, that is the largest way from the beginning, or velocity, of all joints, a slide of
-/// 1 m as a turn of 1 rad: what the control of a held joint leaves is nothing beside the others. A channel
-/// that never changes from zero, or a joint from its beginning, has a variance of zero.
+/// Returns for each channel of the motion the variance of white noise with its sixth differences, and of
+/// the error of splines, a fraction of its largest value. Of a joint, that is the largest way from the
+/// beginning, or velocity, of all joints, a slide of 1 m as a turn of 1 rad: what the control of a held
+/// joint leaves is nothing beside the others. A channel that never changes has a variance of zero.
 pub(super) fn sixth_differences(segments: &[Segment], layout: Layout) -> Vec<f64> {
-    let power: f64 = SIXTH.iter().map(|factor| factor * factor).sum();
+    let (joints, power) = (layout.joints, SIXTH.iter().map(|of| of * of).sum::<f64>());
     let difference_and_size = |channel: usize| {
         let (mut squares, mut count, mut size) = (0.0, 0.0, 0.0f64);
         for segment in segments {
             let values = |k: usize| segment.bins[k].values[channel];
-            let origin = if channel < layout.joints {
-                values(0)
-            } else {
-                0.0
-            };
+            let origin = if channel < joints { values(0) } else { 0.0 };
             for first in 0..segment.bins.len().saturating_sub(SIXTH.len() - 1) {
                 let terms = SIXTH.iter().enumerate();
                 let difference: f64 = terms.map(|(k, factor)| factor * values(first + k)).sum();
@@ -298,11 +293,11 @@ pub(super) fn sixth_differences(segments: &[Segment], layout: Layout) -> Vec<f64
         (squares / (power * f64::max(count, 1.0)), size)
     };
     let channels: Vec<(f64, f64)> = (0..layout.effort()).map(difference_and_size).collect();
-    let kinds = [0..layout.joints, layout.joints..2 * layout.joints];
-    let most = kinds.map(|kind| channels[kind].iter().fold(0.0, |a: f64, of| a.max(of.1)));
+    let largest = |kind: Range<usize>| channels[kind].iter().fold(0.0, |a: f64, of| a.max(of.1));
+    let most = [0..joints, joints..2 * joints].map(largest);
     let of_channel = |(channel, &(variance, size)): (usize, &(f64, f64))| {
-        let of_joints = most.get(channel / layout.joints.max(1));
-        let size = *of_joints.filter(|_| size > 0.0).unwrap_or(&size);
+        let of_joints = most.get(channel / joints).filter(|_| size > 0.0);
+        let size = of_joints.unwrap_or(&size);
         variance + (SETTINGS.accuracy * size).powi(2)
     };
     channels.iter().enumerate().map(of_channel).collect()

@@ -32,9 +32,9 @@ def main() -> None:
 
 
 GARBAGE = 50_000
-"""New objects after which Python searches for garbage, in the whole command. With Python's own number,
-700 or 2000, it searched each module as it was imported, which was a twentieth of the time that a log
-of a minute takes."""
+"""New objects after which Python searches for garbage, in the whole command. With Python's own
+number, 700 or 2000, it searched each module as it was imported, which was a twentieth of the time
+that a log of a minute takes."""
 
 
 def _run() -> int:
