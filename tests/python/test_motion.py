@@ -85,7 +85,7 @@ def test_noise_of_filtered_sensors_is_no_error_of_the_model(tmp_path: Path) -> N
         return values + noise
 
     def turned(vectors: np.ndarray) -> np.ndarray:
-        """Vectors in the axes of the base, in those of the world."""
+        """Returns vectors, expressed in the axes of the base, in those of the world."""
         vector, scalar = base["pose"][:, 3:6], base["pose"][:, 6:]
         return vectors + 2 * np.cross(vector, np.cross(vector, vectors) + scalar * vectors)
 

@@ -86,8 +86,8 @@ pub fn without_unknowns(
 /// weights and the noise of a fit without it; `None` where the equations are too few. It is
 /// accurate for delays that are short against a window.
 ///
-/// Weights and noise that follow the residuals with the delay approach their own fixed point by a
-/// factor of 0.7 a pass, at which the delay may be wrong by tens of standard deviations.
+/// Weights and noise that follow the residuals with the delay converge slowly, and to a delay that
+/// may be wrong by tens of standard deviations.
 #[must_use]
 pub fn fitted_delay(equations: &[Equation], channels: &Channels) -> Option<Delay> {
     let channels = without_known_noise(channels);

@@ -1,7 +1,7 @@
 //! Runs through a recording: events in, an estimator fed.
 
 use std::ops::ControlFlow;
-use std::sync::mpsc::{Receiver as Returned, SyncSender, channel, sync_channel};
+use std::sync::mpsc::{self, SyncSender, channel, sync_channel};
 use std::thread;
 
 use tactid_batch::BatchIdentifier;
@@ -173,8 +173,8 @@ fn present(
 struct Samples {
     batches: SyncSender<Vec<Aligned>>,
     /// The batches that the receiver has used, whose memory the next ones reuse.
-    returned: Returned<Vec<Aligned>>,
-    /// The samples so far, and places of former ones.
+    returned: mpsc::Receiver<Vec<Aligned>>,
+    /// The samples so far, `count` of them, then places of former ones.
     batch: Vec<Aligned>,
     count: usize,
 }

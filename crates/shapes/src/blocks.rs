@@ -17,7 +17,7 @@ const STEPS: usize = 30;
 
 /// Correlation length of the density, relative to the diagonal of the box around the solid. Of the
 /// lengths from 0.05 to 0.4, and standard deviations of the logarithm from 0.5 to 2, this one with 1
-/// explains 20 workshop tools best; no longer one was tried.
+/// explains 20 workshop tools best; longer ones were not tried.
 const CORRELATION_LENGTH: f64 = 0.4;
 
 /// Centre of mass and inertia about the origin of a body of unit mass: x, y, z, xx, xy, xz, yy, yz,

@@ -22,6 +22,7 @@ pub(crate) fn read(bytes: &[u8]) -> Result<Mesh, String> {
 
 fn vertices(bytes: &[u8]) -> Result<Vec<[f32; 3]>, String> {
     let announced = bytes.get(80..HEADER);
+    // Where a binary file has the number of its triangles, text continues.
     let is_text =
         announced.is_none_or(|bytes| bytes.iter().all(|byte| *byte >= b'\n' && byte.is_ascii()));
     let count = announced.and_then(|count| count.try_into().ok());

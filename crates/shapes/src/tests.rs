@@ -311,8 +311,8 @@ fn large_faces_and_needles_have_an_answer() {
     drop(solid(needle));
 }
 
-/// No change of a file's bytes makes the reader panic: hundreds of files of each
-/// format, with bytes that are exchanged, removed and repeated.
+/// No change of a file's bytes makes the reader panic: hundreds of files of each format, with bytes
+/// that are exchanged, removed and repeated.
 #[test]
 fn any_bytes_are_read() {
     let text = obj(&HAMMER, 1.0, &FACES);

@@ -132,8 +132,8 @@ pub(crate) fn wrong_assumptions(
 
 /// Returns findings about wrong assumptions, signs, errors of the model and outliers, and about the
 /// mass of the known bodies with its standard deviation, `known_bodies_kg`. The equations are those
-/// of the recording and those of the fits, which lack what further unknowns explain. Where the rest
-/// `is_noise`, no load is reported as unexplained.
+/// of the recording and those of the fits, which lack what further unknowns explain. Where all that
+/// they leave `is_noise`, no load is reported as unexplained.
 pub(crate) fn data_findings(
     equations: [&[Equation]; 2],
     fit_without_mass: &Fit,
@@ -183,9 +183,9 @@ fn without_causes(mut findings: Vec<Finding>, windows: usize) -> Vec<Finding> {
 }
 
 /// Returns findings about wrong assumptions, signs and errors of the model. A load that wrong
-/// assumptions explain, or that `is_noise`, is not reported as unexplained. Where they leave more than half of the
-/// residuals, the unexplained load comes first. Where a load is unexplained, a mass of zero does
-/// not show that nothing is held.
+/// assumptions explain is not reported as unexplained, nor residuals of which the caller knows that
+/// all `is_noise`. Where wrong assumptions leave more than half of the residuals, the unexplained
+/// load comes first. Where a load is unexplained, a mass of zero does not show that nothing is held.
 fn model_findings(
     equations: [&[Equation]; 2],
     given: &Fit,

@@ -43,8 +43,8 @@ impl Dynamics {
         self.layout
     }
 
-    /// Returns for each channel whether a sensor measures it. A channel without a sensor, as the
-    /// momentum of a free base, has no noise but that of the motion.
+    /// Returns for each channel whether a sensor measures it. A channel without a sensor, such as
+    /// the momentum of a free base, has no noise but that of the motion.
     pub(super) fn are_measured(&self) -> Vec<bool> {
         self.model.are_measured()
     }

@@ -28,8 +28,8 @@ pub(crate) struct Estimate {
     pub(crate) parameters: Parameters,
     /// Covariance of the parameters for white noise.
     pub(crate) of_white_noise: Matrix,
-    /// The larger of that and of the covariance from the scatter of scores, in every direction. Of its
-    /// root, 1.96 are half of a 95 % interval also where the scatter has few degrees of freedom.
+    /// The larger of that and of the covariance from the scatter of scores, in every direction,
+    /// times the square of Student's factor: 1.96 standard deviations are half of a 95 % interval.
     pub(crate) covariance: Matrix,
     /// Covariance for white noise that is as large as the mean scatter of the scores.
     pub(crate) metric: Matrix,

@@ -58,15 +58,15 @@ impl Default for LagSettings {
 /// which everything begins again. The first estimate needs 0.8 s, or the lag and 0.05 s where that is
 /// longer, also after a gap, and every 0.05 s it is renewed with the samples until then.
 ///
-/// The estimate differs from that of a recording in three ways. Rows have the
-/// weights that follow from the samples until they were marginalised, so that those of the first
-/// second are less precise. Residuals, and with them the intervals, are those of the motion at that
+/// The estimate differs from that of a recording in three ways. Rows have the weights that follow
+/// from the samples until they were marginalised, so that those of the first second are less
+/// precise. Residuals, and with them the intervals, are those of the motion at that
 /// time. Wrong assumptions are not looked for, but where residuals are larger than noise: see
 /// [`online_findings`](crate::online_findings).
 ///
 /// A gap of the samples, and a motion that splines do not follow, end the motion, and what is known
-/// of the payload stays. Residuals that are larger than noise, of all samples or of any 72 bins (1.2 s or more),
-/// discard it. There is no estimate where that of the online identifier is as precise.
+/// of the payload stays. Residuals that are larger than noise, of all samples or of any stretch of
+/// 1.2 s (72 samples where they are rarer than 60 Hz), discard it. There is no estimate where that of the online identifier is as precise.
 ///
 /// # Assumptions
 /// Those of [`Identifier`], and velocities of the joints and of the base that are measured, not
@@ -198,7 +198,7 @@ impl LagIdentifier {
     /// | [`NoVelocities`](MotionEstimate::NoVelocities) | the last samples had no velocities |
     /// | [`TooFew`](MotionEstimate::TooFew) | fewer than 0.8 s, or than the lag and 0.05 s, since the begin, a payload change, or a gap before which there was no estimate, or fewer than 40 samples in a second |
     /// | [`TooFast`](MotionEstimate::TooFast) | the last second had frequencies that splines do not follow |
-    /// | [`Unexplained`](MotionEstimate::Unexplained) | residuals were larger than their noise, of all samples or of any 72 bins: everything begins again |
+    /// | [`Unexplained`](MotionEstimate::Unexplained) | residuals were larger than their noise, of all samples or of any stretch of 1.2 s: everything begins again |
     /// | [`Exact`](MotionEstimate::Exact) | the estimate of the online identifier is at least as precise, so far |
     #[must_use]
     pub fn motion(&self) -> MotionEstimate {

@@ -51,8 +51,8 @@ pub enum MotionEstimate {
     /// The motion was smoothed before, because the cutoff was chosen for it: splines follow 10 Hz
     /// whatever the cutoff is.
     GivenCutoff,
-    /// The motion was smoothed before, because no stretch without gaps is long enough (0.35 s at 50 Hz, 1.8 s at 30 Hz), or
-    /// samples are so rare (below 30 Hz) that splines go through all of them.
+    /// The motion was smoothed before, because no stretch without gaps is long enough (0.35 s at 50 Hz,
+    /// 1.8 s at 30 Hz), or samples are so rare (below 30 Hz) that splines go through all of them.
     TooFew,
     /// The motion was smoothed before, because it has frequencies that splines do not follow, or
     /// noise that is far from white.

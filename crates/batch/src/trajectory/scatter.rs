@@ -87,7 +87,8 @@ impl Scatter {
         self.unknowns
     }
 
-    /// Returns the sum of the products of scores whose entries have these weights in pairs.
+    /// Returns the sum of the products of neighbouring scores, entry `i` of one with entry `j` of the
+    /// other by `weight(i, j)`: the covariance of the sum of scores for the weights of parameters.
     fn meat(&self, weight: impl Fn(usize, usize) -> f64) -> Matrix {
         let mut half = Matrix::zeros();
         for (i, j) in (0..11).flat_map(|i| (0..11).map(move |j| (i, j))) {
@@ -105,9 +106,8 @@ impl Scatter {
     /// a bin with the information `J` by `J C J`, and the meat has so much less, taken in the mean over
     /// the ten directions. For one parameter and equal bins that is `b - b² / 3` with a bandwidth of
     /// the fraction `b` of the bins (Kiefer and Vogelsang 2005), and `b` is the fraction that loses as
-    /// much. Of the scatter in ten directions the mean
-    /// is ten times as well known as each, so directions count as far as their degrees of freedom,
-    /// `1.5 / b`, go. The intervals are those of Student's t with the degrees of freedom of such a
+    /// much. Of the scatter in ten directions the mean is ten times as well known as each, so
+    /// directions count as far as their degrees of freedom, `1.5 / b`, go. The intervals are those of Student's t with the degrees of freedom of such a
     /// scatter where it is far larger than white noise, and of more where white noise explains it.
     pub(super) fn covariance(
         &self,
@@ -172,7 +172,7 @@ mod tests {
         }
     }
 
-    /// Noise that is larger than what white noise explains is seen in its scatter, also where few of
+    /// Noise with more variance than the information says is seen in its scatter, also where few of
     /// the bins have information and where neighbouring bins share noise: intervals hold about as
     /// often as they should.
     #[test]

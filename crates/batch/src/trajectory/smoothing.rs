@@ -272,9 +272,9 @@ fn smooth_group(segments: &mut [Segment], group: &Group) -> Option<[f64; 2]> {
 }
 
 /// Returns for each channel of the motion the variance of white noise with its sixth differences, and of
-/// the error of splines, a fraction of its largest value. Of a joint, that is the largest way from the
-/// beginning, or velocity, of all joints, a slide of 1 m as a turn of 1 rad: what the control of a held
-/// joint leaves is nothing beside the others. A channel that never changes has a variance of zero.
+/// the error of splines, a fraction of its largest value. For joints, that is the largest distance from
+/// the first position, or the largest velocity, of all of them, 1 m counting as 1 rad: what the control
+/// of a held joint leaves is nothing beside the others. A channel that never changes has a variance of zero.
 pub(super) fn sixth_differences(segments: &[Segment], layout: Layout) -> Vec<f64> {
     let (joints, power) = (layout.joints, SIXTH.iter().map(|of| of * of).sum::<f64>());
     let difference_and_size = |channel: usize| {

@@ -15,7 +15,9 @@ use tactid_dynamics::{
     BaseKind, FrameMotion, InertialParameters, JointMotion, Manipulator, MassProperties, Workspace,
     Wrench, base_acceleration, forces, motion, wrench_regressor,
 };
-use tactid_identify::{BaseState, EquationSettings, Identifier, Sample};
+use tactid_identify::{
+    BaseState, EquationSettings, Identifier, PayloadEstimate, Sample, values_of_body,
+};
 
 pub(crate) const TOOL: &str = "tool0";
 pub(crate) const SENSORS: [&str; 2] = ["finger_left_link", "finger_right_link"];
@@ -292,6 +294,18 @@ impl Experiment {
 
 pub(crate) fn identifier(experiment: &Experiment, settings: &EquationSettings) -> Identifier {
     Identifier::new(&experiment.robot(), TOOL, &SENSORS, settings).unwrap()
+}
+
+/// Checks that each value lies within four standard deviations of that of the [`payload`].
+pub(crate) fn assert_holds_truth(estimate: &PayloadEstimate, seed: u64) {
+    let values = estimate
+        .values()
+        .into_iter()
+        .zip(values_of_body(&payload()));
+    for ((value, truth), std_dev) in values.zip(estimate.std_devs) {
+        let error = (value - truth).abs();
+        assert!(error < 4.0 * std_dev, "{seed}: {value} {truth} {std_dev}");
+    }
 }
 
 /// Returns the error of each value in percent of its nominal value, or of the largest of its kind

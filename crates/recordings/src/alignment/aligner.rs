@@ -142,9 +142,9 @@ impl Aligner {
         }
     }
 
-    /// Writes the next sample for which all streams have a value to `aligned`, whose wrenches
-    /// keep their allocation.
-    /// Returns whether there is one: `false` until more events have come, with unspecified values.
+    /// Writes the next sample for which all streams have a value to `aligned`, which keeps the memory
+    /// of its wrenches. Returns whether there is one: `false` until more events have come, with
+    /// unspecified values.
     pub(crate) fn next_into(&mut self, aligned: &mut Aligned) -> bool {
         while let Some(time_s) = self.joints.front().map(|(time_s, _)| *time_s) {
             let is_due = self.newest_s - time_s >= self.longest_wait_s;

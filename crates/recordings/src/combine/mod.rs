@@ -156,7 +156,7 @@ pub fn combine_estimates(
     let (pooled, shape) = match shape {
         None => (mean(&terms), None),
         Some(shape) => {
-            // The covariance of the errors of gains, calibration and known tool.
+            // `constant` is the covariance of the errors of gains, calibration and known tool.
             let of_noise = mean(&comparable(&runs.iter().map(alone).collect::<Vec<_>>()));
             let of_all = mean(&terms);
             let constant = of_all.covariance() - of_noise.covariance();

@@ -37,7 +37,8 @@ pub struct ShapeFit {
     /// determine the mass.
     pub is_used: bool,
     /// Squared distance of the measurements from the shape, weighted by the information of the
-    /// measurements and the inverse covariance of the shape, without a unit. Its mean is the degrees of freedom if the shape is that of the payload.
+    /// measurements and the inverse covariance of the shape, without a unit. Its mean is the degrees of
+    /// freedom if the shape is that of the payload.
     pub chi_square: f64,
     /// Degrees of freedom of the distance: the number of directions that both determine.
     pub degrees_of_freedom: f64,
