@@ -15,14 +15,15 @@ pub(crate) const INTERVAL_S: f64 = 0.1;
 const FEWEST_INTERVALS: usize = 10;
 /// Slower motion is not judged, rad/s or m/s rms: it hardly enters the equations.
 const SLOWEST: f64 = 0.01;
-/// Number of neighbouring increments in a third difference.
+/// Number of neighbouring increments in a third difference. Each is over a quarter of an interval,
+/// after which the noise of most filtered sensors is forgotten.
 const NEIGHBOURS: usize = 4;
 /// Variance of third differences of the changes of a position, for white noise of variance one in
 /// the position: the sum of the squares of the binomial coefficients 1, 4, 6, 4, 1.
 const CHANGE_ROUGHNESS: f64 = 70.0;
-/// Variance of third differences of the integrals of a velocity by the trapezoidal rule, relative
-/// to the variance that one of them adds to a sum.
-const INTEGRAL_ROUGHNESS: f64 = 2.5;
+/// Variance of third differences of the integrals of a velocity, relative to that of the integrals:
+/// the sum of the squares of the binomial coefficients 1, 3, 3, 1.
+const INTEGRAL_ROUGHNESS: f64 = 20.0;
 
 /// Increments of some quantities over intervals of a series. The quantities are the columns, in
 /// vectors of [`LANES`] of them.
@@ -40,16 +41,20 @@ pub(super) struct Increments {
     /// `columns`.
     open: Interval,
     columns: Vec<Columns>,
-    /// Number of neighbouring increments so far, at most [`NEIGHBOURS`].
+    /// Length of the quarter that has not ended yet, s.
+    quarter_s: f64,
+    /// Number of neighbouring quarters so far, at most [`NEIGHBOURS`].
     neighbours: usize,
 }
 
-/// Sums over the open interval of some columns, and their last increments.
+/// Sums over the open interval of some columns, and their last quarters.
 #[derive(Clone, Copy, Debug)]
 struct Columns {
     sum: Vector4<f64>,
     roughness: Vector4<f64>,
-    /// The last increment, and its first and second difference from those before.
+    /// Increment over the quarter that has not ended yet.
+    quarter: Vector4<f64>,
+    /// The increment over the last quarter, and its first and second difference from those before.
     last: [Vector4<f64>; NEIGHBOURS - 1],
 }
 
@@ -59,6 +64,7 @@ impl Columns {
         Self {
             sum: Vector4::zeros(),
             roughness: Vector4::zeros(),
+            quarter: Vector4::zeros(),
             last: [Vector4::zeros(); NEIGHBOURS - 1],
         }
     }
@@ -70,10 +76,12 @@ impl Columns {
 struct Interval {
     /// Increment of each column.
     increments: Vec<f64>,
-    /// Sum of the squares of the third differences of neighbouring increments, for each column.
+    /// Sum of the squares of the third differences of neighbouring quarters, for each column.
     roughness: Vec<f64>,
     /// Number of third differences.
     differences: u64,
+    /// Number of quarters that ended within the interval.
+    quarters: u64,
     /// Number of increments.
     steps: u64,
     length_s: f64,
@@ -85,6 +93,7 @@ impl Interval {
             increments: vec![0.0; columns],
             roughness: vec![0.0; columns],
             differences: 0,
+            quarters: 0,
             steps: 0,
             length_s: 0.0,
         }
@@ -104,6 +113,7 @@ impl Increments {
             count: 0,
             open: interval,
             columns: vec![Columns::zeros(); vectors],
+            quarter_s: 0.0,
             neighbours: 0,
         }
     }
@@ -116,31 +126,47 @@ impl Increments {
     /// Starts the sums again: the last sample and the next do not belong together.
     pub(super) fn interrupt(&mut self) {
         self.clear_open();
-        self.neighbours = 0;
+        (self.quarter_s, self.neighbours) = (0.0, 0);
+        for columns in &mut self.columns {
+            columns.quarter = Vector4::zeros();
+        }
     }
 
     /// Adds the increments between two neighbouring samples, a vector for each of
     /// [`new`](Self::new).
     pub(super) fn push(&mut self, increment: &[Vector4<f64>], duration_s: f64) {
+        for (columns, increment) in self.columns.iter_mut().zip(increment) {
+            columns.sum += increment;
+            columns.quarter += increment;
+        }
+        self.open.steps += 1;
+        self.open.length_s += duration_s;
+        self.quarter_s += duration_s;
+        if self.quarter_s >= INTERVAL_S / NEIGHBOURS as f64 {
+            self.close_quarter();
+        }
+        if self.open.length_s >= INTERVAL_S {
+            self.close_interval();
+        }
+    }
+
+    fn close_quarter(&mut self) {
+        self.quarter_s = 0.0;
         self.neighbours = NEIGHBOURS.min(self.neighbours + 1);
         let is_rough = self.neighbours == NEIGHBOURS;
-        for (columns, increment) in self.columns.iter_mut().zip(increment) {
+        for columns in &mut self.columns {
             let [last, first, second] = columns.last;
-            let firsts = increment - last;
+            let quarter = std::mem::replace(&mut columns.quarter, Vector4::zeros());
+            let firsts = quarter - last;
             let seconds = firsts - first;
             let thirds = seconds - second;
-            columns.last = [*increment, firsts, seconds];
-            columns.sum += increment;
+            columns.last = [quarter, firsts, seconds];
             if is_rough {
                 columns.roughness += thirds.component_mul(&thirds);
             }
         }
         self.open.differences += u64::from(is_rough);
-        self.open.steps += 1;
-        self.open.length_s += duration_s;
-        if self.open.length_s >= INTERVAL_S {
-            self.close_interval();
-        }
+        self.open.quarters += 1;
     }
 
     fn close_interval(&mut self) {
@@ -161,7 +187,8 @@ impl Increments {
 
     /// Returns to the sums of no increment.
     fn clear_open(&mut self) {
-        (self.open.differences, self.open.steps, self.open.length_s) = (0, 0, 0.0);
+        (self.open.differences, self.open.quarters) = (0, 0);
+        (self.open.steps, self.open.length_s) = (0, 0.0);
         for columns in &mut self.columns {
             (columns.sum, columns.roughness) = (Vector4::zeros(), Vector4::zeros());
         }
@@ -192,24 +219,89 @@ impl Increments {
         }
         let count = intervals.len() as f64;
         let total_s: f64 = intervals.iter().map(|interval| interval.length_s).sum();
-        let steps: u64 = intervals.iter().map(|interval| interval.steps).sum();
         let motion = f64::max(change_squares, integral_squares);
         let slowest = (SLOWEST * total_s / count).powi(2) * count;
-        let noise = 2.0 * roughness(intervals, changes) / CHANGE_ROUGHNESS
-            + steps as f64 / count * scale.powi(2) * roughness(intervals, integrals)
-                / INTEGRAL_ROUGHNESS;
+        let noise = change_noise(intervals, changes)?
+            + scale.powi(2) * integral_noise(intervals, integrals)?;
         let is_noise = differences <= BEYOND_NOISE.powi(2) * noise * count;
         let relative = if is_noise { 0.0 } else { differences / motion };
         (motion > slowest).then(|| relative.sqrt())
     }
 }
 
+/// Returns the variance of the changes of some columns over an interval that is due to noise of the
+/// positions at its two ends, if the interval has third differences.
+fn change_noise(intervals: &[Interval], columns: Range<usize>) -> Option<f64> {
+    Some(2.0 * roughness(intervals, columns)? / CHANGE_ROUGHNESS)
+}
+
+/// Returns the variance of the integrals of some columns over an interval that is due to noise of
+/// the velocities, if the interval has third differences.
+fn integral_noise(intervals: &[Interval], columns: Range<usize>) -> Option<f64> {
+    let steps = intervals.iter().map(|interval| interval.steps).sum::<u64>() as f64;
+    let quarters = intervals
+        .iter()
+        .map(|interval| interval.quarters)
+        .sum::<u64>() as f64;
+    // Neighbouring integrals share a sample and weigh it by the mean of their coefficients. Its
+    // variance is that of two halves less a quarter of the squared difference of the coefficients,
+    // and those differences are the coefficients of a fourth difference.
+    let of_step = INTEGRAL_ROUGHNESS * steps / quarters - CHANGE_ROUGHNESS / 4.0;
+    // The samples at both ends of an interval have half the weight.
+    let steps_of_interval = steps / intervals.len() as f64 - 0.5;
+    Some(steps_of_interval * roughness(intervals, columns)? / of_step)
+}
+
 /// Returns the sum over some columns of the mean squares of third differences, which are small for
-/// a smooth motion.
-fn roughness(intervals: &[Interval], columns: Range<usize>) -> f64 {
+/// a smooth motion, or `None` if there are no third differences.
+fn roughness(intervals: &[Interval], columns: Range<usize>) -> Option<f64> {
     let squares = intervals
         .iter()
         .map(|interval| interval.roughness[columns.clone()].iter().sum::<f64>());
     let differences: u64 = intervals.iter().map(|interval| interval.differences).sum();
-    squares.sum::<f64>() / differences.max(1) as f64
+    (differences > 0).then(|| squares.sum::<f64>() / differences as f64)
+}
+
+#[cfg(test)]
+mod tests {
+    use rand::rngs::SmallRng;
+    use rand::{RngExt, SeedableRng};
+    use rand_distr::StandardNormal;
+
+    use super::*;
+
+    /// The noise of increments over intervals is that of white noise of positions and velocities,
+    /// whether a quarter of an interval has one step or 25.
+    #[test]
+    fn white_noise_has_its_variance() {
+        for period_s in [0.03, 0.012, 1e-3] {
+            let mut random = SmallRng::seed_from_u64(7);
+            let mut noise = || Vector4::from_fn(|_, _| random.sample::<f64, _>(StandardNormal));
+            let mut increments = Increments::new(2, 1.0, None);
+            let mut last = [noise(), noise()];
+            for _ in 0..40_000 {
+                let next = [noise(), noise()];
+                let integral = (last[1] + next[1]) * (0.5 * period_s);
+                increments.push(&[next[0] - last[0], integral], period_s);
+                last = next;
+            }
+            let intervals = &increments.intervals;
+            let mean_square = |columns: Range<usize>| {
+                let squares = intervals
+                    .iter()
+                    .flat_map(|interval| &interval.increments[columns.clone()])
+                    .map(|increment| increment.powi(2));
+                squares.sum::<f64>() / intervals.len() as f64
+            };
+            let of_changes = change_noise(intervals, 0..LANES).unwrap() / mean_square(0..LANES);
+            let integrals = LANES..2 * LANES;
+            let of_integrals =
+                integral_noise(intervals, integrals.clone()).unwrap() / mean_square(integrals);
+            assert!((of_changes - 1.0).abs() < 0.1, "{period_s} s: {of_changes}");
+            assert!(
+                (of_integrals - 1.0).abs() < 0.1,
+                "{period_s} s: {of_integrals}"
+            );
+        }
+    }
 }

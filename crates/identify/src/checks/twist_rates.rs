@@ -157,7 +157,75 @@ fn rotation_vector(rotation: &UnitQuaternion<f64>) -> Vector3<f64> {
 
 #[cfg(test)]
 mod tests {
+    use nalgebra::Translation3;
+    use rand::rngs::SmallRng;
+    use rand::{RngExt, SeedableRng};
+    use rand_distr::StandardNormal;
+
     use super::*;
+
+    const PERIOD_S: f64 = 1e-3;
+
+    /// Returns noise of variance one in three axes that forgets within `time_s`.
+    fn colored_noise(random: &mut SmallRng, time_s: f64) -> impl FnMut() -> Vector3<f64> {
+        let kept = (-PERIOD_S / time_s).exp();
+        let mut noise = Vector3::zeros();
+        move || {
+            let white = Vector3::from_fn(|_, _| random.sample::<f64, _>(StandardNormal));
+            noise = noise * kept + white * (1.0 - kept * kept).sqrt();
+            noise
+        }
+    }
+
+    /// Returns the checks of 10 s of a base that swings with up to `fastest` m/s, with its real
+    /// velocity or with one along other axes, and noise of the position, 0.5 mm, and of the
+    /// velocity, 5 mm/s, that forgets within `time_s`.
+    fn swinging_base(time_s: f64, fastest: f64, has_velocity: bool) -> TwistRates {
+        let mut random = [5, 6].map(SmallRng::seed_from_u64);
+        let [mut of_position, mut of_velocity] =
+            random.each_mut().map(|r| colored_noise(r, time_s));
+        let mut rates = TwistRates::new(TwistAxes::World, 0.1, None);
+        for k in 0..10_000 {
+            let time = f64::from(k) * PERIOD_S;
+            let (sine, cosine) = (0.5 * time).sin_cos();
+            let position = Vector3::new(2.0 * fastest * sine, 0.0, 0.0);
+            let velocity = Vector3::new(fastest * cosine, 0.0, 0.0);
+            let velocity = if has_velocity {
+                velocity
+            } else {
+                velocity.yzx()
+            };
+            rates.push(
+                time,
+                &BaseState {
+                    pose: Isometry3::from_parts(
+                        Translation3::from(position + of_position() * 5e-4),
+                        UnitQuaternion::identity(),
+                    ),
+                    velocity: velocity + of_velocity() * 5e-3,
+                    angular_velocity: Vector3::zeros(),
+                    acceleration: None,
+                    angular_acceleration: None,
+                },
+            );
+        }
+        rates
+    }
+
+    /// Noise of a filtered sensor, which neighbouring samples share, is no contradiction; a
+    /// velocity along other axes is one beside the same noise.
+    #[test]
+    fn noise_that_neighbouring_samples_share_is_no_contradiction() {
+        for time_s in [1e-5, 2e-3, 8e-3, 0.02] {
+            let slow = swinging_base(time_s, 0.02, true);
+            assert_eq!(slow.contradiction(), None, "{time_s} s");
+            let other = swinging_base(time_s, 0.2, false).contradiction();
+            assert!(
+                other.is_some_and(|found| found.relative_difference > 0.9),
+                "{time_s} s"
+            );
+        }
+    }
 
     /// The vector of a small rotation, of either quaternion, is that of the arcsine.
     #[test]
