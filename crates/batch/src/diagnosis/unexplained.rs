@@ -1,11 +1,14 @@
 //! A load that the model does not explain, although the sensors would show it.
 
 use tactid_identify::Method;
-use tactid_identify::checks::{BEYOND_NOISE, MODEL_ERROR};
+use tactid_identify::checks::{BEYOND_NOISE, FOURTH_ROUGHNESS, INTERVAL_S, MODEL_ERROR};
 use tactid_identify::equations::{Channels, Equation};
 
 use crate::finding::{Finding, UnexplainedLoad};
 use crate::fit::Fit;
+
+/// Factors of a fourth difference.
+const BINOMIALS: [f64; 5] = [1.0, -4.0, 6.0, -4.0, 1.0];
 
 /// Weighted sums of squares over consecutive channels of one unit.
 #[derive(Default)]
@@ -15,14 +18,17 @@ struct Squares {
     noise: f64,
     rounding: f64,
     weight: f64,
+    /// Root of the mean square of the noise that fourth differences of the residuals show.
+    shared_rms: f64,
 }
 
 /// Reports consecutive channels of one unit whose residuals are neither small nor explained by
 /// noise, those with the largest fraction.
 ///
-/// The measure of the noise is the half-difference between the means over even and over odd
-/// instants, in which neither the motion nor an error of the model shows. The equations are those
-/// of the recording, and those of the fit.
+/// There are two measures of the noise, in neither of which the motion or an error of the model
+/// shows: the half-difference between the means over even and over odd instants, and, of noise that
+/// neighbouring instants share, fourth differences of the residuals over 0.1 s. The equations are
+/// those of the recording, and those of the fit.
 pub(crate) fn unexplained_load(
     equations: [&[Equation]; 2],
     fit: &Fit,
@@ -32,7 +38,7 @@ pub(crate) fn unexplained_load(
     let groups = units(channels).into_iter().map(|(unit, range)| {
         let squares = squares(equations, fit, range);
         let rms = |sum: f64| (sum / squares.weight.max(f64::MIN_POSITIVE)).sqrt();
-        let noise_rms = rms(squares.noise.max(squares.rounding));
+        let noise_rms = rms(squares.noise.max(squares.rounding)).max(squares.shared_rms);
         (unit, rms(squares.residual), rms(squares.load), noise_rms)
     });
     let fraction =
@@ -81,5 +87,42 @@ fn squares(equations: [&[Equation]; 2], fit: &Fit, range: std::ops::Range<usize>
             squares.weight += weight;
         }
     }
+    squares.shared_rms = shared_noise(fitted, fit, range);
     squares
+}
+
+/// Returns the rms noise of the channels in a range from fourth differences of their residuals, or
+/// 0 where windows are too few or too far apart. Each difference is over at least
+/// [`INTERVAL_S`], after which the noise of most filtered sensors is forgotten. An error of the
+/// model at less than 8 Hz leaves less than a twentieth of its square.
+fn shared_noise(equations: &[Equation], fit: &Fit, range: std::ops::Range<usize>) -> f64 {
+    let lengths_s = equations
+        .windows(2)
+        .map(|pair| pair[1].time_s - pair[0].time_s);
+    let step_s = lengths_s.fold(f64::INFINITY, f64::min);
+    let order = BINOMIALS.len() - 1;
+    let spacing = (INTERVAL_S / (order as f64 * step_s)).ceil().max(1.0);
+    let (longest_s, spacing) = (2.0 * order as f64 * spacing * step_s, spacing as usize);
+    let (mut squares, mut weights) = (0.0, 0.0);
+    for first in 0..equations
+        .len()
+        .saturating_sub(order.saturating_mul(spacing))
+    {
+        let windows: [usize; BINOMIALS.len()] = std::array::from_fn(|k| first + k * spacing);
+        if equations[windows[order]].time_s - equations[first].time_s > longest_s {
+            continue;
+        }
+        let weight = windows
+            .map(|k| fit.weights[k])
+            .into_iter()
+            .fold(1.0, f64::min);
+        for channel in range.clone() {
+            let residuals = windows.map(|k| fit.residual(&equations[k], channel));
+            let terms = residuals.iter().zip(BINOMIALS);
+            let difference: f64 = terms.map(|(residual, factor)| factor * residual).sum();
+            squares += weight * difference.powi(2) / FOURTH_ROUGHNESS;
+            weights += weight;
+        }
+    }
+    f64::sqrt(squares / f64::max(weights, f64::MIN_POSITIVE))
 }

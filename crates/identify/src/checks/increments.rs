@@ -10,7 +10,7 @@ use crate::equations::LANES;
 
 /// Length of an interval, s: long enough for noise to average out, short enough for a motion not to
 /// turn back.
-pub(crate) const INTERVAL_S: f64 = 0.1;
+pub const INTERVAL_S: f64 = 0.1;
 /// Fewest intervals from which velocities are judged.
 const FEWEST_INTERVALS: usize = 10;
 /// Slower motion is not judged, rad/s or m/s rms: it hardly enters the equations.
@@ -18,9 +18,9 @@ const SLOWEST: f64 = 0.01;
 /// Number of neighbouring increments in a third difference. Each is over a quarter of an interval,
 /// after which the noise of most filtered sensors is forgotten.
 const NEIGHBOURS: usize = 4;
-/// Variance of third differences of the changes of a position, for white noise of variance one in
-/// the position: the sum of the squares of the binomial coefficients 1, 4, 6, 4, 1.
-const CHANGE_ROUGHNESS: f64 = 70.0;
+/// Variance of fourth differences of white noise of variance one, and so of third differences of its
+/// changes: the sum of the squares of the binomial coefficients 1, 4, 6, 4, 1.
+pub const FOURTH_ROUGHNESS: f64 = 70.0;
 /// Variance of third differences of the integrals of a velocity, relative to that of the integrals:
 /// the sum of the squares of the binomial coefficients 1, 3, 3, 1.
 const INTEGRAL_ROUGHNESS: f64 = 20.0;
@@ -232,7 +232,7 @@ impl Increments {
 /// Returns the variance of the changes of some columns over an interval that is due to noise of the
 /// positions at its two ends, if the interval has third differences.
 fn change_noise(intervals: &[Interval], columns: Range<usize>) -> Option<f64> {
-    Some(2.0 * roughness(intervals, columns)? / CHANGE_ROUGHNESS)
+    Some(2.0 * roughness(intervals, columns)? / FOURTH_ROUGHNESS)
 }
 
 /// Returns the variance of the integrals of some columns over an interval that is due to noise of
@@ -246,7 +246,7 @@ fn integral_noise(intervals: &[Interval], columns: Range<usize>) -> Option<f64> 
     // Neighbouring integrals share a sample and weigh it by the mean of their coefficients. Its
     // variance is that of two halves less a quarter of the squared difference of the coefficients,
     // and those differences are the coefficients of a fourth difference.
-    let of_step = INTEGRAL_ROUGHNESS * steps / quarters - CHANGE_ROUGHNESS / 4.0;
+    let of_step = INTEGRAL_ROUGHNESS * steps / quarters - FOURTH_ROUGHNESS / 4.0;
     // The samples at both ends of an interval have half the weight.
     let steps_of_interval = steps / intervals.len() as f64 - 0.5;
     Some(steps_of_interval * roughness(intervals, columns)? / of_step)

@@ -22,7 +22,7 @@ pub use channel_ranges::{RangeMonitor, Saturation};
 pub use constant_channels::{ChannelMonitor, ConstantChannels, FEWEST_SAMPLES, WRENCH_CHANNELS};
 pub use effort_limits::{EffortMonitor, EffortsBeyondLimits};
 pub use effort_ranges::EffortRanges;
-pub(crate) use increments::INTERVAL_S;
+pub use increments::{FOURTH_ROUGHNESS, INTERVAL_S};
 pub use joint_rates::{JointRates, VelocityCause, VelocityContradiction, grouped_by_cause};
 pub use joint_steps::{PositionJumps, StepMonitor};
 pub use position_limits::{PositionMonitor, PositionsBeyondLimits};
