@@ -134,3 +134,23 @@ def test_nothing_stays_in_the_folder_of_temporary_files(
     monkeypatch.setattr("tempfile.tempdir", str(temporary))
     tactid.identify(path, urdf=ur5e())
     assert list(temporary.iterdir()) == []
+
+
+def test_an_encoding_that_is_not_read_is_named(tmp_path: Path) -> None:
+    path = tmp_path / "other.mcap"
+    with path.open("wb") as file:
+        writer = McapWriter(file)
+        writer.start()
+        schema = writer.register_schema("robot.JointState", "protobuf", b"")
+        channel = writer.register_channel("/joint_states", "protobuf", schema)
+        writer.add_message(channel, EPOCH_NS, b"", EPOCH_NS)
+        writer.finish()
+    named = r"/joint_states \(robot.JointState; protobuf is not read\)"
+    with pytest.raises(tactid.IdentificationError, match=named):
+        tactid.identify(path, urdf=ur5e())
+
+
+def test_efforts_that_a_method_lacks_are_the_cause(tmp_path: Path) -> None:
+    cause = "800 messages on /joint_states have no efforts, and none could be used: record them"
+    with pytest.raises(tactid.IdentificationError, match=cause):
+        tactid.identify(bag(tmp_path), urdf=ur5e(), method="effort")

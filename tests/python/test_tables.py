@@ -349,6 +349,13 @@ def test_info_shows_what_columns_are_known_as(
     assert known["target_q_0"] == "–"
     assert (known["actual_q_5"], known["actual_TCP_force_0"]) == ("q", "wrench")
     assert known["timestamp"] == "time"
+    path = tmp_path / "named.csv"
+    path.write_text("time,q_elbow_joint,q_wrist_joint,note\n0,0,0,0\n1,0,0,0\n")
+    lines = command("info", path).stdout.splitlines()
+    known = {line.split()[0]: " ".join(line.split()[1:]) for line in lines if line.strip()}
+    assert known["q_elbow_joint"] == "q, with a URDF that has this joint"
+    assert known["q_wrist_joint"] == "q, with a URDF that has this joint"
+    assert (known["time"], known["note"]) == ("time", "–")
 
 
 @pytest.mark.parametrize(
@@ -456,3 +463,13 @@ def test_a_table_without_a_load_is_refused_in_words_of_tables(
 def test_the_times_of_a_table_are_no_header_stamps(tmp_path: Path, rows: np.ndarray) -> None:
     result = identified(write(tmp_path / "arm.csv", NUMBERS, rows))
     assert "; times from the table.\n" in str(result)
+
+
+def test_columns_of_two_arrays_in_one_option_are_refused(
+    rows: np.ndarray, tmp_path: Path, command: TactidCommand
+) -> None:
+    path, _ = rtde(tmp_path, rows)
+    refused = command("identify", path, "--columns", "wrench=w_*,time=t")
+    assert refused.returncode == 2
+    message = "give the option once for each array, such as --columns wrench=w_* --columns time=t"
+    assert message in " ".join(refused.stderr.split())

@@ -82,7 +82,8 @@ pub(crate) fn explain(error: RecordingError, plan: &Plan<'_>, run: &Run) -> Reco
             cause_in_times(plan, run).or_else(|| too_rare_samples(plan))
         }
         RecordingError::NoOverlap { .. } => {
-            cause_in_times(plan, run).or_else(|| values_not_finite(run))
+            let found = cause_in_times(plan, run).or_else(|| no_efforts(run));
+            found.or_else(|| values_not_finite(run))
         }
         _ => return error,
     };
@@ -146,6 +147,19 @@ fn values_not_finite(run: &Run) -> Option<RecordingError> {
             "{count} samples of {} have a value that is not finite, and none could be used: leave out a sensor or a joint \
              that does not measure; with several sensors, a sensor may lack its moments, but not its forces",
             stream(name)
+        ))
+    })
+}
+
+/// Messages without efforts are the cause where they are about as many as the samples that lack
+/// another stream.
+fn no_efforts(run: &Run) -> Option<RecordingError> {
+    let (topic, count) = most_faults(run, &FaultKind::NoEffort)?;
+    let incomplete = most_faults(run, &FaultKind::Incomplete).map_or(0, |(_, count)| count);
+    (2 * count > incomplete).then(|| {
+        RecordingError::data(format!(
+            "{count} messages on {topic} have no efforts, and none could be used: record them, or choose a method that \
+             measures the load by wrenches"
         ))
     })
 }

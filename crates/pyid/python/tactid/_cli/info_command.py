@@ -15,6 +15,7 @@ from tactid._native import LogInfo
 from tactid._read import columns
 from tactid._read.foreign_logs import BagInfo
 from tactid._read.recordings import contents
+from tactid._read.robot_joints import array_of_joints
 from tactid._read.tables import Table as Columns
 
 MOST_TOPICS = 1000
@@ -49,7 +50,7 @@ def info_lines(info: LogInfo | BagInfo) -> list[str]:
 def columns_table(table: Columns) -> Table:
     """Returns the columns of a table, the first of many, with the arrays that they are known as.
 
-    Those that are named after the joints of a robot are known with its URDF only.
+    Those that are named after the joints of a robot are known with its URDF only, and marked so.
     """
     known: dict[str | None, str] = {}
     for array in columns.DIMENSIONS:
@@ -62,7 +63,9 @@ def columns_table(table: Columns) -> Table:
     shown.add_column("column", overflow="fold")
     shown.add_column("array")
     for name in table.names[:MOST_TOPICS]:
-        shown.add_row(Text(printable(name)), known.get(name, "–"))
+        likely = array_of_joints(name)
+        of_joint = "–" if likely is None else f"{likely}, with a URDF that has this joint"
+        shown.add_row(Text(printable(name)), known.get(name, of_joint))
     return shown
 
 

@@ -1,5 +1,6 @@
 """Options written on the command line: from text to values, with a clear error for the rest."""
 
+import re
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -156,6 +157,11 @@ def columns(flag: str, texts: list[str]) -> dict[str, list[str]]:
             raise ArgumentError(
                 f"{flag} is {text!r}: expected an array, an equals sign and its columns, such as"
                 " time=stamp[ms] or q=joint_*[deg]"
+            )
+        if second := re.search(r",\s*((?:time|q|qd|effort|wrench)=.*)", names):
+            raise ArgumentError(
+                f"{flag} is {text!r}: give the option once for each array, such as"
+                f" {flag} {array}={names[: second.start()]} {flag} {second[1]}"
             )
         found.setdefault(array.strip(), []).extend(map(str.strip, names.split(",")))
     return found

@@ -60,7 +60,7 @@ def run_paper(
     with new_folder(out, "--out"), reporting_partial_log(files.log), progress("simulating") as done:
         replaced = check_files({f"{file.name} in --out": file for file in files.written}, {})
         report = paper_run.simulate_into(files, experiment, done)
-    with interruptible(f"{files.log} is complete, no result was written"):
+    with interruptible(lambda: f"what was written is complete: {files.listed()}"):
         with progress("identifying") as done:
             results = paper_run.identify_all(files.log, experiment.tip, estimator, done)
         outcome = paper_run.Outcome(experiment, report, results, log_info(files.log))

@@ -58,6 +58,10 @@ class Files:
         """Paths of all files, of which the log is the first."""
         return [self.log, self.result, self.report, *self.figures(self.form)]
 
+    def listed(self) -> str:
+        """Lists the files that are there, each of which was written as a whole."""
+        return ", ".join(str(file) for file in self.written if file.exists())
+
     def figures(self, form: FigureFormat) -> list[Path]:
         """Paths of the figures in a format."""
         return [self.figure(name, form) for name in paper_plots.FIGURES.values()]

@@ -34,9 +34,10 @@ _OF_IDENTIFICATION, _OF_DESIGN, _OF_CALIBRATION = (
 _FILES: tuple[Declaration, ...] = (
     Declaration(
         name="columns",
-        text="Columns of a table that make up an array, where their names do not say so. * stands"
-        " for any text, and a unit in brackets follows the name of a column that has another than"
-        " SI and does not say so itself.",
+        text="Columns of a table that make up an array, where their names do not say so: of time,"
+        " q, qd, effort or wrench, each with an option of its own. * stands for any text, and a"
+        " unit in brackets follows the name of a column that has another than SI and does not say"
+        " so itself.",
         kind="columns",
         group="Tables",
         uses=["log", "compensation", "calibration"],

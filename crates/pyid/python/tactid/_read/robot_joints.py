@@ -101,6 +101,15 @@ _AFFIXES = {
 """What stands before or behind the name of a joint in that of its column."""
 
 
+def array_of_joints(column: str) -> str | None:
+    """Returns the array of a column whose name looks like that of a joint's values."""
+    plain = _plain(column)
+    for array, affixes in _AFFIXES.items():
+        if any(plain.startswith(f"{affix}_") or plain.endswith(f"_{affix}") for affix in affixes):
+            return array
+    return None
+
+
 def _column(table: Table, array: str, joint: str) -> tuple[str, Unit | None] | None:
     """Returns the column of a joint, with its unit."""
     plain = _plain(joint)
