@@ -72,6 +72,15 @@ impl Topic {
         [&self.name, &self.type_name, &self.encoding]
     }
 
+    /// Returns its name with the type of its messages, and with an encoding that is not read.
+    #[must_use]
+    pub fn described(&self) -> String {
+        match self.encoding.as_str() {
+            "cdr" => format!("{} ({})", self.name, self.type_name),
+            other => format!("{} ({}; {other} is not read)", self.name, self.type_name),
+        }
+    }
+
     /// Returns whether its messages have the type `M`. Some writers omit `/msg` from the name.
     #[must_use]
     pub fn is<M: Message>(&self) -> bool {

@@ -389,11 +389,8 @@ fn has_efforts(log: &LogReader, joints: &[String]) -> Result<bool, RecordingErro
 
 /// Lists the names and types of the topics, those that are similar to a name first where there are many, for an error.
 pub(crate) fn topic_names(log: &LogReader, similar_to: &str) -> String {
-    let name = |topic: &Topic| match topic.encoding.as_str() {
-        "cdr" => format!("{} ({})", topic.name, topic.type_name),
-        other => format!("{} ({}; {other} is not read)", topic.name, topic.type_name),
-    };
-    let names: Vec<_> = log.topics().iter().map(|topic| name(topic)).collect();
+    let topics = log.topics().iter();
+    let names: Vec<_> = topics.map(|topic| topic.described()).collect();
     if names.is_empty() {
         return "none".to_owned();
     }
