@@ -303,6 +303,9 @@ impl BatchIdentifier {
         known_bodies_kg: (f64, f64),
     ) -> Vec<Finding> {
         let (fit, without_mass) = (fits.of_all(), fits.without_mass());
+        // Motion and payload leave at most twice the variance of the noise. What windows leave beyond
+        // the differences of neighbouring samples is then noise that is not white.
+        let is_noise = fits.motion == MotionEstimate::WithPayload && !self.bins.is_full();
         let of_data = data_findings(
             [self.batch.equations(), &solution.found.equations],
             without_mass,
@@ -310,6 +313,7 @@ impl BatchIdentifier {
             &self.stream,
             known_bodies_kg,
             solution.explanation.as_ref(),
+            is_noise,
         );
         let found = (
             without_mass.parameters[0] - known_bodies_kg.0,

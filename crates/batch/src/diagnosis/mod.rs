@@ -64,6 +64,7 @@ pub(crate) fn findings_without_prior(
         stream,
         known.mass_kg(),
         explanation.as_ref(),
+        false,
     ));
     findings.extend(of_model);
     findings
@@ -131,7 +132,8 @@ pub(crate) fn wrong_assumptions(
 
 /// Returns findings about wrong assumptions, signs, errors of the model and outliers, and about the
 /// mass of the known bodies with its standard deviation, `known_bodies_kg`. The equations are those
-/// of the recording and those of the fits, which lack what further unknowns explain.
+/// of the recording and those of the fits, which lack what further unknowns explain. Where all that
+/// they leave `is_noise`, no load is reported as unexplained.
 pub(crate) fn data_findings(
     equations: [&[Equation]; 2],
     fit_without_mass: &Fit,
@@ -139,6 +141,7 @@ pub(crate) fn data_findings(
     stream: &EquationStream,
     known_bodies_kg: (f64, f64),
     explanation: Option<&Explanation>,
+    is_noise: bool,
 ) -> Vec<Finding> {
     // A known mass would hide a wrong sign, and a wrong one would look like an offset.
     let mut findings = model_findings(
@@ -147,6 +150,7 @@ pub(crate) fn data_findings(
         stream,
         known_bodies_kg,
         explanation,
+        is_noise,
     );
     let windows = equations[0].len();
     if windows < LEAST_WINDOWS {
@@ -179,7 +183,8 @@ fn without_causes(mut findings: Vec<Finding>, windows: usize) -> Vec<Finding> {
 }
 
 /// Returns findings about wrong assumptions, signs and errors of the model. A load that wrong
-/// assumptions explain is not reported as unexplained. Where wrong assumptions leave more than half of the residuals, the unexplained
+/// assumptions explain is not reported as unexplained, nor residuals of which the caller knows that
+/// all `is_noise`. Where wrong assumptions leave more than half of the residuals, the unexplained
 /// load comes first. Where a load is unexplained, a mass of zero does not show that nothing is held.
 fn model_findings(
     equations: [&[Equation]; 2],
@@ -187,9 +192,10 @@ fn model_findings(
     stream: &EquationStream,
     known_bodies_kg: (f64, f64),
     explanation: Option<&Explanation>,
+    is_noise: bool,
 ) -> Vec<Finding> {
     let (channels, gravity, method) = (stream.channels(), stream.gravity(), stream.method());
-    let is_explained = explanation.is_some_and(|found| found.explains_load);
+    let is_explained = is_noise || explanation.is_some_and(|found| found.explains_load);
     let unexplained = (!is_explained)
         .then(|| unexplained_load(equations, given, &channels, method))
         .flatten();

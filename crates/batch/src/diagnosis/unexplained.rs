@@ -18,8 +18,8 @@ struct Squares {
     noise: f64,
     rounding: f64,
     weight: f64,
-    /// Root of the mean square of the noise that fourth differences of the residuals show.
-    shared_rms: f64,
+    /// Rms noise that fourth differences show: of the residuals, and of the load of the motion.
+    shared_rms: [f64; 2],
 }
 
 /// Reports consecutive channels of one unit whose residuals are neither small nor explained by
@@ -27,8 +27,9 @@ struct Squares {
 ///
 /// There are two measures of the noise, in neither of which the motion or an error of the model
 /// shows: the half-difference between the means over even and over odd instants, and, of noise that
-/// neighbouring instants share, fourth differences of the residuals over 0.1 s. The equations are
-/// those of the recording, and those of the fit.
+/// neighbouring instants share, fourth differences of the residuals over 0.1 s. The second one
+/// counts where the motion has little such noise, which would bias the parameters. The equations
+/// are those of the recording, and those of the fit.
 pub(crate) fn unexplained_load(
     equations: [&[Equation]; 2],
     fit: &Fit,
@@ -38,8 +39,15 @@ pub(crate) fn unexplained_load(
     let groups = units(channels).into_iter().map(|(unit, range)| {
         let squares = squares(equations, fit, range);
         let rms = |sum: f64| (sum / squares.weight.max(f64::MIN_POSITIVE)).sqrt();
-        let noise_rms = rms(squares.noise.max(squares.rounding)).max(squares.shared_rms);
-        (unit, rms(squares.residual), rms(squares.load), noise_rms)
+        let (load_rms, [shared_rms, of_motion_rms]) = (rms(squares.load), squares.shared_rms);
+        let noise_rms = rms(squares.noise.max(squares.rounding));
+        let is_shared = of_motion_rms < MODEL_ERROR * load_rms;
+        let noise_rms = if is_shared {
+            noise_rms.max(shared_rms)
+        } else {
+            noise_rms
+        };
+        (unit, rms(squares.residual), load_rms, noise_rms)
     });
     let fraction =
         |(_, residual, load, _): &(_, f64, f64, _)| residual / load.max(f64::MIN_POSITIVE);
@@ -91,11 +99,12 @@ fn squares(equations: [&[Equation]; 2], fit: &Fit, range: std::ops::Range<usize>
     squares
 }
 
-/// Returns the rms noise of the channels in a range from fourth differences of their residuals, or
-/// 0 where windows are too few or too far apart. Each difference is over at least
-/// [`INTERVAL_S`], after which the noise of most filtered sensors is forgotten. An error of the
-/// model at less than 8 Hz leaves less than a twentieth of its square.
-fn shared_noise(equations: &[Equation], fit: &Fit, range: std::ops::Range<usize>) -> f64 {
+/// Returns the rms noise of the channels in a range from fourth differences of their residuals, and
+/// of the load that the motion and the parameters give; 0 where windows are too few or too far
+/// apart. Each difference is over at least [`INTERVAL_S`], a quarter of which the noise of most
+/// filtered sensors does not outlast. Of an error of the model, or of a motion, at less than 8 Hz
+/// less than a twentieth of its square is left.
+fn shared_noise(equations: &[Equation], fit: &Fit, range: std::ops::Range<usize>) -> [f64; 2] {
     let lengths_s = equations
         .windows(2)
         .map(|pair| pair[1].time_s - pair[0].time_s);
@@ -103,7 +112,7 @@ fn shared_noise(equations: &[Equation], fit: &Fit, range: std::ops::Range<usize>
     let order = BINOMIALS.len() - 1;
     let spacing = (INTERVAL_S / (order as f64 * step_s)).ceil().max(1.0);
     let (longest_s, spacing) = (2.0 * order as f64 * spacing * step_s, spacing as usize);
-    let (mut squares, mut weights) = (0.0, 0.0);
+    let (mut squares, mut weights) = ([0.0; 2], 0.0);
     for first in 0..equations
         .len()
         .saturating_sub(order.saturating_mul(spacing))
@@ -117,12 +126,18 @@ fn shared_noise(equations: &[Equation], fit: &Fit, range: std::ops::Range<usize>
             .into_iter()
             .fold(1.0, f64::min);
         for channel in range.clone() {
-            let residuals = windows.map(|k| fit.residual(&equations[k], channel));
-            let terms = residuals.iter().zip(BINOMIALS);
-            let difference: f64 = terms.map(|(residual, factor)| factor * residual).sum();
-            squares += weight * difference.powi(2) / FOURTH_ROUGHNESS;
+            let mut differences = [0.0; 2];
+            for (k, factor) in windows.into_iter().zip(BINOMIALS) {
+                let row = &equations[k].rows[channel];
+                let residual = fit.remainder(row);
+                differences[0] += factor * residual;
+                differences[1] += factor * (row.target - residual);
+            }
+            for (sum, difference) in squares.iter_mut().zip(differences) {
+                *sum += weight * difference.powi(2) / FOURTH_ROUGHNESS;
+            }
             weights += weight;
         }
     }
-    f64::sqrt(squares / f64::max(weights, f64::MIN_POSITIVE))
+    squares.map(|sum| f64::sqrt(sum / f64::max(weights, f64::MIN_POSITIVE)))
 }
