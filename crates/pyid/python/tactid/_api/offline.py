@@ -138,7 +138,7 @@ def identify(  # noqa: D417 - arrays and options are documented by their declara
         collected = collect(options, keywords, "log", own)
         check_no_arrays(arrays, f"{source} is a log")
         files = inputs(source, collected)
-        with opened([source], collected, progress) as ([log], run), hashed_beside(files):
+        with opened([source], collected, progress) as ([log], run), hashed_beside([files]):
             found = _native.identify_log(log, run.options.plain(), run.progress)
         found |= provenance(files, collected)
         return identification(found, Source(source, {}, collected))
@@ -165,14 +165,13 @@ def _from_logs(
 ) -> Identification | PaperIdentification | Combination:
     if len(logs) == 1:
         return identify(logs[0], options=options, progress=progress)
-    with opened(logs, options, progress) as (each, run):
+    files = [inputs(log, options) for log in logs]
+    with opened(logs, options, progress) as (each, run), hashed_beside(files):
         found = _native.identify_logs(each, run.options.plain(), run.progress)
     return combine(
         [
-            identification(
-                data | provenance(inputs(log, options), options), Source(log, {}, options)
-            )
-            for log, data in zip(logs, found, strict=True)
+            identification(data | provenance(read, options), Source(log, {}, options))
+            for log, read, data in zip(logs, files, found, strict=True)
         ]
     )
 

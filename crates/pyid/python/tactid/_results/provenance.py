@@ -8,7 +8,7 @@ import operator
 import os
 import re
 import threading
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any, Protocol
@@ -62,15 +62,17 @@ def hashes(inputs: Mapping[str, Path]) -> dict[str, dict[str, str]]:
 
 
 @contextmanager
-def hashed_beside(inputs: Mapping[str, Path]) -> Iterator[None]:
-    """Computes the hashes on a thread while the block runs: :func:`hashes` then has them at once.
+def hashed_beside(recordings: Sequence[Mapping[str, Path]]) -> Iterator[None]:
+    """Computes the hashes of the files of recordings on a thread while the block runs.
 
-    A block that ends with an error does not wait for them.
+    :func:`hashes` has them at once then, because hashes are kept. A block that ends with an error
+    does not wait for them.
     """
 
     def compute() -> None:
         with suppress(OSError):  # `hashes` raises it
-            hashes(inputs)
+            for inputs in recordings:
+                hashes(inputs)
 
     thread = threading.Thread(target=compute, daemon=True)
     thread.start()
