@@ -289,8 +289,8 @@ class Identifier(_Online):
         could be used are reported, too. It takes some 10 ms: in a control loop, call it in another
         thread, where it works on a copy.
 
-        Online, nothing checks whether the wrenches are delayed. To check it once, identify a
-        recording of the same sensors.
+        Online, a delay of the wrenches is neither estimated nor corrected; it is named where it
+        leaves a load unexplained. To measure it once, identify a recording of the same sensors.
         """
         return self._native.findings()
 
