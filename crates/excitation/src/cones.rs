@@ -303,20 +303,19 @@ impl Cone {
         let count = sampler.variables.count();
         let step_s = sampler.grid.step_s;
         let mut sums = vec![vec![0.0; count]; self.tail.len()];
+        let (mut head, mut tail) = (vec![0.0; count], sums.clone());
+        let gradient = |form: &AffineForm, factor: f64, sum: &mut [f64], at: usize| {
+            sampler.add_gradient(samples, at, &form.terms, factor, sum);
+        };
         let mut reachable = Vec::new();
         for (sample, value) in self.values(samples, step_s).into_iter().enumerate() {
             if self.is_far(samples, sample) {
                 continue;
             }
-            let gradient = |form: &AffineForm, factor: f64, sum: &mut Vec<f64>, at: usize| {
-                let scaled: Vec<(usize, f64)> =
-                    form.terms.iter().map(|(p, f)| (*p, f * factor)).collect();
-                sampler.add_gradient(samples, at, &scaled, sum);
-            };
-            let mut head = vec![0.0; count];
+            head.fill(0.0);
             gradient(&self.head, 1.0, &mut head, sample);
-            let mut tail = vec![vec![0.0; count]; self.tail.len()];
             for ((form, sum), own) in self.tail.iter().zip(&mut sums).zip(&mut tail) {
+                own.fill(0.0);
                 if self.kind != Kind::Integral {
                     gradient(form, 1.0, own, sample);
                     continue;
@@ -337,8 +336,8 @@ impl Cone {
                 reachable.push(LinearCone {
                     sample,
                     value,
-                    head,
-                    tail,
+                    head: head.clone(),
+                    tail: tail.clone(),
                 });
             }
         }

@@ -30,6 +30,30 @@ pub struct Excursion {
     pub position_m: f64,
 }
 
+/// Where a free-floating base is along a motion, with the first payload of a problem.
+#[derive(Clone, Debug)]
+pub struct BasePath {
+    step_s: f64,
+    /// Angle and distance from where the base starts at each time, rad and m; empty for a fixed
+    /// base.
+    places: Vec<[f64; 2]>,
+}
+
+impl BasePath {
+    /// Returns the largest motion until a time since the start, s.
+    #[must_use]
+    pub fn excursion(&self, until_s: f64) -> Excursion {
+        let steps = (until_s / self.step_s).round() as usize;
+        let places = self.places.iter().take(steps + 1);
+        places.fold(Excursion::default(), |largest, [angle, distance]| {
+            Excursion {
+                attitude_rad: largest.attitude_rad.max(*angle),
+                position_m: largest.position_m.max(*distance),
+            }
+        })
+    }
+}
+
 /// A motion at closely spaced times.
 pub(crate) struct DenseMotion {
     step_s: f64,
@@ -217,15 +241,12 @@ impl DenseMotion {
         margins
     }
 
-    /// Returns the largest motion of the base with the first payload.
-    pub(crate) fn excursion(&self) -> Excursion {
-        let path = self.paths.first().into_iter().flatten();
-        path.fold(Excursion::default(), |largest, [angle, distance]| {
-            Excursion {
-                attitude_rad: largest.attitude_rad.max(*angle),
-                position_m: largest.position_m.max(*distance),
-            }
-        })
+    /// Returns where the base is with the first payload.
+    pub(crate) fn base_path(&self) -> BasePath {
+        BasePath {
+            step_s: self.step_s,
+            places: self.paths.first().cloned().unwrap_or_default(),
+        }
     }
 }
 
@@ -328,5 +349,6 @@ pub fn margins(
     let joints = problem.moving_joints()?;
     let cones = cones(problem, &plant);
     let dense = DenseMotion::new(&mut plant, motion)?;
-    Ok((dense.margins(problem, &cones, &joints), dense.excursion()))
+    let excursion = dense.base_path().excursion(motion.duration_s());
+    Ok((dense.margins(problem, &cones, &joints), excursion))
 }

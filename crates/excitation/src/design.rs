@@ -4,11 +4,11 @@ use std::ops::ControlFlow;
 
 use crate::ExcitationError;
 use crate::cones::cones;
-use crate::dense::{DenseMotion, Excursion, Usage};
+use crate::dense::{BasePath, DenseMotion, Excursion, Usage};
 use crate::joint_limits::JointLimits;
 use crate::joint_rows::{ROUNDING, joint_rows};
 use crate::limits::{Limit, Margin};
-use crate::motion::Trajectory;
+use crate::motion::{Motion, Trajectory};
 use crate::objective::Objective;
 use crate::plant::Plant;
 use crate::prediction::{Prediction, predict};
@@ -68,14 +68,21 @@ pub struct Design {
     pub prediction: Prediction,
     /// Largest fraction of each limit that the motion uses, with the payload that uses most.
     pub margins: Vec<Margin>,
-    /// Largest motion of the base with the expected payload.
-    pub excursion: Excursion,
+    /// Where the base is with the expected payload, in the first pass.
+    pub base_path: BasePath,
     /// What the test for collisions leaves out or relaxes; empty for a problem without
     /// [`Problem::collisions`] and keep-out boxes.
     pub findings: Vec<CollisionFinding>,
 }
 
 impl Design {
+    /// Returns the largest motion of the base with the expected payload. A pass leads it back along
+    /// the path of the one before.
+    #[must_use]
+    pub fn excursion(&self) -> Excursion {
+        self.base_path.excursion(self.trajectory.duration_s())
+    }
+
     /// Returns the limits that are active: relaxing one allows smaller intervals.
     pub fn binding(&self) -> impl Iterator<Item = &Limit> {
         let binding = self.margins.iter().filter(|margin| margin.binds);
@@ -371,7 +378,7 @@ impl<'a> Designer<'a> {
         Ok(Design {
             prediction: predict(self.problem, &trajectory)?,
             margins,
-            excursion: dense.excursion(),
+            base_path: dense.base_path(),
             findings: self.plant.distances.findings().to_vec(),
             trajectory,
         })

@@ -103,7 +103,7 @@ mod workspace_bounds;
 
 pub use active::{ActiveSettings, Planner, Prior, PriorBound, PriorContradiction, Step};
 pub use checks::LARGEST_SIZE_M;
-pub use dense::{Excursion, margins};
+pub use dense::{BasePath, Excursion, margins};
 pub use design::{Design, design, design_observed};
 pub use error::ExcitationError;
 pub use fourier::FourierMotion;
@@ -112,7 +112,7 @@ pub use joint_limits::JointLimits;
 pub use limits::{Limit, Margin};
 pub use motion::{JointStates, Motion, Trajectory};
 pub use plan::MotionPlan;
-pub use prediction::{Prediction, predict};
+pub use prediction::{MotionWindows, Prediction, predict};
 pub use problem::{BaseBounds, Criterion, Problem, Sensing, targets_within};
 pub use progress::{Observer, Progress};
 pub use request::MotionRequest;

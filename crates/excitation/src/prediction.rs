@@ -40,18 +40,60 @@ impl Prediction {
 /// from least squares over its averaging windows: weights follow from the noise of the sensors, and
 /// the noise of overlapping windows is correlated. Noise of the joints' motion is not part of it.
 ///
-/// Cost: one inverse dynamics and one sample of the equation stream per `1 / rate_hz`.
-///
 /// # Errors
 /// Returns [`ExcitationError::TooShort`] for a motion without a whole window,
 /// [`ExcitationError::TooFewSamples`] for windows without enough samples,
 /// [`ExcitationError::NotObservable`] for one that does not determine all values, and the errors of
 /// a design for a problem that is not valid.
 pub fn predict(problem: &Problem, motion: &dyn Motion) -> Result<Prediction, ExcitationError> {
-    problem.check()?;
-    let mut plant = Plant::new(problem)?;
-    let mut windows = window_rows(problem, &mut plant, motion)?;
-    remove_offsets(&mut windows, plant.offsets);
+    MotionWindows::new(problem, motion)?.prediction(motion.duration_s())
+}
+
+/// The averaging windows of a motion, whose beginnings predict what each of them determines.
+pub struct MotionWindows<'a> {
+    problem: &'a Problem,
+    /// Rows of each window, whitened by the noise of their means, and the sample that ends it.
+    windows: Vec<(DMatrix<f64>, usize)>,
+    /// Number of leading channels with an unknown offset.
+    offsets: usize,
+}
+
+impl<'a> MotionWindows<'a> {
+    /// Computes the windows of a motion.
+    ///
+    /// Cost: one inverse dynamics and one sample of the equation stream per `1 / rate_hz`.
+    ///
+    /// # Errors
+    /// Returns the errors of a design for a problem that is not valid.
+    pub fn new(problem: &'a Problem, motion: &dyn Motion) -> Result<Self, ExcitationError> {
+        problem.check()?;
+        let mut plant = Plant::new(problem)?;
+        Ok(Self {
+            problem,
+            windows: window_rows(problem, &mut plant, motion)?,
+            offsets: plant.offsets,
+        })
+    }
+
+    /// Predicts how well the motion up to a time since its beginning determines the payload.
+    ///
+    /// # Errors
+    /// Returns the errors of [`predict`] for a motion that ends there.
+    pub fn prediction(&self, until_s: f64) -> Result<Prediction, ExcitationError> {
+        let sensing = &self.problem.sensing;
+        let last = (until_s * sensing.rate_hz) as usize;
+        let windows = self.windows.iter().take_while(|(_, end)| *end <= last);
+        let mut windows: Vec<DMatrix<f64>> = windows.map(|(rows, _)| rows.clone()).collect();
+        if windows.is_empty() {
+            return Err(sensing.no_window(until_s));
+        }
+        remove_offsets(&mut windows, self.offsets);
+        prediction(self.problem, &windows)
+    }
+}
+
+/// Returns what windows determine, whose rows are whitened and without offsets.
+fn prediction(problem: &Problem, windows: &[DMatrix<f64>]) -> Result<Prediction, ExcitationError> {
     // With whitened rows the weights are one.
     let mut information = SMatrix::<f64, 10, 10>::zeros();
     let mut scores = SMatrix::<f64, 10, 10>::zeros();
@@ -86,12 +128,13 @@ pub fn predict(problem: &Problem, motion: &dyn Motion) -> Result<Prediction, Exc
     })
 }
 
-/// Returns the rows of all windows, whitened by the noise of their means.
+/// Returns the rows of all windows, whitened by the noise of their means, and the sample that ends
+/// each.
 fn window_rows(
     problem: &Problem,
     plant: &mut Plant,
     motion: &dyn Motion,
-) -> Result<Vec<DMatrix<f64>>, ExcitationError> {
+) -> Result<Vec<(DMatrix<f64>, usize)>, ExcitationError> {
     let sensing = &problem.sensing;
     let sensors: Vec<&str> = sensing.sensors.iter().map(String::as_str).collect();
     let (robot, tool) = (&problem.robot, &problem.tool);
@@ -125,12 +168,9 @@ fn window_rows(
             let samples = f64::from(equation.instants) / NOISE_BANDWIDTH;
             let scale = (samples / sensing.rate_hz).sqrt();
             let entry = |channel: usize, parameter: usize| scale * rows[channel][parameter];
-            windows.push(DMatrix::from_fn(rows.len(), 10, entry));
+            windows.push((DMatrix::from_fn(rows.len(), 10, entry), k));
         }
         pose = moved(&base, step_s);
-    }
-    if windows.is_empty() {
-        return Err(sensing.no_window(motion.duration_s()));
     }
     Ok(windows)
 }

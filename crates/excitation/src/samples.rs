@@ -181,20 +181,23 @@ impl Sampler {
         }
     }
 
-    /// Adds the gradient of a linear function of one sample's outputs to `gradient`, with respect
-    /// to the variables. The function is `terms`: places of outputs with their factors.
+    /// Adds the gradient of a multiple of a linear function of one sample's outputs to `gradient`,
+    /// with respect to the variables. The function is `terms`: places of outputs with their
+    /// factors.
     pub(crate) fn add_gradient(
         &self,
         samples: &Samples,
         sample: usize,
         terms: &[(usize, f64)],
+        multiple: f64,
         gradient: &mut [f64],
     ) {
         let inputs = ORDERS * self.joints.len();
         let slopes = &samples.slopes[sample * inputs * samples.outputs..];
         for input in 0..inputs {
             let slopes = &slopes[input * samples.outputs..];
-            let slope: f64 = terms.iter().map(|(place, f)| f * slopes[*place]).sum();
+            let terms = terms.iter();
+            let slope: f64 = terms.map(|(place, f)| f * multiple * slopes[*place]).sum();
             self.add_input(sample, input, slope, gradient);
         }
     }

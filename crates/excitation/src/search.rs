@@ -298,14 +298,14 @@ impl Search {
         let linearised =
             |cone: &Cone| cone.linearised(&self.sampler, &linear.samples, &self.scales, radius);
         let mut cones: Vec<Vec<LinearCone>> = self.cones.iter().map(linearised).collect();
-        let mut step = self.step(point, linear, &cones.concat(), radius)?;
+        let mut step = self.step(point, linear, &cones, radius)?;
         let mut candidate = self.point(step.values.clone())?;
         let merit = |point: &Option<Point>| point.as_ref().map_or(f64::INFINITY, Point::merit);
         let excess = candidate.as_ref().map_or(0.0, |candidate| candidate.excess);
         let is_poor = point.merit() - merit(&candidate) < POOR * step.predicted;
         if is_poor && excess > step.excess + CURVED {
             self.correct(&mut cones, &step)?;
-            let corrected = self.step(point, linear, &cones.concat(), radius)?;
+            let corrected = self.step(point, linear, &cones, radius)?;
             let second = self.point(corrected.values.clone())?;
             if merit(&second) < merit(&candidate) {
                 candidate = second;
@@ -376,13 +376,13 @@ impl Search {
         &self,
         point: &Point,
         linear: &Linear,
-        cones: &[LinearCone],
+        cones: &[Vec<LinearCone>],
         radius: f64,
     ) -> Result<Step, ExcitationError> {
         let inequalities = self.inequalities(&point.values, radius);
         let near = |cone: &LinearCone| cone.value.slack() < NEAR;
-        let (mut kept, mut others): (Vec<&LinearCone>, Vec<&LinearCone>) =
-            cones.iter().partition(|cone| near(cone));
+        let cones = || cones.iter().flatten();
+        let (mut kept, mut others): (Vec<_>, Vec<_>) = cones().partition(|cone| near(cone));
         let change = loop {
             let change = Subproblem {
                 functions: &linear.functions,
@@ -408,7 +408,7 @@ impl Search {
         };
         let functions = linear.functions.iter().map(|(f, g)| f + along(g, &change));
         let largest = functions.fold(f64::NEG_INFINITY, f64::max);
-        let excess = cones.iter().map(|cone| cone.excess_after(&change));
+        let excess = cones().map(|cone| cone.excess_after(&change));
         let excess = excess.fold(0.0, f64::max);
         let pairs = point.values.iter().zip(&change).zip(&self.scales);
         let mut values: Vec<f64> = pairs.map(|((x, d), scale)| x + d * scale).collect();

@@ -88,7 +88,7 @@ fn longer_is_better(mut problem: Problem) {
         for margin in &margins {
             assert!(margin.used < 1.0 + 1e-3, "{margin:?}");
         }
-        let turned = longer.excursion.attitude_rad;
+        let turned = longer.excursion().attitude_rad;
         assert!((excursion.attitude_rad - turned).abs() < 1e-3 * turned.max(1e-9));
         before = longer;
     }

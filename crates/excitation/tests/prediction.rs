@@ -5,10 +5,12 @@ use rand::{SeedableRng, rngs::StdRng};
 use rand_distr::{Distribution, StandardNormal};
 use tactid_batch::{BatchIdentifier, BatchSettings};
 use tactid_dynamics::{FrameMotion, Workspace, motion, wrench_regressor};
-use tactid_excitation::{Design, DesignSettings, Motion, Problem, design, predict};
+use tactid_excitation::{
+    Design, DesignSettings, JointStates, Motion, MotionWindows, Problem, design, margins, predict,
+};
 use tactid_identify::{BaseState, Sample, Wrench, values_of_body};
 
-use crate::common::{NOISE, TOOL, on_ground};
+use crate::common::{NOISE, TOOL, in_orbit, on_ground};
 
 const RUNS: usize = 400;
 
@@ -142,6 +144,50 @@ fn errors_with_an_unknown_offset_are_as_predicted() {
     let tared = predict(&problem, &with_offset.trajectory).unwrap();
     let pairs = tared.std_devs.iter().zip(&with_offset.prediction.std_devs);
     assert!(pairs.clone().all(|(a, b)| a < b), "{tared:?}");
+}
+
+/// A motion that ends earlier than another one.
+struct Beginning<'a> {
+    motion: &'a dyn Motion,
+    duration_s: f64,
+}
+
+impl Motion for Beginning<'_> {
+    fn duration_s(&self) -> f64 {
+        self.duration_s
+    }
+
+    fn at(&self, time_s: f64) -> JointStates {
+        self.motion.at(time_s)
+    }
+}
+
+/// What is predicted for a beginning of a motion is what is predicted for a motion that ends there,
+/// and the base has gone as far until then.
+#[test]
+fn beginnings_are_motions_of_their_own() {
+    let mut problem = in_orbit();
+    problem.sensing.equations.wrench_offset = true;
+    let design = design(&problem, &quick()).unwrap();
+    let motion = &design.trajectory;
+    let windows = MotionWindows::new(&problem, motion).unwrap();
+    assert!(windows.prediction(0.1).is_err());
+    for fraction in [0.5, 0.77, 1.0] {
+        let beginning = Beginning {
+            motion,
+            duration_s: fraction * motion.duration_s(),
+        };
+        let alone = predict(&problem, &beginning).unwrap();
+        let found = windows.prediction(beginning.duration_s).unwrap();
+        assert_eq!(found, alone);
+        let (_, expected) = margins(&problem, &beginning).unwrap();
+        let found = design.base_path.excursion(beginning.duration_s);
+        let error = found.attitude_rad - expected.attitude_rad;
+        assert!(
+            error.abs() < 1e-3 * expected.attitude_rad,
+            "{found:?} {expected:?}"
+        );
+    }
 }
 
 /// Twice the samples per second halve the variances.

@@ -1,15 +1,14 @@
 //! Design of motions. The package's `design_excitation` calls it.
 
 use std::collections::BTreeMap;
-use std::ops::ControlFlow;
 use std::path::PathBuf;
 
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use tactid_dynamics::Manipulator;
 use tactid_excitation::{
-    Design, JointStates, Motion, MotionPlan, MotionRequest, Problem, Progress, design_observed,
-    margins, predict, shortest,
+    Design, Motion, MotionPlan, MotionRequest, MotionWindows, Problem, Progress, design_observed,
+    shortest,
 };
 use tactid_logs::messages::{Duration, JointTrajectory, JointTrajectoryPoint};
 use tactid_logs::{Durability, LogError, LogWriter};
@@ -59,7 +58,7 @@ pub(crate) fn design_excitation(
     let mut interruption = InterruptionCheck::new(progress);
     let result = detached(py, || {
         let design = designed(&plan, &mut interruption)?;
-        let beginnings = beginnings(&plan.problem, &design, &mut interruption)?;
+        let beginnings = beginnings(&plan.problem, &design)?;
         Ok((design, beginnings))
     })?;
     let result = result.map_err(|error: tactid_excitation::ExcitationError| error.into_py_err());
@@ -101,46 +100,24 @@ fn designed(
     }
 }
 
-/// The beginning of a motion.
-struct Beginning<'a> {
-    motion: &'a dyn Motion,
-    duration_s: f64,
-}
-
-impl Motion for Beginning<'_> {
-    fn duration_s(&self) -> f64 {
-        self.duration_s
-    }
-
-    fn at(&self, time_s: f64) -> JointStates {
-        self.motion.at(time_s)
-    }
-}
-
 /// Predicts the intervals after each of some beginnings of a motion; NaN where one does not
 /// determine every value.
 fn beginnings(
     problem: &Problem,
     design: &Design,
-    interruption: &mut InterruptionCheck,
 ) -> Result<MotionHistory, tactid_excitation::ExcitationError> {
-    let duration_s = design.trajectory.duration_s();
+    let windows = MotionWindows::new(problem, &design.trajectory)?;
     let mut found = MotionHistory::default();
     for k in 1..=BEGINNINGS {
-        let beginning = Beginning {
-            motion: &design.trajectory,
-            duration_s: duration_s * k as f64 / BEGINNINGS as f64,
-        };
-        if let ControlFlow::Break(()) = interruption.check(0.99) {
-            return Err(tactid_excitation::ExcitationError::Interrupted);
-        }
+        let until_s = design.trajectory.duration_s() * k as f64 / BEGINNINGS as f64;
         // A short beginning does not determine all values.
-        let std_devs = predict(problem, &beginning).map_or([f64::NAN; 10], |found| found.std_devs);
-        let (_, excursion) = margins(problem, &beginning)?;
-        found.times_s.push(beginning.duration_s);
-        found.std_devs.push(std_devs);
-        let attitude_deg = excursion.attitude_rad.to_degrees();
-        found.base_attitude_deg.push(attitude_deg);
+        let prediction = windows.prediction(until_s);
+        found.times_s.push(until_s);
+        found
+            .std_devs
+            .push(prediction.map_or([f64::NAN; 10], |found| found.std_devs));
+        let attitude_rad = design.base_path.excursion(until_s).attitude_rad;
+        found.base_attitude_deg.push(attitude_rad.to_degrees());
     }
     Ok(found)
 }

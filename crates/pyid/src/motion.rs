@@ -100,7 +100,7 @@ impl DesignedMotion {
         let moving = problem.moving_joints().map_err(IntoPyErr::into_py_err)?;
         let (times_s, [q, qd, qdd]) = states(&design, plan.rate_hz, joints.len());
         let floats = robot.base_kind() == BaseKind::Floating;
-        let excursion = design.excursion;
+        let excursion = design.excursion();
         let is_tested = problem.collisions.is_some();
         Ok(Self {
             tip: problem.tool.clone(),

@@ -43,7 +43,7 @@ pub(crate) fn measure(built_in: &str) -> Result<()> {
         println!(
             "{name:28} {:9.4} {:12.4} {worst:12.4} {seconds:9.2}",
             found.prediction.largest().1,
-            found.excursion.attitude_rad.to_degrees()
+            found.excursion().attitude_rad.to_degrees()
         );
     }
     Ok(())

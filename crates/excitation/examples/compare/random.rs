@@ -77,7 +77,7 @@ fn row(name: &str, problem: &Problem) -> Result<Option<f64>> {
     println!(
         "{name:28} {largest:8.4} {best:8.4} {:6.3} {seconds:9.2} {worst:9.6} {:8.4} {single:10.4}",
         largest / best,
-        found.excursion.attitude_rad.to_degrees()
+        found.excursion().attitude_rad.to_degrees()
     );
     Ok(Some(largest / best))
 }

@@ -28,6 +28,8 @@ def main() -> None:
         terminal.flush_output()
         os._exit(code)
     ignore_interruption()
+    # Python's end would search all objects for garbage, which the end of the process frees as well.
+    gc.freeze()
     sys.exit(code)
 
 

@@ -102,7 +102,7 @@ def _write_csv(executable: _Executable, path: Path) -> None:
     states = [values[:, places] for values in (motion.q, motion.qd, motion.qdd)]
     rows = np.column_stack([motion.times_s, *states])
     lines = [*executable.comments(), ",".join(["time_s", *names])]
-    lines += [",".join(map(_exact, row)) for row in rows.tolist()]
+    lines += _texts(rows, ",")
     write_atomically(path, "\n".join(lines) + "\n")
 
 
@@ -112,13 +112,13 @@ def _write_urscript(executable: _Executable, path: Path) -> None:
     ``servoj`` is of the script manual of Universal Robots: universal-robots.com/manuals, "Module
     motion".
     """
-    first, *others = _at(executable.motion, UR_PERIOD_S).tolist()
-    calls = [f"  servoj({_list(q)}, 0, 0, {UR_PERIOD_S}, 0.1, 300)" for q in others]
+    first, *others = _texts(_at(executable.motion, UR_PERIOD_S), ", ")
+    calls = [f"  servoj([{q}], 0, 0, {UR_PERIOD_S}, 0.1, 300)" for q in others]
     lines = [
         *executable.comments(),
         "# Positions in rad. The way to the start, by movej, is not tested for collisions.",
         "def tactid_motion():",
-        f"  movej({_list(first)}, a=0.5, v=0.3)",
+        f"  movej([{first}], a=0.5, v=0.3)",
         "  sleep(1.0)",
         *calls,
         "  stopj(2.0)",
@@ -133,8 +133,8 @@ def _write_franka(executable: _Executable, path: Path) -> None:
     Its example ``generate_joint_position_motion.cpp`` returns such a row as
     ``franka::JointPositions`` from each call of its callback.
     """
-    rows = _at(executable.motion, FRANKA_PERIOD_S).tolist()
-    lines = [*executable.comments(), *(",".join(map(_exact, row)) for row in rows)]
+    rows = _texts(_at(executable.motion, FRANKA_PERIOD_S), ",")
+    lines = [*executable.comments(), *rows]
     write_atomically(path, "\n".join(lines) + "\n")
 
 
@@ -150,10 +150,10 @@ def _write_moveit(executable: _Executable, path: Path) -> None:
     ]
     times = _times(motion, MOVEIT_PERIOD_S)
     names = ("positions", "velocities", "accelerations")
-    columns = dict(zip(names, _states(motion, times), strict=True))
-    for k, time in enumerate(times.tolist()):
+    columns = [_texts(values, ", ") for values in _states(motion, times)]
+    for time, *states in zip(times.tolist(), *columns, strict=True):
         sec, nanosec = divmod(round(time * 1e9), 1_000_000_000)
-        parts = [f"{name}: {_list(of[k].tolist())}" for name, of in columns.items()]
+        parts = [f"{name}: [{values}]" for name, values in zip(names, states, strict=True)]
         parts += ["effort: []", f"time_from_start: {{sec: {sec}, nanosec: {nanosec}}}"]
         lines.append("  - {" + ", ".join(parts) + "}")
     lines += [
@@ -238,13 +238,11 @@ def _states(motion: DesignedMotion, times: Array) -> list[Array]:
     return states
 
 
-def _list(numbers: list[float]) -> str:
-    return "[" + ", ".join(map(_exact, numbers)) + "]"
-
-
-def _exact(number: float) -> str:
-    """Returns a number with a resolution of a nanoradian, without a minus before zero."""
-    return f"{number:.9f}" if abs(number) >= 5e-10 else "0.000000000"
+def _texts(rows: Array, separator: str) -> list[str]:
+    """Returns the numbers of each row with a resolution of a nanoradian, without a minus zero."""
+    row_format = separator.join(["%.9f"] * rows.shape[1])
+    rounded = np.where(np.abs(rows) < 5e-10, 0.0, rows)
+    return [row_format % tuple(row) for row in rounded.tolist()]
 
 
 def _quoted(name: str) -> str:

@@ -7,7 +7,9 @@ from typing import Any, get_args
 
 import matplotlib as mpl
 from matplotlib.axes import Axes
+from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
+from matplotlib.image import imsave
 
 from tactid._base.errors import ArgumentError
 from tactid._base.files import write_atomically
@@ -24,18 +26,18 @@ STYLE: Any = {
     "axes.spines.top": False,
     "axes.titlesize": 10,
     "figure.constrained_layout.use": True,
+    "figure.dpi": 150,
     "font.size": 10,
     "grid.color": GRID,
     "grid.linewidth": 0.6,
     "legend.frameon": False,
     "lines.linewidth": 1.2,
     "pdf.fonttype": 42,  # text stays text in PDF, and in SVG, too
-    "savefig.dpi": 150,
     "svg.fonttype": "none",
     "svg.hashsalt": "tactid",
 }
 
-METADATA: dict[FigureFormat, dict[str, str | None]] = {
+METADATA: dict[FigureFormat, dict[str, Any]] = {
     "png": {"Software": "tactid"},
     "svg": {"Creator": "tactid", "Date": None},
     "pdf": {"Creator": "tactid", "CreationDate": None},
@@ -89,5 +91,12 @@ def saved(figure: Figure, form: FigureFormat) -> bytes:
     with mpl.rc_context(STYLE), warnings.catch_warnings():
         # A name in a script that the font lacks is drawn as boxes, which needs no warning.
         warnings.filterwarnings("ignore", message="Glyph")
-        figure.savefig(file, format=form, metadata=METADATA[form])
+        if form == "png":
+            # The library's method to save draws a figure twice: first to lay it out.
+            canvas: Any = FigureCanvasAgg(figure)
+            canvas.draw()
+            picture = canvas.buffer_rgba()
+            imsave(file, picture, format=form, dpi=figure.dpi, metadata=METADATA[form])
+        else:
+            figure.savefig(file, format=form, metadata=METADATA[form])
     return file.getvalue()
