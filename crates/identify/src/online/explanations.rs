@@ -91,8 +91,8 @@ impl Explanations {
 
     /// Adds a window, and returns whether [`MIN_WINDOWS`] windows in a row show that the payload is
     /// again the one before the change: that payload explains them, and they contradict the present
-    /// one. Windows that both payloads explain do not interrupt the row. `before` is the estimate of
-    /// the payload before the change, `rows` are those that it was estimated from.
+    /// one. Windows that both payloads explain do not interrupt the row. `before` is the estimate
+    /// of the payload before the change, `rows` are those that it was estimated from.
     pub(crate) fn add(
         &mut self,
         equation: &Equation,

@@ -86,7 +86,7 @@ use crate::{IdentifyError, KnownBodies, PayloadEstimate, Range};
 /// };
 /// use tactid_identify::{BaseState, EquationSettings, HALF_WIDTH_95, Identifier, Sample};
 ///
-/// let robot = Manipulator::lone_body("flange"); // no arm: the pose of the base is that of the sensor
+/// let robot = Manipulator::lone_body("flange"); // no arm: the base has the pose of the sensor
 /// let gravity = Vector3::new(0.0, 0.0, -9.81); // m/s²
 /// let settings = EquationSettings { gravity: Some(gravity), ..EquationSettings::default() };
 /// let mut identifier = Identifier::new(&robot, "flange", &["flange"], &settings)?;
@@ -100,7 +100,8 @@ use crate::{IdentifyError, KnownBodies, PayloadEstimate, Range};
 /// for k in 0..1500 {
 ///     let time_s = 0.002 * f64::from(k);
 ///     // The flange turns about the vertical by `a`, then about its own x axis by `b`.
-///     let sine = |w: f64| [(w * time_s).sin(), w * (w * time_s).cos(), -w * w * (w * time_s).sin()];
+///     let (sin, cos) = (|w: f64| (w * time_s).sin(), |w: f64| (w * time_s).cos());
+///     let sine = |w: f64| [sin(w), w * cos(w), -w * w * sin(w)];
 ///     let ([a, da, dda], [b, db, ddb], [c, dc, ddc]) = (sine(4.0), sine(5.0), sine(6.0));
 ///     let (up, along) = (Vector3::z(), Vector3::new(0.1, 0.05, 0.02));
 ///     let turn = UnitQuaternion::from_scaled_axis(up * a);
@@ -113,9 +114,10 @@ use crate::{IdentifyError, KnownBodies, PayloadEstimate, Range};
 ///         acceleration: along * ddc,
 ///         angular_acceleration: up * dda + axis * ddb + up.cross(&axis) * (da * db),
 ///     };
-///     // The sensor measures the wrench on the payload in its frame, with noise of 0.1 N and 0.01 N m.
+///     // The sensor measures the wrench on the payload, with noise of 0.1 N and 0.01 N m.
 ///     let exact = wrench_regressor(&motion.in_frame(&gravity)) * payload.as_vector();
-///     let mut noise = |std_dev: f64| Vector3::from_fn(|_, _| std_dev * random.sample::<f64, _>(StandardNormal));
+///     let mut draw = || random.sample::<f64, _>(StandardNormal);
+///     let mut noise = |std_dev: f64| Vector3::from_fn(|_, _| std_dev * draw());
 ///     let wrench = Wrench {
 ///         force: exact.fixed_rows::<3>(0) + noise(0.1),
 ///         moment: exact.fixed_rows::<3>(3) + noise(0.01),
@@ -137,7 +139,6 @@ use crate::{IdentifyError, KnownBodies, PayloadEstimate, Range};
 ///     })?;
 /// }
 /// identifier.finish();
-///
 /// let estimate = identifier.estimate();
 /// assert_eq!(estimate.not_identifiable().count(), 0);
 /// let half_width_kg = HALF_WIDTH_95 * estimate.std_devs[0];
