@@ -28,8 +28,9 @@ def main() -> None:
         times = [[identify(logs, cores)[0] for cores in sets] for _ in range(ROUNDS)]
     best = [min(of_set) for of_set in zip(*times, strict=True)]
     for cores, seconds in zip(sets, best, strict=True):
-        ideal = best[0] / len(cores) if cores else seconds
-        print(f"{seconds:.2f} s on {counted(cores)}, {ideal / seconds:.2f} of ideal")
+        # Where no cores can be chosen, nothing was measured on one.
+        ideal = f", {best[0] / len(cores) / seconds:.2f} of ideal" if cores else ""
+        print(f"{seconds:.2f} s on {counted(cores)}{ideal}")
 
 
 def simulated(folder: Path, seed: int) -> Path:

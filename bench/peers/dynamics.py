@@ -10,7 +10,7 @@ import airo_models
 import numpy as np
 
 from peers.harness import Array, Comparison, Contender, peer
-from peers.native import OWN_PROCESSOR, handle, robot_library, tactid_library, thread_seconds
+from peers.native import OWN_PROCESSOR, Kernel, handle, pointer, robot_library, tactid_library
 
 TOOL = "tool0"
 SECONDS = 0.02
@@ -69,21 +69,16 @@ class States:
         return np.ascontiguousarray(np.hstack([q, v, a]))
 
 
-class Kernel:
-    """A kernel of one library on a set of states: its results, and the time of one."""
+def kernel_of(function, made: int, name: str, out: Array) -> Kernel:
+    """A kernel of a robot, a row of results for each state, repeated for the time that is given."""
+    robot = handle(made, "the robot")
 
-    def __init__(self, run, pointer: int, name: str, count: int, width: int) -> None:
-        self.run, self.handle, self.name = run, handle(pointer, "the robot"), name.encode()
-        self.out = np.zeros((count, width))
-        self.repetitions = 1
-        self.repetitions = max(1, round(SECONDS / (self() * count)))
+    def run(name: bytes, repetitions: ctypes.c_size_t, out: Array) -> bool:
+        return function(robot, name, repetitions, pointer(out), ctypes.c_size_t(out.size))
 
-    def __call__(self) -> float:
-        """Seconds of one state."""
-        out = self.out.ctypes.data_as(ctypes.c_void_p)
-        repetitions, size = ctypes.c_size_t(self.repetitions), ctypes.c_size_t(self.out.size)
-        run = lambda: self.run(self.handle, self.name, repetitions, out, size)  # noqa: E731
-        return thread_seconds(run, self.name.decode()) / (self.repetitions * len(self.out))
+    kernel = Kernel(run, name, len(out), out)
+    kernel.repetitions = max(1, round(SECONDS / (kernel() * len(out))))
+    return kernel
 
 
 class Robot:
@@ -98,14 +93,14 @@ class Robot:
         """A kernel of tactid."""
         library = tactid_library()
         states = self.states.ours()
-        pointer = library.tactid_dynamics_new(
+        made = library.tactid_dynamics_new(
             self.urdf.encode(),
             ctypes.c_bool(self.floating),
             TOOL.encode(),
-            states.ctypes.data_as(ctypes.c_void_p),
+            pointer(states),
             ctypes.c_size_t(self.count),
         )
-        return Kernel(library.tactid_dynamics_run, pointer, name, self.count, width)
+        return kernel_of(library.tactid_dynamics_run, made, name, np.zeros((self.count, width)))
 
     def pinocchio(self, name: str, width: int, *flags: str) -> Kernel:
         """A kernel of Pinocchio in C++, compiled with further flags."""
@@ -114,12 +109,10 @@ class Robot:
         root = (pin.JointModelFreeFlyer(),) if self.floating else ()
         model = pin.buildModelFromXML(self.urdf, *root)
         states = self.states.pinocchio(floating=self.floating)
-        pointer = library.pinocchio_new(
-            *model_arguments(model),
-            states.ctypes.data_as(ctypes.c_void_p),
-            ctypes.c_size_t(self.count),
+        made = library.pinocchio_new(
+            *model_arguments(model), pointer(states), ctypes.c_size_t(self.count)
         )
-        return Kernel(library.pinocchio_run, pointer, name, self.count, width)
+        return kernel_of(library.pinocchio_run, made, name, np.zeros((self.count, width)))
 
 
 def model_arguments(model) -> list:

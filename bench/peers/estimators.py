@@ -9,7 +9,7 @@ from functools import cache, partial
 import numpy as np
 
 from peers.harness import TOLERANCE, Array, Comparison, Contender, peer
-from peers.native import OWN_PROCESSOR, cxx_library, tactid_library, thread_seconds
+from peers.native import OWN_PROCESSOR, Kernel, cxx_library, pointer, tactid_library
 
 ROWS = 4098
 """Rows of one measurement: whole blocks of six."""
@@ -95,16 +95,14 @@ def cxx(*flags: str):
 
 def kernel(library: Callable, name: str) -> Contender:
     """A kernel behind the C interface."""
-    function, numbers, out = library(), measured(), np.zeros(10)
+    function, rows = library(), measured()
 
-    def measure() -> float:
-        at = [array.ctypes.data_as(ctypes.c_void_p) for array in (numbers, out)]
-        counts = [ctypes.c_size_t(count) for count in (len(numbers), REPETITIONS)]
-        run = lambda: function(name.encode(), at[0], *counts, at[1])  # noqa: E731
-        return thread_seconds(run, name) / (REPETITIONS * len(numbers))
+    def run(name: bytes, repetitions: ctypes.c_size_t, out: Array) -> bool:
+        return function(name, pointer(rows), ctypes.c_size_t(ROWS), repetitions, pointer(out))
 
-    measure()
-    return Contender(measure, out)
+    made = Kernel(run, name, ROWS, np.zeros(10))
+    made.repetitions = REPETITIONS
+    return Contender(made, made.out)
 
 
 def in_python(name: str) -> Contender:

@@ -72,7 +72,7 @@ class Comparison:
     """What prepares each contender, or raises `MissingPeerError`."""
     scale: float = 1e9
     bar: float | None = None
-    """Ratio that is aimed for, of the fastest peer's time to that of tactid."""
+    """Ratio that is aimed for, of each peer's time to that of tactid."""
     tolerance: float = TOLERANCE
     """Largest difference between results, as a fraction of the largest entry of its column."""
     note: str = ""

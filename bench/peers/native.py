@@ -13,7 +13,7 @@ from functools import cache
 from pathlib import Path
 
 from peers.cores import all_cores
-from peers.harness import MissingPeerError
+from peers.harness import Array, MissingPeerError
 
 BENCH = Path(__file__).parents[1]
 BUILD = BENCH.parent / "target" / "bench"
@@ -29,18 +29,32 @@ CXX_FLAGS += ["-DBOOST_MPL_LIMIT_LIST_SIZE=30", "-DBOOST_MPL_LIMIT_VECTOR_SIZE=3
 CXX_FLAGS += ["-DBOOST_MPL_CFG_NO_PREPROCESSED_HEADERS", "-DBOOST_FUSION_INVOKE_MAX_ARITY=10"]
 
 
-def thread_seconds(run: Callable[[], bool], name: str) -> float:
-    """Seconds of a call in the time of this thread: other processes on the core do not count.
+class Kernel:
+    """A kernel of one library on a series of inputs: its results, and the time of one input."""
 
-    Raises:
-        SystemExit: The library has no kernel of this name, or the kernel failed.
-    """
-    start = time.thread_time()
-    is_done = run()
-    passed = time.thread_time() - start
-    if not is_done:
-        raise SystemExit(f"the kernel {name} does not exist, or has failed")
-    return passed
+    def __init__(self, run: Callable[..., bool], name: str, inputs: int, out: Array) -> None:
+        """Runs the kernel once. `run` takes its name, repetitions and the array of results."""
+        self.run, self.name, self.inputs, self.out = run, name, inputs, out
+        self.repetitions = 1
+        self()
+
+    def __call__(self) -> float:
+        """Seconds of one input in the time of this thread: other processes do not count.
+
+        Raises:
+            SystemExit: The library has no kernel of this name, or the kernel failed.
+        """
+        start = time.thread_time()
+        is_done = self.run(self.name.encode(), ctypes.c_size_t(self.repetitions), self.out)
+        passed = time.thread_time() - start
+        if not is_done:
+            raise SystemExit(f"the kernel {self.name} does not exist, or has failed")
+        return passed / (self.repetitions * self.inputs)
+
+
+def pointer(array: Array) -> ctypes.c_void_p:
+    """The place of an array for a C function."""
+    return array.ctypes.data_as(ctypes.c_void_p)
 
 
 def handle(pointer: int | None, what: str) -> ctypes.c_void_p:

@@ -10,7 +10,7 @@ import numpy as np
 
 from peers.dynamics import PARAMETERS, TOOL, model_arguments
 from peers.harness import TOLERANCE, Array, Comparison, Contender, peer
-from peers.native import OWN_PROCESSOR, handle, robot_library, tactid_library, thread_seconds
+from peers.native import OWN_PROCESSOR, Kernel, handle, pointer, robot_library, tactid_library
 
 SAMPLES = 10_000
 """Samples of one measurement, at 1 kHz."""
@@ -33,20 +33,6 @@ Rows agree to 1e-14; solving for the parameters multiplies rounding by the condi
 
 PAYLOAD = np.array([2.0, 0.04, -0.02, 0.16, 0.03, 0.002, -0.004, 0.028, 0.003, 0.012])
 """Mass, first moments and inertia about the tool's origin, in the order of tactid."""
-
-
-class Loop:
-    """A kernel of one library on the same samples: its result, and the time of one sample."""
-
-    def __init__(self, start, name: str, samples: Array, width: int) -> None:
-        self.name, self.samples, self.out = name, samples, np.zeros(width)
-        self.run = start(samples)
-        self()
-
-    def __call__(self) -> float:
-        """Seconds of one sample."""
-        run = lambda: self.run(self.name.encode(), self.out)  # noqa: E731
-        return thread_seconds(run, self.name) / len(self.samples)
 
 
 def comparisons() -> list[Comparison]:
@@ -72,26 +58,31 @@ def comparisons() -> list[Comparison]:
 
 def timed_rows(name: str) -> Contender:
     """Mean rows of the windows by a library: six for each, with their targets."""
-    loop = Loop(LIBRARIES[name], "rows", measured(), 66)
+    loop = kernel(name, "rows", measured(), 66)
     return Contender(loop, comparable(name, loop.out).reshape(6, 11))
 
 
 def timed_update(name: str) -> Contender:
     """The estimate after each sample by a library."""
-    loop = Loop(LIBRARIES[name], "update", measured(), 10)
+    loop = kernel(name, "update", measured(), 10)
     return Contender(loop, comparable(name, loop.out), errors(name))
+
+
+def kernel(library: str, name: str, samples: Array, width: int) -> Kernel:
+    """A kernel of a library on samples."""
+    return Kernel(LIBRARIES[library](samples), name, len(samples), np.zeros(width))
 
 
 def tactid(samples: Array):
     """Runs tactid's kernels on samples."""
-    library, pointer = tactid_library(), samples.ctypes.data_as(ctypes.c_void_p)
+    library, size = tactid_library(), ctypes.c_size_t(samples.size)
     urdf = Path(airo_models.get_urdf_path("ur5e")).read_text().encode()
-    size = ctypes.c_size_t(samples.size)
-    online = handle(library.tactid_online_new(urdf, TOOL.encode(), pointer, size), "the robot")
+    made = library.tactid_online_new(urdf, TOOL.encode(), pointer(samples), size)
+    online = handle(made, "the robot")
 
-    def run(name: bytes, out: Array) -> bool:
-        place, len_out = out.ctypes.data_as(ctypes.c_void_p), ctypes.c_size_t(out.size)
-        return library.tactid_online_run(online, name, ctypes.c_size_t(1), place, len_out)
+    def run(name: bytes, repetitions: ctypes.c_size_t, out: Array) -> bool:
+        size = ctypes.c_size_t(out.size)
+        return library.tactid_online_run(online, name, repetitions, pointer(out), size)
 
     return run
 
@@ -101,10 +92,9 @@ def cxx(samples: Array, flags: tuple[str, ...] = ()):
     library = robot_library("online", *flags)
     online = handle(library.online_new(*model_arguments(ur5e())), "the robot")
 
-    def run(name: bytes, out: Array) -> bool:
-        pointers = [array.ctypes.data_as(ctypes.c_void_p) for array in (samples, out)]
-        counts = ctypes.c_size_t(len(samples)), ctypes.c_size_t(1)
-        return library.online_run(online, name, pointers[0], *counts, pointers[1])
+    def run(name: bytes, repetitions: ctypes.c_size_t, out: Array) -> bool:
+        size = ctypes.c_size_t(len(samples))
+        return library.online_run(online, name, pointer(samples), size, repetitions, pointer(out))
 
     return run
 
@@ -124,7 +114,7 @@ def comparable(name: str, out: Array) -> Array:
 def errors(name: str) -> str:
     """Root mean square errors of the estimates of a library from noisy samples."""
     noisy = [with_noise(measured(), seed) for seed in range(SEEDS)]
-    loops = [Loop(LIBRARIES[name], "update", each, 10) for each in noisy]
+    loops = [kernel(name, "update", each, 10) for each in noisy]
     estimates = np.array([comparable(name, loop.out) for loop in loops])
     rms = lambda values: np.sqrt(np.mean(np.square(values)))  # noqa: E731
     mass = rms(estimates[:, 0] - PAYLOAD[0])

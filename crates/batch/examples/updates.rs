@@ -3,7 +3,7 @@
 //!
 //! `updates NAME COUNT` makes COUNT updates or fits; `updates` prints the names.
 
-#![allow(clippy::unwrap_used)]
+#![allow(clippy::unwrap_used, clippy::panic)]
 #![expect(clippy::print_stdout, reason = "an example prints")]
 
 #[path = "../../identify/tests/common/mod.rs"]
@@ -50,7 +50,7 @@ fn main() {
         "online_update" => update_online(count),
         "batch_sample" => drop(recorded(FIRST_SAMPLES + count)),
         "batch_fit" => fit(&recorded(FIRST_SAMPLES), count),
-        _ => println!("no update {name}"),
+        _ => panic!("no update {name}"),
     }
 }
 

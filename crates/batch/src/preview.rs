@@ -82,22 +82,13 @@ pub fn without_unknowns(
     }
 }
 
-/// Returns the delay of the load relative to the motion, as one more unknown of a fit with the
-/// weights and the noise of a fit without it; `None` where the equations are too few. It is
-/// accurate for delays that are short against a window.
-///
-/// Weights and noise that follow the residuals with the delay converge slowly, and to a delay that
-/// may be wrong by tens of standard deviations.
+/// Returns the delay of the load relative to the motion; `None` where the equations are too few. It
+/// is accurate for delays that are short against a window.
 #[must_use]
 pub fn fitted_delay(equations: &[Equation], channels: &Channels) -> Option<Delay> {
     let channels = without_known_noise(channels);
     let fit = fit_of_residuals(equations, &channels)?;
-    let options = FitOptions {
-        delay: true,
-        weights_of: Some(&fit),
-        ..FitOptions::new(&channels)
-    };
-    least_squares::fit(equations, options)?.delay
+    least_squares::delay(equations, &fit, FitOptions::new(&channels))
 }
 
 /// The delay of the wrenches, as a multiple of the time between two windows, at which they fit the

@@ -3,7 +3,7 @@
 //! and `c_updates times` the mean time of an update beside that of the same samples without the
 //! interface.
 
-#![allow(clippy::unwrap_used)]
+#![allow(clippy::unwrap_used, clippy::panic)]
 #![expect(clippy::print_stdout, reason = "an example prints")]
 
 #[path = "../../identify/tests/common/mod.rs"]
@@ -41,7 +41,8 @@ fn main() {
             }
         }
         ["times"] => print_times(),
-        _ => println!("c_update"),
+        [] => println!("c_update"),
+        ref others => panic!("no update {others:?}"),
     }
 }
 

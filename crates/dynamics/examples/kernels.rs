@@ -3,7 +3,7 @@
 //!
 //! `kernels NAME COUNT` runs it COUNT times; `kernels` prints the names.
 
-#![allow(clippy::unwrap_used)]
+#![allow(clippy::unwrap_used, clippy::panic)]
 #![expect(clippy::print_stdout, reason = "an example prints")]
 
 use std::hint::black_box;
@@ -78,7 +78,7 @@ fn main() {
             "batch_payload_rows" => {
                 dynamics.wrench_regressors(tool, &batch, &gravity, &mut regressors)
             }
-            _ => return println!("no kernel {name}"),
+            _ => panic!("no kernel {name}"),
         };
         done.unwrap();
         black_box((&workspace, &rows, &torques, &regressors));

@@ -85,6 +85,26 @@ fn rows_out_of_order_are_put_in_order() {
     }
 }
 
+/// A row with an earlier time makes the rows be read in the order of their times. The index then
+/// counts no more memory than that of a bag in order.
+#[test]
+fn a_late_row_needs_no_more_memory() {
+    let folder = tempfile::tempdir().unwrap();
+    let least_bytes = [3 * 4096, 3 * 4096 - 1].map(|late_row| {
+        let path = folder.path().join(format!("{late_row}.db3"));
+        let bag = create(&path, 3, true);
+        let transaction = bag.unchecked_transaction().unwrap();
+        let id = topic(&bag, "/a", JointState::TYPE, "cdr");
+        for k in 0..3 * 4096 {
+            message(&bag, id, k % late_row, &[]);
+        }
+        transaction.commit().unwrap();
+        let sizes: Vec<u64> = (0..1 << 14).collect();
+        sizes.partition_point(|&bytes| LogReader::open_within(&path, bytes).is_err())
+    });
+    assert_eq!(least_bytes[0], least_bytes[1]);
+}
+
 /// A bag that another process writes is read as far as it is committed, in every mode of the
 /// journal, and nothing is added later.
 #[test]

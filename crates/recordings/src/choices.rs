@@ -106,7 +106,7 @@ fn short<E: serde::de::Error>(numbers: &[f64]) -> E {
 /// Gravity, as far as it is known.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub enum GravityChoice {
-    /// That of the kind of base, which the data may contradict.
+    /// The gravity of the kind of base, which the data may contradict.
     #[default]
     Auto,
     /// The gravitational acceleration in world axes, m/s².

@@ -1,4 +1,4 @@
-//! Work on several recordings at once, one on each core.
+//! Work on several recordings at once, as many as there are cores. Each has up to three threads.
 
 use std::num::NonZero;
 use std::ops::ControlFlow;

@@ -40,10 +40,10 @@ struct Reading {
 enum Values {
     /// Nothing.
     Given,
-    /// Those of each of these joints are given for the one before it, those of the first for the
-    /// last.
+    /// The values of each of these joints are given for the joint before it, and the values of the
+    /// first for the last.
     ExchangedJoints(Vec<usize>),
-    /// Those of a joint have the opposite sign.
+    /// The values of a joint have the opposite sign.
     OppositeJoint(usize),
     /// Moments are in the places of forces, and forces in those of moments.
     ExchangedKinds,

@@ -11,7 +11,7 @@ use crate::recording::Sources;
 /// The steps of all joints of a recording.
 pub(crate) struct Steps {
     first: StepMonitor,
-    /// Those of further publishers.
+    /// Steps of the joints of further publishers, a monitor for each.
     others: Vec<StepMonitor>,
 }
 

@@ -102,7 +102,7 @@ impl Simulation {
     ///
     /// # Errors
     /// Returns [`SimError::Bound`] if a check exceeds its bound, [`SimError::Lost`] if no finger
-    /// touches the payload, and [`SimError::Diverged`] if the state is not finite, and
+    /// touches the payload, [`SimError::Diverged`] if the state is not finite, and
     /// [`SimError::Planning`] if the motion cannot be planned further.
     pub fn step(&mut self) -> Result<&Sample, SimError> {
         let velocities = self.commands.step(self.time_s())?;

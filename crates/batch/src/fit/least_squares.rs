@@ -73,6 +73,24 @@ pub(crate) fn fit(equations: &[Equation], options: FitOptions<'_>) -> Option<Fit
     Some(fit)
 }
 
+/// Returns the delay of the load relative to the motion, as one more unknown of a fit with the
+/// weights and the noise of a fit without it; `None` where no row determines it.
+///
+/// Weights and noise that follow the residuals with the delay converge slowly, and to a delay that
+/// may be wrong by tens of standard deviations.
+pub(crate) fn delay(
+    equations: &[Equation],
+    without: &Fit,
+    options: FitOptions<'_>,
+) -> Option<Delay> {
+    let options = FitOptions {
+        delay: true,
+        weights_of: Some(without),
+        ..options
+    };
+    fit(equations, options)?.delay
+}
+
 /// Returns noise as large as the measurements. Sensors that measure nothing at all determine
 /// nothing.
 fn size_of_targets(equations: &[Equation], channels: &Channels) -> Noise {

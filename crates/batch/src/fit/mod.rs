@@ -26,8 +26,9 @@ use crate::solve::Excitation;
 /// Step of a pass, in standard deviations, below which parameters that are reported have converged.
 const CONVERGED: f64 = 1e-5;
 
-/// Step of a pass, in standard deviations, below which parameters have converged of which only the
-/// size of the residuals is needed: these change with the square of such a step.
+/// Step of a pass, in standard deviations, that no interval shows. It ends fits of which only the
+/// size of the residuals is needed, which change with its square, and passes around whole fits,
+/// whose parameters are reported.
 pub(crate) const CONVERGED_ENOUGH: f64 = 1e-3;
 
 /// What a fit may use, and what it estimates besides the parameters.
@@ -206,7 +207,7 @@ impl Fit {
         self.remainder(&equation.rows[channel]) - offset
     }
 
-    /// Returns what the parameters leave of a row.
+    /// Returns what the parameters leave of a row. The offset of the channel is in it.
     pub(crate) fn remainder(&self, row: &Row) -> f64 {
         let gravity = row.gravity.dot(&self.parameters.fixed_rows::<4>(0));
         row.target - row.regressor.dot(&self.parameters) - (1.0 - self.gravity_scale) * gravity

@@ -75,7 +75,8 @@ impl FitRows {
     }
 }
 
-/// Returns the residual of a row: its target less the prediction of a solution.
+/// Returns what a solution leaves of a row: the target less its prediction. The offset of the
+/// channel is in it.
 #[inline(always)]
 pub(crate) fn remainder(row: &WideRow, solution: &[f64; UNKNOWNS]) -> f64 {
     // Sums that do not wait for each other.

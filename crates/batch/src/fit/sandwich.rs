@@ -302,10 +302,7 @@ impl<'a> MeatEstimator<'a> {
     /// Estimates the meat from mean products of the residuals, to which the part that was fitted is
     /// added where the covariance of the parameters is given.
     fn stationary_products(&self, parameters: Option<&DMatrix<f64>>) -> DMatrix<f64> {
-        let reach = FILTER_REACH.min(self.count() - 1);
-        let covariances: Vec<DMatrix<f64>> = (0..=reach)
-            .map(|lag| self.residual_covariance(lag, parameters))
-            .collect();
+        let covariances = self.residual_covariances(parameters);
         let products = ProductsOfNeighbours {
             estimator: self,
             covariances: &covariances,
@@ -315,6 +312,13 @@ impl<'a> MeatEstimator<'a> {
         let neighbours = self.over_unknowns(|i, j| neighbours.entry(i, j));
         let whole = &same_window + &neighbours + neighbours.transpose();
         with_variance_floor(&same_window, whole, VARIANCE_FLOOR)
+    }
+
+    /// Returns the covariance of the residuals of two windows for each lag.
+    fn residual_covariances(&self, parameters: Option<&DMatrix<f64>>) -> Vec<DMatrix<f64>> {
+        (0..=FILTER_REACH.min(self.count() - 1))
+            .map(|lag| self.residual_covariance(lag, parameters))
+            .collect()
     }
 
     /// Returns the mean products of the residuals of windows that are `lag` apart, with the part

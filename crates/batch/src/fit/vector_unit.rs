@@ -1,5 +1,8 @@
 //! Loops over all windows, compiled for the vector unit of the processor at hand.
 
+#[cfg(test)]
+use super::products::{Products, WIDTH};
+
 /// A computation that is compiled for each vector unit.
 ///
 /// Results do not depend on the processor: wider units compute more entries at once, but neither
@@ -29,35 +32,15 @@ impl<C: Computation> pulp::WithSimd for OnUnit<C> {
     }
 }
 
+/// Checks that sums of products have the same digits on the widest unit as on the baseline: the
+/// compiler neither fuses a product and a sum, nor changes the order of sums.
 #[cfg(test)]
-mod tests {
-    use super::*;
-
-    /// Sums of products with the lengths and the order of those of a fit.
-    struct Sums<'a>(&'a [f64]);
-
-    impl Computation for Sums<'_> {
-        type Output = [f64; 10];
-
-        #[inline(always)]
-        fn compute(self) -> [f64; 10] {
-            let mut sums = [0.0; 10];
-            for row in self.0.chunks_exact(11) {
-                for k in 0..10 {
-                    sums[k] += row[k] * row[10] - row[9 - k] * row[k];
-                }
-            }
-            sums
-        }
-    }
-
-    /// A wider unit gives the same digits: the compiler does not fuse a product and a sum, nor
-    /// change the order of sums.
-    #[test]
-    fn results_do_not_depend_on_the_unit() {
-        let numbers: Vec<f64> = (1..11_000).map(|k| (1.7 * f64::from(k)).sin()).collect();
-        let baseline = Sums(&numbers).compute();
-        let widest = Sums(&numbers).on_widest_unit();
-        assert_eq!(baseline.map(f64::to_bits), widest.map(f64::to_bits));
-    }
+pub(super) fn assert_same_digits(sums: impl Computation<Output = [Products; 2]> + Copy) {
+    let digits = |products: Products| {
+        let entries = (0..WIDTH * WIDTH).map(|k| products.entry(k / WIDTH, k % WIDTH));
+        entries.map(f64::to_bits).collect::<Vec<_>>()
+    };
+    let baseline = sums.compute().map(digits);
+    assert!(baseline.iter().flatten().any(|&bits| bits != 0));
+    assert_eq!(baseline, sums.on_widest_unit().map(digits));
 }

@@ -152,12 +152,9 @@ impl BatchIdentifier {
         if !self.settings.delay {
             return None;
         }
-        let options = FitOptions {
-            delay: true,
-            weights_of: Some(&solution.found.fit),
-            ..solution.found.values.options(&solution.channels)
-        };
-        let delay = least_squares::fit(&solution.found.equations, options)?.delay;
+        let found = &solution.found;
+        let options = found.values.options(&solution.channels);
+        let delay = least_squares::delay(&found.equations, &found.fit, options);
         delay.filter(|delay| delay.delay_s.is_finite())
     }
 }

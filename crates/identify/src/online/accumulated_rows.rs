@@ -36,22 +36,22 @@ impl ChannelTerms {
     }
 }
 
-/// Normal equations of the whitened rows of all windows, of which those of some windows are a
-/// difference.
+/// Sums of products of the whitened rows up to a window, in the terms of [`AccumulatedRows`]. The
+/// difference of two is the sum over the windows between them.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct NormalEquations {
-    /// `A = RᵀR`, information of the rows.
+pub(crate) struct RowSums {
+    /// Information of the rows, `A = RᵀR`.
     rows: Matrix,
-    /// `N` and `n`, information and targets of their noise: see [`AccumulatedRows`].
+    /// Information of their noise, `N`.
     noise: Matrix,
-    /// `b - n`.
+    /// Targets without those of the noise, `b - n`.
     targets: Vector,
-    /// `P + Pᵀ`.
+    /// Products with the correlated terms, `P + Pᵀ`.
     correlated: Matrix,
 }
 
-impl NormalEquations {
-    /// Returns those of no rows.
+impl RowSums {
+    /// Returns the sums over no rows.
     pub(crate) fn none() -> Self {
         Self {
             rows: Matrix::zeros(),
@@ -201,10 +201,10 @@ impl AccumulatedRows {
         self.windows += 1;
     }
 
-    /// Returns the normal equations of all rows.
-    pub(crate) fn normal_equations(&self) -> NormalEquations {
+    /// Returns the sums over all rows.
+    pub(crate) fn sums(&self) -> RowSums {
         let root = self.rls.information_root();
-        NormalEquations {
+        RowSums {
             rows: root.tr_mul(&root),
             noise: self.noise,
             targets: root.tr_mul(&self.rls.transformed_target()) - self.noise_targets,

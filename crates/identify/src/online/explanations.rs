@@ -89,9 +89,10 @@ impl Explanations {
         self.returning = 0;
     }
 
-    /// Adds a window in units of the noise, and returns whether so many in a row show the payload
-    /// before the change, of which this is the estimate from these rows: windows that it explains,
-    /// and that contradict the present one. Windows that both explain do not interrupt them.
+    /// Adds a window, and returns whether [`MIN_WINDOWS`] windows in a row show that the payload is
+    /// again the one before the change: that payload explains them, and they contradict the present
+    /// one. Windows that both payloads explain do not interrupt the row. `before` is the estimate
+    /// of the payload before the change, `rows` are those that it was estimated from.
     pub(crate) fn add(
         &mut self,
         equation: &Equation,
@@ -139,9 +140,9 @@ impl Explanations {
         noise.whiten(&mut self.of_contact);
     }
 
-    /// Adds the window to the fit of a contact. Its target is what the payload before leaves. Of the
-    /// uncertainty of this payload and the model error only the part that accelerations show counts:
-    /// an error of the weight is a contact, too.
+    /// Adds the window to the fit of a contact. Its target is what the payload before leaves. Of
+    /// the uncertainty of this payload and the model error only the part that accelerations show
+    /// counts: an error of the weight is a contact, too.
     fn add_to_contact(&mut self, before: &JointEstimate) {
         let mut variance = 1.0;
         let share = (self.rows.len() as f64).recip();
@@ -196,7 +197,8 @@ impl Explanations {
     /// Compares a payload that explains the windows, with this least sum of squared residuals, with
     /// the payload before the change and with a contact.
     fn compare(&self, present: &State, squares: f64, unknowns: usize) -> Verdict {
-        // The least squares take noise of derived accelerations for an inertia; the estimate does not.
+        // The least squares take noise of derived accelerations for an inertia; the estimate does
+        // not.
         let of_estimate = present.rows.squares_at(&present.parameters);
         let size = (squares / self.freedom(unknowns)).max(1.0);
         let rare = NOISE_CORRELATION * rare_distance(10) * size;
@@ -221,7 +223,8 @@ impl Explanations {
     }
 
     /// Returns by how much the motion changes the weight of load and contact together: its variance
-    /// over the windows, the sum over the channels, in units of the noise. Below one, the arm rests.
+    /// over the windows, the sum over the channels, in units of the noise. Below one, the arm
+    /// rests.
     fn scatter(&self) -> f64 {
         let (count, channels) = (self.windows as f64, self.sums.len() as f64);
         let square = self.weight_squares.max(f64::MIN_POSITIVE);

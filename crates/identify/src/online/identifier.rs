@@ -11,74 +11,68 @@ use super::least_squares::Assessment;
 use super::payload_times::PayloadTimes;
 use super::readout::Readout;
 use super::recent_equations::RecentEquations;
+use super::settings::OnlineSettings;
 use super::stage::Stage;
 use super::staged_update::StagedUpdate;
 use crate::checks::SampleChecks;
 use crate::equations::{EquationSettings, EquationStream, PushOutcome, Sample, clock_watch::Order};
 use crate::solve::subspace::Matrix;
-use crate::{ActsOn, IdentifyError, KnownBodies, KnownTool, PayloadEstimate, Range};
-
-/// What is known of the load and of the wrenches beside the settings of the equations. The names are those of the options
-/// of a recording, and mean the same.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct OnlineSettings {
-    /// A known body that the measured load contains besides the payload, in the tool frame: it is subtracted, and its
-    /// uncertainty is part of that of the payload. Default: none.
-    pub known_tool: Option<KnownTool>,
-    /// Body on which the measured wrenches act. Wrenches that an identifier returns have the sign of the measured ones.
-    /// Default: the payload.
-    pub wrench_acts_on: ActsOn,
-    /// Delay of the wrenches relative to the motion of the same sample, s: it is subtracted from their times, between which
-    /// they are interpolated. An estimate lags the samples by as much. Between -1 and 1, at up to 4000 samples per second.
-    /// Default: 0.
-    pub delay_s: f64,
-}
+use crate::{IdentifyError, KnownBodies, PayloadEstimate, Range};
 
 /// Identifies the payload of one robot from its samples, online.
 ///
-/// The payload is a rigid body that is fixed in the end-effector frame. Its estimate, the [`PayloadEstimate`], is
-/// expressed in that frame, in SI units: mass in kg, centre of mass in m, inertia about the centre of mass in kg m²,
-/// each with its standard deviation. The samples measure motion and load, see [`Sample`] for frames and signs.
+/// The payload is a rigid body that is fixed in the end-effector frame. Its estimate, the
+/// [`PayloadEstimate`], is expressed in that frame, in SI units: mass in kg, centre of mass in m,
+/// inertia about the centre of mass in kg m², each with its standard deviation. The samples measure
+/// motion and load, see [`Sample`] for frames and signs.
 ///
 /// # Method
-/// Motion and load enter linear equations of the ten inertial parameters, averaged over overlapping windows. The
-/// average is a low-pass with the cutoff [`EquationSettings::cutoff_hz`] on both sides of the equations, which adds no
-/// bias. Weighted least squares over all windows estimates the parameters: the residuals determine the weights of the
-/// channels, the bias from noise in the motion is corrected, and the result is projected onto physically consistent
-/// parameters wherever the mass is positive.
+/// Motion and load enter linear equations of the ten inertial parameters, averaged over overlapping
+/// windows. The average is a low-pass with the cutoff [`EquationSettings::cutoff_hz`] on both sides
+/// of the equations, which adds no bias. Weighted least squares over all windows estimates the
+/// parameters: the residuals determine the weights of the channels, the bias from noise in the
+/// motion is corrected, and the result is projected onto physically consistent parameters wherever
+/// the mass is positive.
 ///
 /// # Assumptions
-/// - The wrenches act on the payload and have no constant offset, unless [`EquationSettings::wrench_offset`] makes the
-///   offset an unknown. A constant error biases the estimate of the payload, and no interval shows it.
+/// - The wrenches act on the payload and have no constant offset, unless
+///   [`EquationSettings::wrench_offset`] makes the offset an unknown. A constant error biases the
+///   estimate of the payload, and no interval shows it.
 /// - Gravity and the kinematics of the robot are known.
 /// - Noise is white within a window, or as slow as the residuals show.
 ///
 /// # Uncertainty
-/// The noise is estimated from the first 32 windows, 1 s at a cutoff of 10 Hz; until then the intervals are rough. A
-/// value that the motion does not determine has an infinite standard deviation, and so has everything but the mass
-/// while the mass is not known to a quarter. In simulations with white noise, 1 of 40 000 values in the first seconds
-/// was off by more than six standard deviations, and after a payload change less than 1 of a million
+/// The noise is estimated from the first 32 windows, 1 s at a cutoff of 10 Hz; until then the
+/// intervals are rough. A value that the motion does not determine has an infinite standard
+/// deviation, and so has everything but the mass while the mass is not known to a quarter. In
+/// simulations with white noise, 1 of 40 000 values in the first seconds was off by more than six
+/// standard deviations, and after a payload change less than 1 of a million
 /// (`tests/payload_change.rs`).
 ///
 /// # Payload changes
-/// [`PushOutcome::PayloadChanged`] means that several windows in a row contradict the estimate by more than noise, the
-/// uncertainty of the estimate and a model error of 3 % of the load explain. All earlier windows are discarded, the
-/// noise is kept, and the values are unknown until a payload explains at least eight windows: the sensor's zero is the one
-/// before, and a contact with the payload before (a constant wrench in the tool and a weight without inertia) explains them
-/// worse. Where the payload before explains them again, its estimate continues: [`PushOutcome::PayloadReturned`]. At rest,
-/// and after 100 windows of a slow motion, a payload that may be a contact is reported, but not
-/// [settled](Self::is_settled). A change well above the noise is detected within 0.2 s at a cutoff of 10 Hz, a change below
-/// the noise of a window after seconds, where the motion determines all ten parameters, or the change is the same in many
+/// [`PushOutcome::PayloadChanged`] means that several windows in a row contradict the estimate by
+/// more than noise, the uncertainty of the estimate and a model error of 3 % of the load explain.
+/// All earlier windows are discarded, the noise is kept, and the values are unknown until a payload
+/// explains at least eight windows: the sensor's zero is the one before, and a contact with the
+/// payload before (a constant wrench in the tool and a weight without inertia) explains them worse.
+/// Where the payload before explains them again, its estimate continues:
+/// [`PushOutcome::PayloadReturned`]. At rest, and after 100 windows of a slow motion, a payload
+/// that may be a contact is reported, but not [settled](Self::is_settled). A change well above the
+/// noise is detected within 0.2 s at a cutoff of 10 Hz, a change below the noise of a window after
+/// seconds, where the motion determines all ten parameters, or the change is the same in many
 /// windows. A model that is wrong by far more than 3 %, or noise that grows suddenly, causes
-/// alarms, too. A change by less than some 7 % of the load can pass unnoticed, because such an error of the model could
-/// explain it: create a new identifier where the payload is known to change. None is detected in the first 32 windows.
+/// alarms, too. A change by less than some 7 % of the load can pass unnoticed, because such an
+/// error of the model could explain it: create a new identifier where the payload is known to
+/// change. None is detected in the first 32 windows.
 ///
 /// # Cost
-/// Nothing is allocated after construction. A sample costs one pass over the bodies of the robot and, at sample rates
-/// above 52 times the cutoff (520 Hz at a cutoff of 10 Hz), one of [`DEFERRED_STAGES`](Self::DEFERRED_STAGES) stages of
-/// the update by the most recent window, so that no sample takes much longer than others. Exceptions are three windows
-/// of the first second, at which the noise is estimated. At lower rates fewer than 16 samples lie between the ends of
-/// two windows, and the sample that ends a window costs all stages. `cargo bench -p tactid-identify --bench update` measures the times.
+/// Nothing is allocated after construction. A sample costs one pass over the bodies of the robot
+/// and, at sample rates above 52 times the cutoff (520 Hz at a cutoff of 10 Hz), one of
+/// [`DEFERRED_STAGES`](Self::DEFERRED_STAGES) stages of the update by the most recent window, so
+/// that no sample takes much longer than others. Exceptions are three windows of the first second,
+/// at which the noise is estimated. At lower rates fewer than 16 samples lie between the ends of
+/// two windows, and the sample that ends a window costs all stages.
+/// `cargo bench -p tactid-identify --bench update` measures the times.
 ///
 /// # Example
 /// A sensor that is swung by hand identifies the 2 kg that are mounted on it.
@@ -92,7 +86,7 @@ pub struct OnlineSettings {
 /// };
 /// use tactid_identify::{BaseState, EquationSettings, HALF_WIDTH_95, Identifier, Sample};
 ///
-/// let robot = Manipulator::lone_body("flange"); // no arm: the pose of the base is that of the sensor
+/// let robot = Manipulator::lone_body("flange"); // no arm: the base has the pose of the sensor
 /// let gravity = Vector3::new(0.0, 0.0, -9.81); // m/s²
 /// let settings = EquationSettings { gravity: Some(gravity), ..EquationSettings::default() };
 /// let mut identifier = Identifier::new(&robot, "flange", &["flange"], &settings)?;
@@ -106,7 +100,8 @@ pub struct OnlineSettings {
 /// for k in 0..1500 {
 ///     let time_s = 0.002 * f64::from(k);
 ///     // The flange turns about the vertical by `a`, then about its own x axis by `b`.
-///     let sine = |w: f64| [(w * time_s).sin(), w * (w * time_s).cos(), -w * w * (w * time_s).sin()];
+///     let (sin, cos) = (|w: f64| (w * time_s).sin(), |w: f64| (w * time_s).cos());
+///     let sine = |w: f64| [sin(w), w * cos(w), -w * w * sin(w)];
 ///     let ([a, da, dda], [b, db, ddb], [c, dc, ddc]) = (sine(4.0), sine(5.0), sine(6.0));
 ///     let (up, along) = (Vector3::z(), Vector3::new(0.1, 0.05, 0.02));
 ///     let turn = UnitQuaternion::from_scaled_axis(up * a);
@@ -119,9 +114,10 @@ pub struct OnlineSettings {
 ///         acceleration: along * ddc,
 ///         angular_acceleration: up * dda + axis * ddb + up.cross(&axis) * (da * db),
 ///     };
-///     // The sensor measures the wrench on the payload in its frame, with noise of 0.1 N and 0.01 N m.
+///     // The sensor measures the wrench on the payload, with noise of 0.1 N and 0.01 N m.
 ///     let exact = wrench_regressor(&motion.in_frame(&gravity)) * payload.as_vector();
-///     let mut noise = |std_dev: f64| Vector3::from_fn(|_, _| std_dev * random.sample::<f64, _>(StandardNormal));
+///     let mut draw = || random.sample::<f64, _>(StandardNormal);
+///     let mut noise = |std_dev: f64| Vector3::from_fn(|_, _| std_dev * draw());
 ///     let wrench = Wrench {
 ///         force: exact.fixed_rows::<3>(0) + noise(0.1),
 ///         moment: exact.fixed_rows::<3>(3) + noise(0.01),
@@ -143,7 +139,6 @@ pub struct OnlineSettings {
 ///     })?;
 /// }
 /// identifier.finish();
-///
 /// let estimate = identifier.estimate();
 /// assert_eq!(estimate.not_identifiable().count(), 0);
 /// let half_width_kg = HALF_WIDTH_95 * estimate.std_devs[0];
@@ -174,21 +169,22 @@ pub struct Identifier {
 }
 
 impl Identifier {
-    /// Number of stages of the update by one window. One stage runs with each sample after the end of the window, and
-    /// the estimate changes with the last one, as a whole. Where it is not physically consistent, each sample after them
-    /// takes one more step of the projection onto consistent parameters, until it has settled, and updates the report.
+    /// Number of stages of the update by one window. One stage runs with each sample after the end
+    /// of the window, and the estimate changes with the last one, as a whole. Where it is not
+    /// physically consistent, each sample after them takes one more step of the projection onto
+    /// consistent parameters, until it has settled, and updates the report.
     ///
-    /// All stages run with the sample that ends the window after a payload change, and where fewer than twice as many
-    /// samples lie between the ends of two windows: at sample rates below 52 times the cutoff, as 500 Hz at a cutoff of
-    /// 10 Hz.
+    /// All stages run with the sample that ends the window after a payload change, and where fewer
+    /// than twice as many samples lie between the ends of two windows: at sample rates below 52
+    /// times the cutoff, as 500 Hz at a cutoff of 10 Hz.
     pub const DEFERRED_STAGES: usize = Stage::COUNT;
 
-    /// Creates an identifier for a robot whose end-effector frame is the link `tool` and whose wrenches are
-    /// measured in the links `sensors`.
+    /// Creates an identifier for a robot whose end-effector frame is the link `tool` and whose
+    /// wrenches are measured in the links `sensors`.
     ///
     /// # Errors
-    /// Returns the errors of [`EquationStream::new`](crate::EquationStream::new), and [`IdentifyError::Option`] for
-    /// [`EquationSettings::unknowns`].
+    /// Returns the errors of [`EquationStream::new`](crate::EquationStream::new), and
+    /// [`IdentifyError::Option`] for [`EquationSettings::unknowns`].
     pub fn new(
         robot: &Manipulator,
         tool: &str,
@@ -198,10 +194,12 @@ impl Identifier {
         Self::with_settings(robot, tool, sensors, settings, &OnlineSettings::default())
     }
 
-    /// Creates an identifier as [`new`](Self::new) does, with what is known beside the settings of the equations.
+    /// Creates an identifier as [`new`](Self::new) does, with what is known beside the settings of
+    /// the equations.
     ///
     /// # Errors
-    /// Returns the errors of [`new`](Self::new), and [`IdentifyError::Option`] for a delay of more than a second.
+    /// Returns the errors of [`new`](Self::new), and [`IdentifyError::Option`] for a delay of more
+    /// than a second.
     pub fn with_settings(
         robot: &Manipulator,
         tool: &str,
@@ -245,20 +243,22 @@ impl Identifier {
 
     /// Adds one sample, and reports a payload change that the window which it ends shows.
     ///
-    /// Cost: one pass over the bodies of the robot, and one of [`DEFERRED_STAGES`](Self::DEFERRED_STAGES) stages of the
-    /// update by the most recent window; all stages at sample rates below 52 times the cutoff, where the sample ends a
-    /// window. No allocation.
+    /// Cost: one pass over the bodies of the robot, and one of
+    /// [`DEFERRED_STAGES`](Self::DEFERRED_STAGES) stages of the update by the most recent window;
+    /// all stages at sample rates below 52 times the cutoff, where the sample ends a window. No
+    /// allocation.
     ///
     /// # Errors
-    /// Returns [`IdentifyError::State`] if a slice does not fit the robot, and [`IdentifyError::Wrenches`] if the
-    /// wrenches do not fit the sensors. Bad data are no error: see [`PushOutcome`].
+    /// Returns [`IdentifyError::State`] if a slice does not fit the robot, and
+    /// [`IdentifyError::Wrenches`] if the wrenches do not fit the sensors. Bad data are no error:
+    /// see [`PushOutcome`].
     pub fn push(&mut self, sample: &Sample<'_>) -> Result<PushOutcome, IdentifyError> {
         self.push_with(sample, |_, _, _| {})
     }
 
-    /// Adds one sample as [`push`](Self::push) does, and calls `then` after each sample that is complete with it, where
-    /// there is a delay, or after this one: with this identifier, the sample, whose wrenches act on the payload at the
-    /// time of its motion, and what it was.
+    /// Adds one sample as [`push`](Self::push) does, and calls `then` after each sample that is
+    /// complete with it, where there is a delay, or after this one: with this identifier, the
+    /// sample, whose wrenches act on the payload at the time of its motion, and what it was.
     ///
     /// # Errors
     /// Returns the errors of [`push`](Self::push).
@@ -364,50 +364,54 @@ impl Identifier {
         outcome
     }
 
-    /// Completes the update by the most recent window at once, so that [`estimate`](Self::estimate) includes it: after
-    /// the last sample of a recording. The samples that follow would do the same.
+    /// Completes the update by the most recent window at once, so that [`estimate`](Self::estimate)
+    /// includes it: after the last sample of a recording. The samples that follow would do the
+    /// same.
     ///
-    /// It does not refine the projection onto physically consistent parameters any further, as samples do after the
-    /// last stage: where the projection has not settled, the reported body is that of its latest step.
+    /// It does not refine the projection onto physically consistent parameters any further, as
+    /// samples do after the last stage: where the projection has not settled, the reported body is
+    /// that of its latest step.
     pub fn finish(&mut self) {
         self.update.finish();
     }
 
     /// Returns the estimate of the payload in the end-effector frame, without allocation.
     ///
-    /// It includes a window [`DEFERRED_STAGES`](Self::DEFERRED_STAGES) samples after the window's end at the latest, or
-    /// once [`finish`](Self::finish) has been called. The number of windows includes one from its end on, and those before
-    /// a payload change.
+    /// It includes a window [`DEFERRED_STAGES`](Self::DEFERRED_STAGES) samples after the window's
+    /// end at the latest, or once [`finish`](Self::finish) has been called. The number of windows
+    /// includes one from its end on, and those before a payload change.
     #[must_use]
     pub fn estimate(&self) -> PayloadEstimate {
         self.estimate_of(self.update.readout(), self.times.since_s)
     }
 
-    /// Returns the estimate of the payload before the last [payload change](Self#payload-changes), as of the last window
-    /// before the evidence of the change began, without allocation; `None` before a change, and where the payload had not
-    /// been known long enough.
+    /// Returns the estimate of the payload before the last [payload change](Self#payload-changes),
+    /// as of the last window before the evidence of the change began, without allocation; `None`
+    /// before a change, and where the payload had not been known long enough.
     #[must_use]
     pub fn estimate_before_change(&self) -> Option<PayloadEstimate> {
         let readout = self.update.before_change()?;
         Some(self.estimate_of(readout, self.times.since_before_s))
     }
 
-    /// Returns the known bodies that the measured load contains besides the payload: the gripper of the robot's
-    /// description where the method measures it, and the known tool.
+    /// Returns the known bodies that the measured load contains besides the payload: the gripper of
+    /// the robot's description where the method measures it, and the known tool.
     #[must_use]
     pub fn known_bodies(&self) -> KnownBodies {
         self.update.known()
     }
 
-    /// Returns whether the estimate is one of the payload that is held now: at least 32 windows contribute to it, so that
-    /// payload changes are detected, the most recent ones show no evidence of a change, and since the last change they show
-    /// a payload that no contact could be.
+    /// Returns whether the estimate is one of the payload that is held now: at least 32 windows
+    /// contribute to it, so that payload changes are detected, the most recent ones show no
+    /// evidence of a change, and since the last change they show a payload that no contact could
+    /// be.
     #[must_use]
     pub fn is_settled(&self) -> bool {
         self.update.estimator().is_settled()
     }
 
-    /// Returns the time from the last payload change to the last sample, s; infinite before a change.
+    /// Returns the time from the last payload change to the last sample, s; infinite before a
+    /// change.
     #[must_use]
     pub fn time_since_change_s(&self) -> f64 {
         self.newest_s() - self.times.changed_s
@@ -435,10 +439,10 @@ impl Identifier {
     /// Returns the covariance of the payload's linear parameters, 10x10, in the order and units of
     /// [`InertialParameters`](tactid_dynamics::InertialParameters).
     ///
-    /// A direction that the motion does not determine has the variance of a parameter of plausible size:
-    /// one whose load alone would be all that is measured, or that is as large as the estimate before the
-    /// last payload change. `None` during the first seven windows, in which the noise is not known, and while nothing
-    /// explains the windows since a payload change.
+    /// A direction that the motion does not determine has the variance of a parameter of plausible
+    /// size: one whose load alone would be all that is measured, or that is as large as the
+    /// estimate before the last payload change. `None` during the first seven windows, in which the
+    /// noise is not known, and while nothing explains the windows since a payload change.
     #[must_use]
     pub fn covariance(&self) -> Option<Matrix> {
         self.update.readout().uncertainty.covariance

@@ -16,7 +16,8 @@ use crate::solve::subspace::{Matrix, NullSpace, Vector};
 use crate::solve::uncertainty::students_widening;
 use crate::solve::weights::{rare_distance, robust_weight};
 
-/// Leverage of a window relative to the mean since the estimate began below which the robot counts as at rest.
+/// Leverage of a window relative to the mean since the estimate began below which the robot counts
+/// as at rest.
 const REST_LEVERAGE: f64 = 0.02;
 
 /// What a new window means for the estimate.
@@ -24,14 +25,14 @@ const REST_LEVERAGE: f64 = 0.02;
 pub(crate) enum Assessment {
     /// The window updates the estimate, beginning with this stage.
     Accepted(Stage),
-    /// The window shows a payload change. It is not used, all earlier ones are discarded, and the update begins
-    /// with [`Stage::Solve`].
+    /// The window shows a payload change. It is not used, all earlier ones are discarded, and the
+    /// update begins with [`Stage::Solve`].
     PayloadChanged,
-    /// The windows since a payload change contradict any payload, and fewer than 32 had shown one: otherwise as
-    /// [`PayloadChanged`](Self::PayloadChanged).
+    /// The windows since a payload change contradict any payload, and fewer than 32 had shown one:
+    /// otherwise as [`PayloadChanged`](Self::PayloadChanged).
     Contradicted,
-    /// Windows up to this one show the payload before the last change again, whose estimate continues. The update
-    /// begins with [`Stage::Solve`].
+    /// Windows up to this one show the payload before the last change again, whose estimate
+    /// continues. The update begins with [`Stage::Solve`].
     PayloadReturned,
 }
 
@@ -54,21 +55,22 @@ impl WindowWeights {
 
 /// Weighted least squares, window by window, with errors-in-variables bias correction.
 ///
-/// Rows are weighted by the noise that their innovations show, and whitened across channels. The triangular factor
-/// of all rows gives the least-squares solution to rounding. The bias from noise in the motion is corrected as the
-/// half-differences show it, as in `BatchIdentifier`. A window with a rare innovation has a
-/// lower robust weight; several in a row show a payload change, after which the estimate starts again. Nothing is
-/// allocated after construction.
+/// Rows are weighted by the noise that their innovations show, and whitened across channels. The
+/// triangular factor of all rows gives the least-squares solution to rounding. The bias from noise
+/// in the motion is corrected as the half-differences show it, as in `BatchIdentifier`. A window
+/// with a rare innovation has a lower robust weight; several in a row show a payload change, after
+/// which the estimate starts again. Nothing is allocated after construction.
 ///
-/// [`assess`](Self::assess) decides about a new window at once. Its update follows in the [stages](Stage) of
-/// estimation, each a method here, which [`StagedUpdate`](super::staged_update::StagedUpdate) calls in order.
+/// [`assess`](Self::assess) decides about a new window at once. Its update follows in the
+/// [stages](Stage) of estimation, each a method here, which
+/// [`StagedUpdate`](super::staged_update::StagedUpdate) calls in order.
 #[derive(Clone, Debug)]
 pub(crate) struct OnlineLeastSquares {
     pub(super) state: State,
     /// The estimate as of the last window that nothing contradicted.
     pub(super) trusted: Trusted,
-    /// Number of times that the estimate started again since the last window with a trusted estimate: after a payload
-    /// change, and where no payload explained the windows since.
+    /// Number of times that the estimate started again since the last window with a trusted
+    /// estimate: after a payload change, and where no payload explained the windows since.
     pub(super) alarms: usize,
     /// What explains the windows since the estimate last started again.
     pub(super) explanations: Explanations,
@@ -120,10 +122,11 @@ impl OnlineLeastSquares {
         })
     }
 
-    /// Decides how a new window updates the estimate, or that it shows a payload change. The stages of the
-    /// previous window must be complete.
+    /// Decides how a new window updates the estimate, or that it shows a payload change. The stages
+    /// of the previous window must be complete.
     pub(crate) fn assess(&mut self, equation: &Equation) -> Assessment {
-        // A sensor that has not started yet reports zeros, which are information on neither payload nor noise.
+        // A sensor that has not started yet reports zeros, which are information on neither payload
+        // nor noise.
         if self.windows == 0 && equation.rows.iter().all(|row| row.target == 0.0) {
             return Assessment::Accepted(Stage::ComputeCovariance);
         }
@@ -159,7 +162,8 @@ impl OnlineLeastSquares {
         assessment
     }
 
-    /// Whether the noise is known, and enough windows since the last payload change, so that changes are detected.
+    /// Whether the noise is known, and enough windows since the last payload change, so that
+    /// changes are detected.
     pub(crate) fn detects_changes(&self) -> bool {
         self.state.windows_since_start > INITIAL_WINDOWS
     }
@@ -188,8 +192,8 @@ impl OnlineLeastSquares {
         }
     }
 
-    /// Estimates the noise from the residuals of the initial windows so far, and adds all of them again with
-    /// weights of this noise.
+    /// Estimates the noise from the residuals of the initial windows so far, and adds all of them
+    /// again with weights of this noise.
     fn estimate_noise(&mut self) {
         let initial = &self.initial[..self.windows];
         let (window, prediction) = (&mut self.window, &mut self.prediction);
@@ -217,9 +221,11 @@ impl OnlineLeastSquares {
             self.state
                 .rows
                 .innovation(&self.window.rows, &self.prediction, &self.sandwich);
-        // Otherwise the parameters are less certain than the noise, and innovations show little of a change.
+        // Otherwise the parameters are less certain than the noise, and innovations show little of
+        // a change.
         let is_predictable = innovation.leverage < 1.0;
-        // At rest, errors of the model do not show: the residuals are no sign of the noise in motion.
+        // At rest, errors of the model do not show: the residuals are no sign of the noise in
+        // motion.
         let is_moving = innovation.leverage > REST_LEVERAGE * self.mean_leverage();
         let detects_changes = self.detects_changes();
         let channels = self.window.rows.len();
@@ -258,7 +264,7 @@ impl OnlineLeastSquares {
         if !before.is_multiple_of(INITIAL_WINDOWS) {
             return;
         }
-        let now = self.state.rows.normal_equations();
+        let now = self.state.rows.sums();
         let earlier = std::mem::replace(&mut self.state.earlier, now);
         let squares = std::mem::take(&mut self.state.block_squares);
         self.state.block_score = 0.0;
@@ -279,8 +285,8 @@ impl OnlineLeastSquares {
         self.state.block_score = score(distance / growth, parameters.len(), noise);
     }
 
-    /// Mean leverage of the rows since the estimate began, if all ten parameters are observable: leverages sum to
-    /// the number of parameters.
+    /// Mean leverage of the rows since the estimate began, if all ten parameters are observable:
+    /// leverages sum to the number of parameters.
     fn mean_leverage(&self) -> f64 {
         10.0 * NOISE_CORRELATION / (self.state.windows_since_start * self.window.rows.len()) as f64
     }
@@ -337,21 +343,24 @@ impl OnlineLeastSquares {
         self.state.noise.inflation() * self.state.noise.lasting_error_factor()
     }
 
-    /// Returns the parameters in the order of [`InertialParameters`](tactid_dynamics::InertialParameters).
+    /// Returns the parameters in the order of
+    /// [`InertialParameters`](tactid_dynamics::InertialParameters).
     pub(crate) fn parameters(&self) -> &Vector {
         &self.state.parameters
     }
 
-    /// Returns the covariance of the parameters; `None` before the noise has been estimated, and while no payload explains
-    /// the windows since a payload change.
+    /// Returns the covariance of the parameters; `None` before the noise has been estimated, and
+    /// while no payload explains the windows since a payload change.
     ///
-    /// It is larger than the sandwich covariance by what the uncertainty of the noise itself adds. In unobservable
-    /// directions it has the [plausible size](Information::unobservable) of the parameters.
+    /// It is larger than the sandwich covariance by what the uncertainty of the noise itself adds.
+    /// In unobservable directions it has the [plausible size](Information::unobservable) of the
+    /// parameters.
     pub(crate) fn covariance(&self) -> Option<Matrix> {
         (self.windows >= MIN_WINDOWS && self.is_known()).then_some(self.covariance)
     }
 
-    /// Returns the parameters with the constant offsets of the first six channels, in their units, where these are unknowns.
+    /// Returns the parameters with the constant offsets of the first six channels, in their units,
+    /// where these are unknowns.
     pub(crate) fn joint_estimate(&self) -> JointEstimate {
         JointEstimate::of(&self.state, self.covariance, &self.information)
     }
@@ -366,7 +375,8 @@ impl OnlineLeastSquares {
         self.state.noise.of_wrench()
     }
 
-    /// Weight of the residuals of the most recent window in the estimate of the noise; zero where they show nothing of it.
+    /// Weight of the residuals of the most recent window in the estimate of the noise; zero where
+    /// they show nothing of it.
     pub(crate) fn noise_weight(&self) -> f64 {
         self.weights.noise.unwrap_or(0.0)
     }
@@ -376,8 +386,8 @@ impl OnlineLeastSquares {
         self.detects_changes() && self.verdict == Verdict::Payload && !self.changes.has_evidence()
     }
 
-    /// Returns the inverse of the covariance for white noise. In unobservable directions it is that of the plausible
-    /// size of the parameters.
+    /// Returns the inverse of the covariance for white noise. In unobservable directions it is that
+    /// of the plausible size of the parameters.
     pub(crate) fn information(&self) -> Matrix {
         let std_devs = self.state.rows.plausible_std_devs();
         let prior = std_devs.map(|std_dev| NOISE_CORRELATION / std_dev.powi(2));

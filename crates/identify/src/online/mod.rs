@@ -14,12 +14,14 @@ mod readout;
 mod recent_equations;
 mod residual_correlation;
 mod restarts;
+mod settings;
 mod snapshot;
 mod stage;
 mod staged_update;
 mod trusted;
 mod wrenches;
 
-pub use identifier::{Identifier, OnlineSettings};
+pub use identifier::Identifier;
 pub use recent_equations::RecentEquations;
+pub use settings::OnlineSettings;
 pub use snapshot::Snapshot;

@@ -30,12 +30,12 @@ pub(crate) const VARIANCE_GROWTH: f64 = 4.0;
 pub(crate) const INITIAL_WINDOWS: usize = 32;
 
 /// Number of windows from which the noise is estimated for the first time: 48 rows of a wrench, for
-/// ten parameters and the noise of six channels. The payload after a change explains as many, and so
-/// many in a row show that the payload before it is held again.
+/// ten parameters and the noise of six channels. The payload after a change explains as many, and
+/// so many in a row show that the payload before it is held again.
 pub(crate) const MIN_WINDOWS: usize = 8;
 
-/// Number of windows, 3 s at a cutoff of 10 Hz, within which an alarm may also mean that the noise is
-/// larger than estimated, and a payload change be a contact.
+/// Number of windows, 3 s at a cutoff of 10 Hz, within which an alarm may also mean that the noise
+/// is larger than estimated, and a payload change be a contact.
 pub(crate) const TRIAL_WINDOWS: usize = 100;
 
 /// Number of windows that the correlation of all channels of a kind counts for in that of each of

@@ -1,5 +1,5 @@
-//! What follows when windows contradict the estimate: it starts again, and either a payload explains
-//! the new windows, or the estimate before continues.
+//! What follows when windows contradict the estimate: it starts again, and either a payload
+//! explains the new windows, or the estimate before continues.
 
 use super::explanations::Verdict;
 use super::least_squares::{Assessment, OnlineLeastSquares};
@@ -8,8 +8,8 @@ use super::trusted::JointEstimate;
 use crate::equations::Equation;
 use crate::solve::offsets::Offsets;
 
-/// Number of times in a row that the windows since a payload change contradict any payload, at least
-/// 30 s at a cutoff of 10 Hz, after which the noise may be larger than before.
+/// Number of times in a row that the windows since a payload change contradict any payload, at
+/// least 30 s at a cutoff of 10 Hz, after which the noise may be larger than before.
 const MOST_CANDIDATES: usize = TRIAL_WINDOWS;
 
 impl OnlineLeastSquares {
@@ -137,7 +137,7 @@ impl OnlineLeastSquares {
         let is_taken_back = self.return_to_trusted();
         let factor = self.score_factor();
         self.state.rows.keep_offset_rows(factor);
-        self.state.earlier = self.state.rows.normal_equations();
+        self.state.earlier = self.state.rows.sums();
         self.state.centering.restart(None);
         Some(is_taken_back)
     }

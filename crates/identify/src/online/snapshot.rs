@@ -43,8 +43,8 @@ impl Identifier {
         }
     }
 
-    /// Copies what findings follow from into a snapshot that this identifier has made, or one with the same robot and
-    /// settings. Allocates nothing.
+    /// Copies what findings follow from into a snapshot that this identifier has made, or one with
+    /// the same robot and settings. Allocates nothing.
     pub fn update_snapshot(&self, snapshot: &mut Snapshot) {
         snapshot.sampling = self.stream.sampling();
         snapshot.windows = self.windows;

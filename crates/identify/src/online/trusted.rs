@@ -2,7 +2,7 @@
 
 use nalgebra::{Matrix6, SMatrix};
 
-use super::accumulated_rows::{AccumulatedRows, NormalEquations};
+use super::accumulated_rows::{AccumulatedRows, RowSums};
 use super::noise_tracker::NoiseTracker;
 use crate::equations::Channels;
 use crate::solve::information::Information;
@@ -13,8 +13,8 @@ use crate::solve::subspace::{Matrix, Vector};
 #[derive(Clone, Debug)]
 pub(crate) struct State {
     pub(crate) rows: AccumulatedRows,
-    /// Normal equations of the rows before the present block of windows.
-    pub(crate) earlier: NormalEquations,
+    /// Sums over the rows before the present block of windows.
+    pub(crate) earlier: RowSums,
     /// Sum of the squared residuals of the windows of this block.
     pub(crate) block_squares: f64,
     /// Score of what all windows leave of the block before it; zero where it is not known.
@@ -31,7 +31,7 @@ impl State {
     pub(crate) fn new(channels: &Channels) -> Self {
         Self {
             rows: AccumulatedRows::new(channels.count()),
-            earlier: NormalEquations::none(),
+            earlier: RowSums::none(),
             block_squares: 0.0,
             block_score: 0.0,
             noise: NoiseTracker::new(channels),

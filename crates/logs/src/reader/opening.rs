@@ -30,6 +30,11 @@ const SMALL_CONTENT: u64 = 1 << 30;
 /// alone reach ten thousand, and would fill the disk.
 const MAX_RATIO: u64 = 1000;
 
+/// Returns the memory of a segment with a number of channels, bytes.
+fn of_segment(channels: usize) -> u64 {
+    OF_SEGMENT + OF_CHANNEL * channels as u64
+}
+
 /// The opening of a log with all of its files.
 pub(super) struct Opening<'a> {
     /// Memory of messages.
@@ -110,7 +115,12 @@ impl<'a> Opening<'a> {
 
     /// Counts a segment with a number of channels among what the index keeps of a file.
     pub(super) fn keep_segment(&mut self, path: &Path, channels: usize) -> Result<(), LogError> {
-        self.keep(path, OF_SEGMENT + OF_CHANNEL * channels as u64)
+        self.keep(path, of_segment(channels))
+    }
+
+    /// Takes segments, each with a number of channels, from what the index keeps.
+    pub(super) fn drop_segments(&mut self, channels: impl Iterator<Item = usize>) {
+        self.index.remaining += channels.map(of_segment).sum::<u64>();
     }
 
     /// Returns the error of a file with an index that does not fit.

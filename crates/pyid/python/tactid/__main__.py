@@ -33,14 +33,14 @@ def main() -> None:
     sys.exit(code)
 
 
-GARBAGE = 50_000
+GC_THRESHOLD = 50_000
 """New objects after which Python searches for garbage, in the whole command. With Python's own
-number, 700 or 2000, it searched each module as it was imported, which was a twentieth of the time
-that a log of a minute takes."""
+threshold, 700 or 2000, it searched many times while modules were imported, which was a twentieth of
+the time that a log of a minute takes."""
 
 
 def _run() -> int:
-    gc.set_threshold(GARBAGE)
+    gc.set_threshold(GC_THRESHOLD)
     terminal.set_up()
     # Only files are drawn, and the name of an unknown backend is an error in matplotlib.
     os.environ["MPLBACKEND"] = "agg"

@@ -19,7 +19,7 @@ fn truth() -> SVector<f64, 10> {
 }
 
 /// Wrenches of a smooth random motion with white noise, each `delay_s` later than its motion.
-fn equations(count: usize, seed: u64, noise: f64, delay_s: f64) -> Vec<Equation> {
+pub(super) fn equations(count: usize, seed: u64, noise: f64, delay_s: f64) -> Vec<Equation> {
     let mut random = SmallRng::seed_from_u64(seed);
     let mut phases = [[0.0; 10]; 6];
     let mut rates = [[0.0; 10]; 6];
@@ -238,17 +238,13 @@ fn outliers_have_no_influence() {
 #[test]
 fn a_delay_is_estimated() {
     let channels = Channels::of_wrench();
-    let options = FitOptions {
-        delay: true,
-        ..FitOptions::new(&channels)
+    let delay_of = |equations: &[Equation]| {
+        let options = FitOptions::new(&channels);
+        delay(equations, &fit_wrench(equations), options).unwrap()
     };
-    let Delay { delay_s, .. } = fit(&equations(300, 3, 0.0, 1e-4), options)
-        .and_then(|fit| fit.delay)
-        .unwrap();
+    let Delay { delay_s, .. } = delay_of(&equations(300, 3, 0.0, 1e-4));
     assert!((delay_s - 1e-4).abs() < 1e-7, "{delay_s}");
-    let Delay { delay_s, std_dev_s } = fit(&equations(300, 3, 1.0, -2e-3), options)
-        .and_then(|fit| fit.delay)
-        .unwrap();
+    let Delay { delay_s, std_dev_s } = delay_of(&equations(300, 3, 1.0, -2e-3));
     assert!(
         (delay_s + 2e-3).abs() < 4.0 * std_dev_s,
         "{delay_s} {std_dev_s}"

@@ -74,6 +74,7 @@ fn scaled(
 }
 
 /// The sums of [`ReweightedLeastSquares::products`], which are most of a fit.
+#[derive(Clone, Copy)]
 pub(super) struct ProductsOfRows<'a>(pub(super) &'a ReweightedLeastSquares<'a>);
 
 impl Computation for ProductsOfRows<'_> {
@@ -92,5 +93,29 @@ impl Computation for ProductsOfRows<'_> {
             }
         }
         [of_rows, of_noise]
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use tactid_identify::equations::Channels;
+
+    use super::super::tests::equations;
+    use super::*;
+    use crate::fit::FitOptions;
+    use crate::fit::vector_unit::assert_same_digits;
+
+    /// The products of a fit have the same digits on the widest vector unit as on the baseline.
+    #[test]
+    fn products_do_not_depend_on_the_vector_unit() {
+        let mut noisy = equations(300, 6, 1.0, 0.0);
+        for equation in &mut noisy {
+            equation.differences.clone_from_slice(&equation.rows);
+        }
+        let channels = Channels::of_wrench();
+        let mut state = ReweightedLeastSquares::new(&noisy, FitOptions::new(&channels), 6);
+        state.solve();
+        state.update_weights(true);
+        assert_same_digits(ProductsOfRows(&state));
     }
 }

@@ -9,6 +9,7 @@ use crate::fit::vector_unit::Computation;
 /// Sums over all windows for [`MeatEstimator`]'s meat of stationary noise: the products of the rows
 /// of a window and of those of later windows, which the covariances of the residuals weight, with
 /// its own rows.
+#[derive(Clone, Copy)]
 pub(super) struct ProductsOfNeighbours<'a> {
     pub(super) estimator: &'a MeatEstimator<'a>,
     /// Covariance of the residuals of two windows for each lag.

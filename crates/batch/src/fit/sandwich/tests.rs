@@ -4,6 +4,7 @@ use rand::{RngExt, SeedableRng, rngs::SmallRng};
 use rand_distr::StandardNormal;
 
 use super::*;
+use crate::fit::vector_unit::assert_same_digits;
 
 /// Returns 4000 windows of one channel. Every second one excites the first unknown and has noise of
 /// variance 9, the others the second unknown with noise of variance 1; half-differences are so many
@@ -169,4 +170,25 @@ fn sections_need_windows() {
     assert!(found.covariance.row(3).iter().all(|entry| *entry == 0.0));
     let few = MeatEstimator::new(&rows[..31], 1, &bread);
     assert!(few.cluster_robust(&meat, 100.0).is_none());
+}
+
+/// The products of neighbouring windows have the same digits on the widest vector unit as on the
+/// baseline.
+#[test]
+fn products_do_not_depend_on_the_vector_unit() {
+    let mut random = SmallRng::seed_from_u64(3);
+    let mut draw = || -> f64 { random.sample(StandardNormal) };
+    let row = |_| ScoredRow {
+        entries: std::array::from_fn(|_| draw()),
+        residual: draw(),
+        weight: 1.0,
+        ..ScoredRow::default()
+    };
+    let rows: Vec<ScoredRow> = (0..600).map(row).collect();
+    let bread = DMatrix::identity(10, 10);
+    let estimator = MeatEstimator::new(&rows, 6, &bread);
+    assert_same_digits(ProductsOfNeighbours {
+        estimator: &estimator,
+        covariances: &estimator.residual_covariances(None),
+    });
 }

@@ -102,7 +102,8 @@ impl Bag {
             let part = part.map_err(|problem| database.error(problem))?;
             if part.is_late && self.order != given {
                 self.order = given;
-                segments.clear();
+                let channels = |(_, segment): (Rows, Segment)| segment.channels.len();
+                opening.drop_segments(segments.drain(..).map(channels));
                 for channel in self.channels.values_mut() {
                     (channel.count, channel.times_ns) = (0, None);
                 }
