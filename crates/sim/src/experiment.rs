@@ -283,7 +283,7 @@ impl Default for Handle {
 #[serde(deny_unknown_fields, default, expecting = "a table")]
 pub struct Gripper {
     /// Force of each finger on the handle at which the fingers are locked, N. Default 1500, and at
-    /// most 300 for each kilogram of the payload, because contacts are as soft as it is light.
+    /// most 1000 for each kilogram of the payload, because contacts are as soft as it is light.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub grip_force_n: Option<f64>,
     /// Coefficient of friction between pad and handle.
@@ -374,7 +374,7 @@ impl Experiment {
     /// default for the payload's mass.
     #[must_use]
     pub fn grip_force_n(&self) -> f64 {
-        let default = || (300.0 * self.payload.mass_kg).min(1500.0);
+        let default = || (1000.0 * self.payload.mass_kg).min(1500.0);
         self.gripper.grip_force_n.unwrap_or_else(default)
     }
 
