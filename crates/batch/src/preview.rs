@@ -46,9 +46,22 @@ fn power(equations: &[Equation], rows: impl Fn(&Equation) -> &Vec<Row>) -> f64 {
 #[must_use]
 pub fn residual_size(equations: &[Equation], channels: &Channels) -> Option<f64> {
     let fit = fit_of_residuals(equations, &without_known_noise(channels))?;
-    let std_devs = &fit.noise.std_devs;
-    let logarithms: f64 = std_devs.iter().map(|std_dev| std_dev.ln()).sum();
-    Some((logarithms / std_devs.len() as f64).exp())
+    Some(geometric_mean(&fit.noise.std_devs))
+}
+
+/// Returns the geometric mean over the channels of the root mean square of the measurements, in the
+/// channels' units.
+#[must_use]
+pub fn target_size(equations: &[Equation]) -> f64 {
+    let channels = equations.first().map_or(0, |equation| equation.rows.len());
+    let mut sizes = vec![0.0; channels];
+    target_sizes(equations, &vec![1; channels], &mut sizes);
+    geometric_mean(&sizes)
+}
+
+fn geometric_mean(sizes: &[f64]) -> f64 {
+    let logarithms: f64 = sizes.iter().map(|size| size.ln()).sum();
+    (logarithms / sizes.len() as f64).exp()
 }
 
 /// Fits the parameters as far as their residuals need it, without their covariance.

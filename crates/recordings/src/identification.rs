@@ -300,6 +300,24 @@ impl Identification {
         found
     }
 
+    /// Returns whether a measured twist is not the derivative of the pose, which explains whatever is
+    /// wrong with the motion.
+    pub(crate) fn motion_is_contradicted(&self) -> bool {
+        let mut findings = self.recording.findings.iter();
+        findings.any(|finding| matches!(finding, Finding::Data(Data::TwistContradicted { .. })))
+    }
+
+    /// Removes the causes that were found for what is unexplained, but those that are taken into
+    /// account.
+    pub(crate) fn remove_causes(&mut self) {
+        let is_cause = |finding: &Finding| match finding {
+            Finding::Data(Data::WrongAssumption(found)) => !found.is_applied,
+            _ => false,
+        };
+        let findings = &mut self.recording.findings;
+        findings.retain(|finding| !is_cause(finding));
+    }
+
     /// Returns whether a finding can follow from measurements that are read wrongly, and the
     /// windows are enough to show it.
     pub(crate) fn follows_from_reading(&self) -> bool {

@@ -181,7 +181,9 @@ fn identify(
             let mut batch = plan.batch_identifier()?;
             let run = Run::new(recording, &plan, &mut batch, observer)?;
             let mut found = Identification::new(plan.clone(), run, &batch)?;
-            if found.follows_from_reading() {
+            if found.motion_is_contradicted() {
+                found.remove_causes();
+            } else if found.follows_from_reading() {
                 let left = found.left_by_cause();
                 let reading = contradicted_reading(recording, &plan, left, observer)?;
                 found.replace_consequences(reading);

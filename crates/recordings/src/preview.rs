@@ -3,7 +3,7 @@
 use tactid_batch::Delay;
 use tactid_batch::preview::{
     CoarseDelay, LONGEST_DELAY_S, coarse_delay, fitted_delay, motion_noise_power, motion_power,
-    residual_size, without_unknowns,
+    residual_size, target_size, without_unknowns,
 };
 use tactid_identify::equations::{Equation, MultiCutoffStream, window};
 use tactid_identify::{Channels, EquationSettings};
@@ -357,16 +357,18 @@ impl Preview<'_> {
         Ok((explains_better || is_quieter).then_some(finding))
     }
 
-    /// Returns the size of the residuals for one delay and cutoff, with an offset of the wrenches
-    /// among the unknowns; `None` where the equations are too few.
+    /// Returns the sizes of the residuals and of the measurements for one delay and cutoff, with an
+    /// offset of the wrenches among the unknowns; `None` where the equations are too few.
     pub(crate) fn residual_at(
         &self,
         streams: &Streams,
         delay_s: f64,
         cutoff_hz: f64,
-    ) -> Result<Option<f64>, RecordingError> {
+    ) -> Result<Option<[f64; 2]>, RecordingError> {
         let (equations, channels) = self.equations_at(streams, delay_s, cutoff_hz)?;
-        Ok(residual_size(&equations, &with_unknown_offset(channels)))
+        let channels = with_unknown_offset(channels);
+        let residual = residual_size(&equations, &channels);
+        Ok(residual.map(|residual| [residual, target_size(&equations)]))
     }
 
     /// Returns all equations of the beginning for one delay and cutoff, with their channels.

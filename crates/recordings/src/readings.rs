@@ -93,25 +93,32 @@ pub(crate) fn contradicted_reading(
         others.push(given.with(Values::ExchangedKinds));
     }
     let events = recording.beginning(observer)?;
-    let Some(assumed) = residual(plan, &events, &given)? else {
+    let Some([assumed, _]) = sizes(plan, &events, &given)? else {
         return Ok(None);
     };
     let mut best = None;
     let mut least = MUCH_SMALLER * assumed * left_by_cause;
     for other in others {
-        if let Some(size) = residual(plan, &events, &other)?.filter(|size| *size < least) {
-            (least, best) = (size, Some(other));
+        let Some([residual, measured]) = sizes(plan, &events, &other)? else {
+            continue;
+        };
+        // Motor currents are far smaller than what the arm needs, whatever explains them.
+        let explains = other.equations.effort_content != EffortContent::External
+            || residual < MUCH_SMALLER * measured;
+        if residual < least && explains {
+            (least, best) = (residual, Some(other));
         }
     }
     Ok(best.map(|other| finding(plan.sources, &given, other, least / assumed)))
 }
 
-/// Returns the size of the residuals of the beginning with a reading; `None` where it is too short.
-fn residual(
+/// Returns the sizes of the residuals and of the measurements of the beginning with a reading;
+/// `None` where it is too short.
+fn sizes(
     plan: &Plan<'_>,
     events: &[Event],
     reading: &Reading,
-) -> Result<Option<f64>, RecordingError> {
+) -> Result<Option<[f64; 2]>, RecordingError> {
     let sources = Sources {
         sensors: reading.sensors.clone(),
         ..plan.sources.clone()

@@ -318,6 +318,28 @@ fn each_content_of_efforts_gives_the_payload_and_a_wrong_one_is_named() {
     }
 }
 
+/// Motor currents are far smaller than the torques of the arm, and contain its own part and friction
+/// all the same.
+#[test]
+fn motor_currents_are_not_named_external_torques() {
+    let mut recorded = Recorded::with_efforts(EffortContent::Measured);
+    let efforts = recorded.efforts.chunks_exact_mut(JOINTS);
+    for (efforts, instant) in efforts.zip(&recorded.instants) {
+        for (effort, velocity) in efforts.iter_mut().zip(&instant.joints[1]) {
+            *effort = (*effort + 3.0 * velocity.signum()) / 12.0;
+        }
+    }
+    let found = recorded.identify(&Request {
+        method: Some(Method::Effort),
+        ..Request::default()
+    });
+    let findings = &found.recording.findings;
+    let contradicts = |finding: &Finding| finding.severity() == Severity::Contradicts;
+    assert!(findings.iter().any(contradicts), "{findings:?}");
+    let is_named = |finding: &Finding| matches!(finding, Finding::EffortContentContradicted { .. });
+    assert!(!findings.iter().any(is_named), "{findings:?}");
+}
+
 /// Gravity of another length or sign than that on Earth, or none, is named as the cause where the
 /// efforts contain the weight of the arm, and none with wrenches, too.
 #[test]

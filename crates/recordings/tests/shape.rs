@@ -1,5 +1,6 @@
 //! Payloads whose shape is given, of one or of two densities.
 
+use std::cell::RefCell;
 use std::path::PathBuf;
 
 use nalgebra::{Isometry3, Matrix3, Rotation3, Vector3};
@@ -12,6 +13,7 @@ use tactid_recordings::{
     Arrays, Combination, Finding, Identification, NotUsedBecause, Observability, Request,
     ShapePose, combine, identify_arrays, identify_poses,
 };
+use tempfile::TempDir;
 
 /// Handle and head of a hammer, m, along the z axis of the sensor.
 pub(crate) const PARTS: [[[f64; 3]; 2]; 2] = [
@@ -41,8 +43,13 @@ pub(crate) fn body(densities: [f64; 2]) -> InertialParameters {
     PARTS.iter().zip(densities).map(of_part).sum()
 }
 
+thread_local! {
+    /// Folders of the files of a test, which are removed when its thread ends.
+    static FOLDERS: RefCell<Vec<TempDir>> = const { RefCell::new(Vec::new()) };
+}
+
 /// Writes the parts as an OBJ file, with coordinates times a scale, into a folder that is kept for
-/// the test program.
+/// the test.
 pub(crate) fn file(name: &str, scale: f64, parts: &[[[f64; 3]; 2]]) -> PathBuf {
     const FACES: &str = "f -8 -6 -5 -7\nf -4 -3 -1 -2\nf -8 -7 -3 -4\nf -6 -2 -1 -5\nf -8 -4 -2 -6\nf -7 -5 -1 -3\n";
     let mut text = String::new();
@@ -57,9 +64,10 @@ pub(crate) fn file(name: &str, scale: f64, parts: &[[[f64; 3]; 2]]) -> PathBuf {
 }
 
 pub(crate) fn written(name: &str, bytes: &[u8]) -> PathBuf {
-    let folder = tempfile::tempdir().unwrap().keep();
-    let path = folder.join(name);
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join(name);
     std::fs::write(&path, bytes).unwrap();
+    FOLDERS.with_borrow_mut(|folders| folders.push(folder));
     path
 }
 

@@ -282,8 +282,10 @@ impl Default for Handle {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default, expecting = "a table")]
 pub struct Gripper {
-    /// Force of each finger on the handle at which the fingers are locked, N.
-    pub grip_force_n: f64,
+    /// Force of each finger on the handle at which the fingers are locked, N. Default 1500, and at
+    /// most 1000 for each kilogram of the payload, because contacts are as soft as it is light.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub grip_force_n: Option<f64>,
     /// Coefficient of friction between pad and handle.
     pub friction: f64,
     /// Speed of each finger while closing, m/s, from 0.0001 to 0.01. A fast one throws the payload.
@@ -293,7 +295,7 @@ pub struct Gripper {
 impl Default for Gripper {
     fn default() -> Self {
         Self {
-            grip_force_n: 1500.0,
+            grip_force_n: None,
             friction: 0.8,
             closing_speed_m_s: 0.0005,
         }
@@ -366,6 +368,14 @@ impl Experiment {
     pub fn gravity(&self) -> Vector3<f64> {
         let default = || self.robot.base.kind().default_gravity();
         self.gravity_m_s2.map_or_else(default, Vector3::from)
+    }
+
+    /// Returns the force of each finger at which the fingers are locked, N: the given one, or the
+    /// default for the payload's mass.
+    #[must_use]
+    pub fn grip_force_n(&self) -> f64 {
+        let default = || (1000.0 * self.payload.mass_kg).min(1500.0);
+        self.gripper.grip_force_n.unwrap_or_else(default)
     }
 
     /// Checks that every field has an allowed value.

@@ -18,14 +18,14 @@ const FORCE_HOLDS_S: f64 = 0.2;
 const SETTLING_S: f64 = 0.5;
 /// Distance that the fingers may travel at closing speed before the grasp counts as failed, m. It
 /// limits the time.
-const SEARCH_M: f64 = 2e-3;
+const SEARCH_M: f64 = 1e-2;
 
 /// Closes the gripper, lets gravity act, and returns the force of each finger on the payload, N.
 ///
 /// # Errors
 /// Returns [`SimError::Grasp`] if the force is not reached, or is lost when the fingers are locked.
 pub(crate) fn grasp(scene: &mut Scene, experiment: &Experiment) -> Result<f64, SimError> {
-    let (settings, dt) = (&experiment.gripper, experiment.step_s);
+    let (closing_speed, dt) = (experiment.gripper.closing_speed_m_s, experiment.step_s);
     let mut grasp = Grasp {
         state: State::new(scene.robot().bodies.len()),
         contacts: [Vec::new(), Vec::new()],
@@ -35,8 +35,8 @@ pub(crate) fn grasp(scene: &mut Scene, experiment: &Experiment) -> Result<f64, S
     };
     // Anchored before the first contact, the payload stays in place while the pads close.
     scene.anchor_grasp();
-    let requested_n = settings.grip_force_n;
-    let search_s = SEARCH_M / settings.closing_speed_m_s;
+    let requested_n = experiment.grip_force_n();
+    let search_s = SEARCH_M / closing_speed;
     let mut holds_s = 0.0;
     for _ in 0..steps(search_s, dt) {
         let missing = 1.0 - grasp.filtered / requested_n;
@@ -49,11 +49,16 @@ pub(crate) fn grasp(scene: &mut Scene, experiment: &Experiment) -> Result<f64, S
             return grasp.settle(scene, requested_n, &experiment.gravity());
         }
         // The fingers slow down near the requested force, because filter and contacts lag.
-        scene.move_fingers(settings.closing_speed_m_s * (4.0 * missing).clamp(-1.0, 1.0));
+        scene.move_fingers(closing_speed * (4.0 * missing).clamp(-1.0, 1.0));
         grasp.step(scene);
     }
+    let advice = if grasp.filtered > 0.0 {
+        "lower gripper.grip_force_n, because the contacts of a light payload are soft"
+    } else {
+        "check that payload.handle is between the pads"
+    };
     Err(SimError::Grasp(format!(
-        "after {search_s:.1} s each finger presses with {:.1} N in place of {requested_n} N; check that payload.handle is between the pads",
+        "after {search_s:.1} s each finger presses with {:.1} N in place of {requested_n} N; {advice}",
         grasp.filtered
     )))
 }

@@ -317,7 +317,7 @@ fn meshes_are_not_tested_for_collisions() {
 fn a_run_that_cannot_move_ends() {
     let mut experiment = example();
     experiment.robot.base = BaseMount::Fixed;
-    experiment.payload.mass_kg = 4.0;
+    experiment.payload.mass_kg = 5.0;
     experiment.excitation.active = Some(ActiveExcitation::default());
     let mut simulation = Simulation::new(&experiment).unwrap();
     let start = simulation.step().unwrap().joint_position.clone();

@@ -40,7 +40,7 @@ fn a_slippery_payload_is_reported() {
 #[test]
 fn a_payload_too_heavy_is_reported() {
     let mut experiment = short();
-    experiment.gripper.grip_force_n = 60.0;
+    experiment.gripper.grip_force_n = Some(60.0);
     experiment.payload.mass_kg = 1000.0;
     experiment.payload.inertia_kg_m2 = [100.0, 0.0, 0.0, 200.0, 0.0, 100.0];
     let error = run(&experiment).unwrap_err();
@@ -48,6 +48,21 @@ fn a_payload_too_heavy_is_reported() {
         panic!("{error}")
     };
     assert!(field.starts_with("grasp_drift"), "{error}");
+}
+
+/// A light payload is held by the default grip, and a grip that its soft contacts cannot bear is
+/// refused with advice.
+#[test]
+fn a_light_payload_is_gripped_gently() {
+    let mut experiment = short();
+    experiment.payload.mass_kg = 0.1;
+    experiment.payload.center_of_mass_m = [0.22, 0.0, 0.1];
+    experiment.payload.inertia_kg_m2 = [1e-4, 0.0, 0.0, 2e-4, 0.0, 1e-4];
+    run(&experiment).unwrap();
+
+    experiment.gripper.grip_force_n = Some(1500.0);
+    let error = run(&experiment).unwrap_err().to_string();
+    assert!(error.contains("lower gripper.grip_force_n"), "{error}");
 }
 
 /// A handle that the pads cannot reach, and one that is not between them, are reported.

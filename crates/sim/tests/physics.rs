@@ -101,7 +101,7 @@ fn wrench_is_the_sum_of_contacts() {
             assert!(finger.wrench.force.z > 0.5 * simulation.grip_force_n());
         }
     }
-    let asked = simulation.experiment().gripper.grip_force_n;
+    let asked = simulation.experiment().grip_force_n();
     assert!((simulation.grip_force_n() - asked).abs() < 0.02 * asked);
 }
 

@@ -55,7 +55,10 @@ pub(super) fn negative_mass(method: Method, or_gravity: bool, reader: Reader) ->
         }
         if or_gravity {
             sign += &format!(" or of gravity ({})", gravity());
-            sign += ", motor currents whose gains are not given";
+            sign += &format!(
+                ", motor currents whose gains are not given, efforts without the arm's own part ({})",
+                reader.option("efforts_are")
+            );
         }
         return format!(
             "The identified mass is negative. Possible causes are {sign}, another order of the \

@@ -119,7 +119,7 @@ pub(crate) fn explanation(
     if is_explained && !active.contains(&Hypothesis::Weight) {
         return None;
     }
-    windows.add_joints(equations, stream);
+    windows.add_joints(equations, stream, fit);
     let search = Search {
         measurements: windows.measurements(),
         candidates: candidates(&windows, stream),

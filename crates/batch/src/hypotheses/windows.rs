@@ -3,7 +3,7 @@
 use nalgebra::{Isometry3, Matrix3, Matrix6, SMatrix, SVector, Vector3, Vector6};
 use tactid_dynamics::{FrameMotion, JointMotion};
 use tactid_identify::equations::{Equation, EquationStream, Geometry, MotionRows, WRENCH};
-use tactid_identify::solve::least_signal_of_columns;
+use tactid_identify::solve::{least_signal_of_columns, std_devs};
 
 use crate::fit::Fit;
 
@@ -120,8 +120,18 @@ impl Windows {
     }
 
     /// Computes the derivatives with respect to the positions of the joints from the geometry of
-    /// the equations, where it is kept.
-    pub(super) fn add_joints(&mut self, equations: &[Equation], stream: &EquationStream) {
+    /// the equations, where it is kept and the motion of a fit determines a value: noise that hides
+    /// the motion is explained by any zeros of the joints.
+    pub(super) fn add_joints(
+        &mut self,
+        equations: &[Equation],
+        stream: &EquationStream,
+        fit: &Fit,
+    ) {
+        let of_values = std_devs(&fit.parameters, &fit.covariance, &fit.null_space);
+        if !of_values.observable.contains(&true) {
+            return;
+        }
         let step = equations.len().div_ceil(MOST_WINDOWS).max(1);
         let mut rows = stream.motion_rows();
         for (window, equation) in self.windows.iter_mut().zip(equations.iter().step_by(step)) {

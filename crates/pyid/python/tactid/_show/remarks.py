@@ -78,7 +78,10 @@ def _of_the_unknown(result: Recorded, style: Style) -> list[str]:
     # Of poses at rest, the finding about them says what helps.
     advised = not result.is_contradicted and not is_at_rest(result)
     moments = measures_moments(result)
-    unobservable = unobservable_values(result.estimate, advised=advised, moments=moments)
+    cutoff = _given_cutoff(result, style)
+    unobservable = unobservable_values(
+        result.estimate, advised=advised, moments=moments, cutoff=cutoff
+    )
     if not isinstance(result, IdentificationData):
         return unobservable
     is_advised = advised and bool(result.estimate.uncertain)
@@ -104,17 +107,32 @@ def measures_moments(result: Recorded) -> bool:
     )
 
 
-def unobservable_values(estimate: Payload, *, advised: bool, moments: bool = True) -> list[str]:
-    """Says which values are unobservable, and with ``advised`` the motion that helps."""
+def _given_cutoff(result: Recorded, style: Style) -> str:
+    """Names the cutoff where it was given; empty where it was chosen from the motion."""
+    if "cutoff_hz" not in result.given:
+        return ""
+    return f"the cutoff of {result.cutoff_hz:.3g} Hz ({option_name('cutoff_hz', style)})"
+
+
+def unobservable_values(
+    estimate: Payload, *, advised: bool, moments: bool = True, cutoff: str = ""
+) -> list[str]:
+    """Says which values are unobservable, and with ``advised`` what helps.
+
+    A given ``cutoff`` may be so high that noise hides the motion, or so low that nothing passes.
+    """
     unknown = estimate.unobservable
     known = [name for name in VALUE_NAMES if name not in estimate.not_identifiable]
     if not unknown:
         return []
     if len(unknown) == len(VALUE_NAMES):
-        sentence = "Nothing is identifiable: the motion determines none of the ten values."
+        behind = f"behind {cutoff}, " if cutoff else ""
+        sentence = f"Nothing is identifiable: {behind}the motion is not larger than its noise."
     else:
         sentence = f"Unobservable: {', '.join(unknown)}; known: {', '.join(known) or 'nothing'}."
-    return [" ".join([sentence, *(motion_advice(unknown, moments=moments) if advised else [])])]
+    advice = [f"Without {cutoff} given, one is chosen from the motion."] if cutoff else []
+    advice += motion_advice(unknown, moments=moments)
+    return [" ".join([sentence, *(advice if advised else [])])]
 
 
 def uncertain_values(
