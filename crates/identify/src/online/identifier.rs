@@ -407,10 +407,11 @@ impl Identifier {
         self.update.estimator().is_settled()
     }
 
-    /// Returns the time from the last payload change to the last sample, s; infinite before a change.
+    /// Returns the time from the last payload change to the last sample, s; infinite before a change, and zero where the
+    /// clock has gone back behind it.
     #[must_use]
     pub fn time_since_change_s(&self) -> f64 {
-        self.newest_s() - self.times.changed_s
+        (self.newest_s() - self.times.changed_s).max(0.0)
     }
 
     /// Time of the last sample, s.
