@@ -195,6 +195,19 @@ def out_of_order(messages: Sequence[Logged], which: Sequence[int], late_s: float
     return out
 
 
+def shifted_stamps(
+    messages: Sequence[Logged], topic: str, shift_s: float, from_s: float = 0.0
+) -> list[Logged]:
+    """The clock of a topic's stamps is another one, or was set at a time."""
+    out = list(messages)
+    for k in _on(messages, topic):
+        if _seconds(out[k]) >= from_s:
+            stamp_ns = out[k].stamp_ns + round(shift_s * 1e9)
+            stamped = header(stamp_ns, out[k].message.header.frame_id)
+            out[k] = replace(out[k], message=replace(out[k].message, header=stamped))
+    return out
+
+
 def noisy(
     messages: Sequence[Logged],
     *,

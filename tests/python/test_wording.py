@@ -823,6 +823,7 @@ def test_an_unloaded_recording_is_not_recommended_where_it_was_used() -> None:
 
 FAULTS = {
     "gap": "3 gaps were not bridged",
+    "clock_back": "the clock of the stamps went back 3 times",
     "out_of_order": "3 samples out of order were left out",
     "put_in_order": "3 samples out of order were put in order",
     "undecodable": "3 messages that cannot be decoded were left out",
