@@ -89,6 +89,7 @@ FINDINGS = [
             "difference": 0.23,
             "of_others": 2.3,
             "sigmas": 25.3,
+            "is_mass_uncertain": False,
         },
     ),
     Finding(

@@ -138,6 +138,9 @@ pub struct Disagreement {
     /// The difference in standard deviations of the noise within the recordings, without a unit,
     /// with its sign.
     pub sigmas: Option<f64>,
+    /// Whether the recordings together leave the mass uncertain: there is no result then.
+    #[serde(default)]
+    pub is_mass_uncertain: bool,
 }
 
 impl Disagreement {
@@ -380,6 +383,7 @@ impl Notice for Finding {
             Self::PositionsJump(jumps) => jumps.are_of_two_sources(),
             Self::WeightOrOffset { is_known: false } => true,
             Self::OtherLoad(found) => found.is_most(),
+            Self::RunsDisagree(found) if found.is_mass_uncertain => true,
             Self::ConstantChannels {
                 is_left_out: true, ..
             } => return Severity::Notes,
