@@ -344,7 +344,8 @@ SENTENCES = {
         "No physically consistent body within the box explains the data within their noise. The"
         " result is the nearest one, 7.0 standard deviations away, and the intervals are widened"
         " until it is plausible: check the frames, the box, gravity, the offsets of the sensors,"
-        " and whether a controller subtracts a payload from the wrenches (`wrench_is`)."
+        " the known tool if one is given (`known_tool`), and whether a controller subtracts a"
+        " payload from the wrenches (`wrench_is`)."
     ),
     "other_load": (
         "The wrenches from 8.0 s to 12.0 s, 20 % of the time, are not those of the load in the rest"
@@ -637,8 +638,8 @@ ONLINE = {
     "inconsistent": (
         "No physically consistent body within the box explains the data within their noise. The"
         " result is the nearest one, 7.0 standard deviations away: check the frames, the box,"
-        " gravity, the offsets of the sensors, and whether a controller subtracts a payload from"
-        " the wrenches (`wrench_is`)."
+        " gravity, the offsets of the sensors, the known tool if one is given (`known_tool`), and"
+        " whether a controller subtracts a payload from the wrenches (`wrench_is`)."
     ),
     "positions_jump": (
         "The positions of joint_1 and joint_2 jump 400 times in 2200 samples, faster than any joint"

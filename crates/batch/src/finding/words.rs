@@ -353,9 +353,10 @@ fn inconsistent(distance: f64, within_box: bool, reader: Reader) -> String {
     format!(
         "No physically consistent body{within} explains the data within their noise. The result is \
          the nearest one, {} standard deviations away{widened}: check the frames{the_box}, gravity, \
-         the offsets of the sensors, and whether a controller subtracts a payload from the \
-         wrenches ({}).",
+         the offsets of the sensors, the known tool if one is given ({}), and whether a controller \
+         subtracts a payload from the wrenches ({}).",
         at_most(distance, 1),
+        reader.option("known_tool"),
         reader.option("wrench_is")
     )
 }
