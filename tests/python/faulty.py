@@ -89,6 +89,15 @@ def without_velocities(messages: Sequence[Logged], topic: str = "/joint_states")
     )
 
 
+def zero_velocities(messages: Sequence[Logged], topic: str = "/joint_states") -> list[Logged]:
+    """The driver fills in velocities that nobody measured."""
+    return _changed(
+        messages,
+        _on(messages, topic),
+        lambda message: replace(message, velocity=0.0 * message.velocity),
+    )
+
+
 def _picked(message: Any, columns: Sequence[int]) -> Any:
     """Returns a joint state of some of the joints, in that order."""
     arrays = {

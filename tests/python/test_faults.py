@@ -105,6 +105,17 @@ def test_joint_states_without_velocities(identify: Identify, tmp_path: Path) -> 
     )
 
 
+def test_velocities_of_zero_while_the_joints_move(identify: Identify, tmp_path: Path) -> None:
+    messages = faulty.without_velocities(with_wrench())
+    derived = identify(write_bag(tmp_path / "derived", messages))
+    zero = faulty.zero_velocities(with_wrench())
+    record = identify(write_bag(tmp_path / "zero", zero))
+    assert record["estimate"] == derived["estimate"]
+    (finding,) = record["findings"]
+    assert (finding["cause"], finding["severity"]) == ("not_measured", "notes")
+    assert finding["joints"] == JOINTS
+
+
 @pytest.mark.parametrize("source", ["wrench", "efforts"])
 def test_joints_in_any_order(identify: Identify, tmp_path: Path, source: str) -> None:
     messages = with_wrench() if source == "wrench" else with_efforts()

@@ -210,6 +210,8 @@ FINDINGS = [
             "is_zero": True,
             "is_left_out": False,
             "without_moments": False,
+            "since_s": None,
+            "is_most": False,
         },
     ),
     Finding(
@@ -1076,6 +1078,23 @@ def test_a_change_beyond_temperature_and_wear_names_the_wrong_robot() -> None:
         assert "check that the calibration is of this" in text
         assert "Temperature and wear do that" not in text
         assert Finding(kind, data).contradicts_result
+
+
+def test_a_wrench_that_stops_and_velocities_of_zero_have_words_of_their_own() -> None:
+    (constant,) = (each for each in FINDINGS if each.kind == "constant_channels")
+    for is_most in (False, True):
+        data = {**constant.data, "since_s": 10.0, "is_most": is_most}
+        stopped = Finding(constant.kind, data)
+        assert "the wrench in `tool0` is exactly constant from 10.000 s on" in str(stopped)
+        assert "(`end_s`)" in str(stopped)
+        assert stopped.contradicts_result == is_most
+    (velocities,) = (each for each in FINDINGS if each.kind == "velocities_contradicted")
+    zero = Finding(velocities.kind, {**velocities.data, "cause": "not_measured"})
+    assert str(zero) == (
+        "The velocities of joint_1 are exactly zero in all samples, although these joints move:"
+        " they are not measured, and were derived from the positions."
+    )
+    assert zero.severity == "notes"
 
 
 def test_a_difference_larger_than_the_value_has_no_percentage() -> None:
