@@ -89,6 +89,15 @@ def without_velocities(messages: Sequence[Logged], topic: str = "/joint_states")
     )
 
 
+def zero_velocities(messages: Sequence[Logged], topic: str = "/joint_states") -> list[Logged]:
+    """The driver fills in velocities that nobody measured."""
+    return _changed(
+        messages,
+        _on(messages, topic),
+        lambda message: replace(message, velocity=0.0 * message.velocity),
+    )
+
+
 def _picked(message: Any, columns: Sequence[int]) -> Any:
     """Returns a joint state of some of the joints, in that order."""
     arrays = {
@@ -192,6 +201,19 @@ def out_of_order(messages: Sequence[Logged], which: Sequence[int], late_s: float
     out = list(messages)
     for k in which:
         out[k] = replace(out[k], log_ns=out[k].log_ns + round(late_s * 1e9))
+    return out
+
+
+def shifted_stamps(
+    messages: Sequence[Logged], topic: str, shift_s: float, from_s: float = 0.0
+) -> list[Logged]:
+    """The clock of a topic's stamps is another one, or was set at a time."""
+    out = list(messages)
+    for k in _on(messages, topic):
+        if _seconds(out[k]) >= from_s:
+            stamp_ns = out[k].stamp_ns + round(shift_s * 1e9)
+            stamped = header(stamp_ns, out[k].message.header.frame_id)
+            out[k] = replace(out[k], message=replace(out[k].message, header=stamped))
     return out
 
 

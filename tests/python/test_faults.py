@@ -105,6 +105,17 @@ def test_joint_states_without_velocities(identify: Identify, tmp_path: Path) -> 
     )
 
 
+def test_velocities_of_zero_while_the_joints_move(identify: Identify, tmp_path: Path) -> None:
+    messages = faulty.without_velocities(with_wrench())
+    derived = identify(write_bag(tmp_path / "derived", messages))
+    zero = faulty.zero_velocities(with_wrench())
+    record = identify(write_bag(tmp_path / "zero", zero))
+    assert record["estimate"] == derived["estimate"]
+    (finding,) = record["findings"]
+    assert (finding["cause"], finding["severity"]) == ("not_measured", "notes")
+    assert finding["joints"] == JOINTS
+
+
 @pytest.mark.parametrize("source", ["wrench", "efforts"])
 def test_joints_in_any_order(identify: Identify, tmp_path: Path, source: str) -> None:
     messages = with_wrench() if source == "wrench" else with_efforts()
@@ -211,6 +222,42 @@ def test_stamps_of_zero_on_one(identify: Identify, tmp_path: Path) -> None:
     assert_within(record, TRUTH, CLEAN)
     count = sum(m.topic == "/wrench" for m in messages)
     assert mentions(record, "/wrench", "stamp", count=count), reported(record)
+
+
+@pytest.mark.parametrize("topic", ["/wrench", "/joint_states"])
+@pytest.mark.parametrize("shift_s", [3600.0, -3600.0])
+def test_stamps_of_another_clock_on_one(
+    command: TactidCommand, tmp_path: Path, topic: str, shift_s: float
+) -> None:
+    messages = faulty.shifted_stamps(with_wrench(), topic, shift_s)
+    bag = write_bag(tmp_path / "bag", messages)
+    assert_refused(command("identify", bag), f"messages on {topic} with a stamp far from")
+
+
+def test_stamps_of_another_clock_on_both(identify: Identify, tmp_path: Path) -> None:
+    messages = faulty.shifted_stamps(with_wrench(), "/wrench", 3600.0)
+    messages = faulty.shifted_stamps(messages, "/joint_states", 3600.0)
+    record = identify(write_bag(tmp_path / "bag", messages))
+    assert_within(record, TRUTH, CLEAN)
+    assert record["faults"] == []
+
+
+def test_a_clock_that_is_set_back(identify: Identify, tmp_path: Path) -> None:
+    """What comes after it is not joined to what came before, and nothing else is blamed."""
+    messages = with_wrench()
+    for topic in ("/wrench", "/joint_states"):
+        messages = faulty.shifted_stamps(messages, topic, -3.0, from_s=6.0)
+    record = identify(write_bag(tmp_path / "bag", messages))
+    assert_within(record, TRUTH, CLEAN)
+    assert record["findings"] == []
+    for topic in ("/wrench", "/joint_states"):
+        assert mentions(record, topic, "clock of the stamps went back", count=1), reported(record)
+        (left_out,) = (
+            fault["count"]
+            for fault in record["faults"]
+            if (fault["topic"], fault["kind"]) == (topic, "out_of_order")
+        )
+        assert left_out == pytest.approx((3.0 + 1.0) * 250, abs=1)
 
 
 # Files

@@ -277,6 +277,25 @@ def test_online_estimates_know_their_uncertainty_and_detect_a_payload_change(
     assert 4 < estimate.since_s < 4.2
 
 
+def test_a_stamp_far_in_the_future_stops_no_identifier(
+    robot: tactid.Manipulator, rng: np.random.Generator
+) -> None:
+    payload = tactid.MassProperties(7.0, [0.1, -0.2, 0.3], np.diag([0.4, 0.5, 0.6]))
+    time = np.arange(0, 3, 1e-3)
+    q, qd, regressor = carried(robot, time, rng)
+    wrench = regressor @ payload.parameters + 0.05 * rng.standard_normal((len(time), 6))
+    base = at_rest(len(time))
+    time[600] += 1e9
+    lag, online = tactid.LagIdentifier(robot, ["tool0"]), tactid.Identifier(robot)
+    for identifier in (lag, online):
+        # Two are rejected, and three start a stretch: the first, that of the stamp and the next.
+        assert identifier.push(time, q, qd, wrench, **base) == len(time) - 5
+    assert lag.until_s() > 2.9
+    for estimate in (lag.window_estimate(), online.estimate()):
+        assert (estimate.rejected, estimate.gaps) == (2, 2)
+        assert estimate.body.mass == pytest.approx(7.0, abs=0.02)
+
+
 def test_motion_and_payload_at_once_while_samples_come(
     robot: tactid.Manipulator, rng: np.random.Generator
 ) -> None:

@@ -174,10 +174,29 @@ def test_a_copy_of_a_recording_is_refused(
     assert "recordings 1 and 2 have the same data" in done.stderr
 
 
+def test_two_masses_of_which_neither_is_known_to_be_right_are_no_result(
+    command: TactidCommand, bags: Path
+) -> None:
+    logs = (bags / "cold", bags / "warm")
+    found = tactid.identify(logs, urdf=bags / "arm.urdf", tip=TIP)
+    assert "mass" in found.estimate.uncertain
+    assert found.is_contradicted
+    for taken in (found, found.estimate):
+        with pytest.raises(tactid.IdentificationError, match="the data contradict the result"):
+            taken.to_controller("ur")
+    given = ("identify", *logs, "--urdf", bags / "arm.urdf", "--tip", TIP, "--format", "ur")
+    done = command(*given)
+    assert done.returncode == 1
+    assert "set_target_payload" not in done.stdout
+    assert "the data contradict the result: The 2 recordings disagree" in done.stderr
+    assert "set_target_payload" in command(*given, "--accept-contradicted").stdout
+
+
 def test_formats_without_intervals_come_with_a_warning(command: TactidCommand, bags: Path) -> None:
     options = ("--urdf", bags / "arm.urdf", "--tip", TIP, "--format", "ur")
-    for second, warns in (("later", False), ("warm", True)):
-        done = command("identify", bags / "cold", bags / second, *options)
+    for third, warns in ((), False), (("warm",), True):
+        logs = [bags / name for name in ("cold", "later", *third)]
+        done = command("identify", *logs, *options)
         assert done.returncode == 0, done.stderr
         assert "set_target_payload" in done.stdout
         warning = "warning: the recordings disagree, which formats without intervals hide: the mass"

@@ -89,6 +89,7 @@ FINDINGS = [
             "difference": 0.23,
             "of_others": 2.3,
             "sigmas": 25.3,
+            "is_mass_uncertain": False,
         },
     ),
     Finding(
@@ -209,6 +210,8 @@ FINDINGS = [
             "is_zero": True,
             "is_left_out": False,
             "without_moments": False,
+            "since_s": None,
+            "is_most": False,
         },
     ),
     Finding(
@@ -343,7 +346,8 @@ SENTENCES = {
         "No physically consistent body within the box explains the data within their noise. The"
         " result is the nearest one, 7.0 standard deviations away, and the intervals are widened"
         " until it is plausible: check the frames, the box, gravity, the offsets of the sensors,"
-        " and whether a controller subtracts a payload from the wrenches (`wrench_is`)."
+        " the known tool if one is given (`known_tool`), and whether a controller subtracts a"
+        " payload from the wrenches (`wrench_is`)."
     ),
     "other_load": (
         "The wrenches from 8.0 s to 12.0 s, 20 % of the time, are not those of the load in the rest"
@@ -636,8 +640,8 @@ ONLINE = {
     "inconsistent": (
         "No physically consistent body within the box explains the data within their noise. The"
         " result is the nearest one, 7.0 standard deviations away: check the frames, the box,"
-        " gravity, the offsets of the sensors, and whether a controller subtracts a payload from"
-        " the wrenches (`wrench_is`)."
+        " gravity, the offsets of the sensors, the known tool if one is given (`known_tool`), and"
+        " whether a controller subtracts a payload from the wrenches (`wrench_is`)."
     ),
     "positions_jump": (
         "The positions of joint_1 and joint_2 jump 400 times in 2200 samples, faster than any joint"
@@ -823,6 +827,7 @@ def test_an_unloaded_recording_is_not_recommended_where_it_was_used() -> None:
 
 FAULTS = {
     "gap": "3 gaps were not bridged",
+    "clock_back": "the clock of the stamps went back 3 times",
     "out_of_order": "3 samples out of order were left out",
     "put_in_order": "3 samples out of order were put in order",
     "undecodable": "3 messages that cannot be decoded were left out",
@@ -1073,6 +1078,23 @@ def test_a_change_beyond_temperature_and_wear_names_the_wrong_robot() -> None:
         assert "check that the calibration is of this" in text
         assert "Temperature and wear do that" not in text
         assert Finding(kind, data).contradicts_result
+
+
+def test_a_wrench_that_stops_and_velocities_of_zero_have_words_of_their_own() -> None:
+    (constant,) = (each for each in FINDINGS if each.kind == "constant_channels")
+    for is_most in (False, True):
+        data = {**constant.data, "since_s": 10.0, "is_most": is_most}
+        stopped = Finding(constant.kind, data)
+        assert "the wrench in `tool0` is exactly constant from 10.000 s on" in str(stopped)
+        assert "(`end_s`)" in str(stopped)
+        assert stopped.contradicts_result == is_most
+    (velocities,) = (each for each in FINDINGS if each.kind == "velocities_contradicted")
+    zero = Finding(velocities.kind, {**velocities.data, "cause": "not_measured"})
+    assert str(zero) == (
+        "The velocities of joint_1 are exactly zero in all samples, although these joints move:"
+        " they are not measured, and were derived from the positions."
+    )
+    assert zero.severity == "notes"
 
 
 def test_a_difference_larger_than_the_value_has_no_percentage() -> None:

@@ -192,6 +192,20 @@ def test_a_channel_that_is_not_measured(found: Any) -> None:
     assert finding["is_zero"] is True
 
 
+def test_a_wrench_that_stops(identify: Identify, tmp_path: Path) -> None:
+    s = state(FIXED, *SHORT)
+    for name, fraction in (("half", 0.5), ("end", 0.8)):
+        stopped = s.wrench.copy()
+        last = int(fraction * len(stopped)) - 1
+        stopped[last:] = stopped[last]
+        messages = [*moving(FIXED, *SHORT), *wrenches(s.time, stopped)]
+        record = identify(write_bag(tmp_path / name, messages))
+        (finding,) = (each for each in record["findings"] if each["kind"] == "constant_channels")
+        assert finding["since_s"] == pytest.approx(s.time[last], abs=1e-3)
+        assert finding["is_most"] == (name == "half")
+        assert name == "end" or record["remarks"][0] == finding["text"]
+
+
 def test_an_offset_of_two_newtons_with_another_tip(found: Any) -> None:
     s = state(FIXED, *SHORT)
     felt = wrenches(s.time, s.wrench, frame=SENSOR, tip_from_sensor=TIP_FROM_SENSOR)

@@ -74,6 +74,8 @@ fn sample_findings(checks: &SampleChecks) -> Vec<Finding> {
                 is_zero: constant.is_zero,
                 is_left_out: false,
                 without_moments: false,
+                since_s: None,
+                is_most: false,
             }),
     );
     findings

@@ -107,6 +107,8 @@ fn a_constant_channel_is_reported() {
         is_zero: true,
         is_left_out: false,
         without_moments: false,
+        since_s: None,
+        is_most: false,
     };
     assert!(findings.contains(&constant), "{findings:?}");
 }

@@ -19,6 +19,9 @@ pub enum FaultKind {
     /// A time between two messages of a publisher that is longer than the longest bridged gap. It
     /// is not bridged.
     Gap,
+    /// A time at which the clock of the stamps went back. Messages are left out until they are
+    /// later than those before, and a gap follows that is not bridged.
+    ClockBack,
     /// A message that is not later than the one before of its publisher, or too late to be put in
     /// order. It is left out.
     OutOfOrder,
@@ -86,6 +89,7 @@ impl FaultKind {
         let (message, sample) = (many("message"), many("sample"));
         match self {
             Self::Gap => format!("{} {was} not bridged", many("gap")),
+            Self::ClockBack => format!("the clock of the stamps went back {}", many("time")),
             Self::OutOfOrder => format!("{sample} out of order {was} left out"),
             Self::PutInOrder => format!("{sample} out of order {was} put in order"),
             Self::Undecodable => format!("{message} that cannot be decoded {was} left out"),

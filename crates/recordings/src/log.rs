@@ -157,7 +157,8 @@ impl Recording for LogRecording {
     /// The events of the unloaded recording are not among those of the beginning.
     fn beginning(&self, observer: &mut Observer<'_>) -> Result<Vec<Event>, RecordingError> {
         let topics = self.topics(true);
-        let (log, decoding, max_gap_s) = (&self.log, &self.decoding, f64::INFINITY);
+        let max_gap_s = self.sources.options.equations.max_gap_s;
+        let (log, decoding) = (&self.log, &self.decoding);
         let mut feed = Feed::new(log, &topics, decoding, max_gap_s, None, self.cut)?;
         let mut events = Vec::new();
         while feed.read(&mut events)?.is_some() {

@@ -8,7 +8,7 @@ use crate::alignment::{Averaging, Event, Streams};
 use crate::beginning::identifying;
 use crate::defaults::Options;
 use crate::preview::{DelayEstimate, Preview, is_significant};
-use crate::rates::contradicted_rates;
+use crate::rates::{are_unmeasured, contradicted_rates};
 use crate::recording::{Recording, Selection, Sources};
 use crate::steps::{Steps, are_mixed};
 use crate::wrench_channels::{unmeasured_channels, without_channels};
@@ -49,13 +49,13 @@ impl<'a> Plan<'a> {
         let sources = recording.sources();
         let events = recording.beginning(observer)?;
         check_part(request, &events, sources)?;
-        let (streams, mut options, mut findings) = choose_streams(sources, &events, request)?;
+        let (mut streams, mut options, mut findings) = choose_streams(sources, &events, request)?;
         findings.extend(checked(request, &options, sources)?);
         let is_mixed = are_mixed(&Steps::findings_of(sources, &events));
         if !is_mixed {
-            let max_gap_s = options.equations.max_gap_s;
-            findings.extend(contradicted_rates(sources, &events, max_gap_s));
+            findings.extend(contradicted_rates(sources, &events, &options.equations));
         }
+        streams.without_velocities = are_unmeasured(&findings);
         let unmeasured = set_channels(&mut options, &streams, recording, &events);
         let preview = Preview {
             sources,

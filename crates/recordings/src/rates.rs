@@ -2,6 +2,8 @@
 //! efforts against their limits.
 
 use tactid_batch::Finding as DataFinding;
+use tactid_identify::EquationSettings;
+use tactid_identify::checks::VelocityCause::NotMeasured;
 use tactid_identify::checks::{
     EffortMonitor, JointRates, PositionMonitor, TwistRates, VelocityContradiction, grouped_by_cause,
 };
@@ -12,12 +14,13 @@ use crate::recording::Sources;
 
 /// Returns findings about measured velocities that are not the derivatives of the measured
 /// positions, and about positions and efforts beyond the limits of the joints. Times between two
-/// events that are longer than `max_gap_s` are not bridged.
+/// events that are gaps by the settings are not bridged.
 pub(crate) fn contradicted_rates(
     sources: &Sources,
     events: &[Event],
-    max_gap_s: f64,
+    settings: &EquationSettings,
 ) -> Vec<Finding> {
+    let max_gap_s = settings.max_gap_s;
     let contradictions = contradicted_joints(sources, events, max_gap_s);
     let joints = grouped_by_cause(contradictions).into_iter();
     let finding = |joints| Finding::Data(DataFinding::VelocitiesContradicted(joints));
@@ -26,6 +29,15 @@ pub(crate) fn contradicted_rates(
     findings.extend(joints.map(finding));
     findings.extend(contradicted_twist(sources, events, max_gap_s));
     findings
+}
+
+/// Returns whether findings say that the velocities of joints are not measured, though they are
+/// given.
+pub(crate) fn are_unmeasured(findings: &[Finding]) -> bool {
+    findings.iter().any(|finding| match finding {
+        Finding::Data(DataFinding::VelocitiesContradicted(found)) => !found.are_measured(),
+        _ => false,
+    })
 }
 
 /// Compares the positions and the efforts of all joints with the limits of the robot's description.
@@ -74,7 +86,7 @@ fn contradicted_joints(
     let first: Vec<usize> = (0..names.len()).filter(is_first).collect();
     let own_names =
         |joints: &[usize]| -> Vec<&str> { joints.iter().map(|&k| names[k].as_str()).collect() };
-    let mut rates = JointRates::new(first.len(), max_gap_s, None);
+    let mut rates = PublisherRates::new(first.len(), max_gap_s);
     for event in events {
         // The events of the first publisher have a place for every joint of the robot.
         if let Measured::Joints(values) = &event.measured {
@@ -84,7 +96,7 @@ fn contradicted_joints(
     }
     let mut found = rates.contradictions(&own_names(&first));
     for (publisher, joints) in more_joints.iter().enumerate() {
-        let mut rates = JointRates::new(joints.len(), max_gap_s, None);
+        let mut rates = PublisherRates::new(joints.len(), max_gap_s);
         for event in events {
             match &event.measured {
                 Measured::MoreJoints(of, values) if *of == publisher => {
@@ -96,6 +108,36 @@ fn contradicted_joints(
         found.extend(rates.contradictions(&own_names(joints)));
     }
     found
+}
+
+/// The rates of the joints of one publisher.
+struct PublisherRates {
+    rates: JointRates,
+    /// Whether all velocities are exactly zero.
+    are_zero: bool,
+}
+
+impl PublisherRates {
+    fn new(joints: usize, max_gap_s: f64) -> Self {
+        Self {
+            rates: JointRates::new(joints, max_gap_s, None),
+            are_zero: true,
+        }
+    }
+
+    fn push(&mut self, time_s: f64, position: &[f64], velocity: &[f64]) {
+        self.are_zero &= velocity.iter().all(|velocity| *velocity == 0.0);
+        self.rates.push(time_s, position, velocity);
+    }
+
+    /// Returns each joint whose velocities are not the derivatives of its positions.
+    fn contradictions(&self, names: &[&str]) -> Vec<VelocityContradiction> {
+        let mut found = self.rates.contradictions(names);
+        for of_joint in found.iter_mut().filter(|_| self.are_zero) {
+            (of_joint.cause, of_joint.other) = (Some(NotMeasured), None);
+        }
+        found
+    }
 }
 
 /// Returns the positions and velocities of some of `count` joints; empty where there are none.

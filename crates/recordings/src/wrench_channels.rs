@@ -4,11 +4,15 @@
 use tactid_batch::Finding as DataFinding;
 use tactid_dynamics::Manipulator;
 use tactid_identify::EquationSettings;
-use tactid_identify::checks::{ChannelMonitor, ConstantChannels};
+use tactid_identify::checks::{ChannelMonitor, ConstantChannels, FEWEST_SAMPLES};
 
 use crate::Finding;
 use crate::alignment::{Event, Measured};
 use crate::recording::Sources;
+
+/// Motion of a joint beside which a wrench cannot be constant, rad or m: it turns the load in the
+/// sensor, or accelerates it.
+const LARGE_MOTION: f64 = 0.3;
 
 /// The moments of a wrench.
 const MOMENTS: [bool; 6] = [false, false, false, true, true, true];
@@ -153,6 +157,8 @@ fn zero_channels(monitor: &ChannelMonitor) -> impl Iterator<Item = (usize, [bool
 /// The channels of the wrenches as they are measured, before they are averaged.
 pub(crate) struct WrenchChannels {
     monitor: ChannelMonitor,
+    /// What follows the last change of each sensor.
+    constant: Vec<ConstantWrench>,
     axes: ChannelAxes,
     /// Channels that the equations are without.
     left_out: [bool; 6],
@@ -171,17 +177,47 @@ impl WrenchChannels {
     ) -> Self {
         Self {
             monitor: ChannelMonitor::new(unmeasured.len()),
+            constant: vec![ConstantWrench::default(); unmeasured.len()],
             axes: ChannelAxes::of(sources, tip, equations),
             left_out: equations.unmeasured,
             unmeasured: unmeasured.to_vec(),
         }
     }
 
-    /// Adds an event, if it is a wrench.
+    /// Adds an event, if it is a wrench or a motion of joints.
     pub(crate) fn push(&mut self, event: &Event) {
-        if let Measured::Wrench(sensor, wrench) = &event.measured {
-            self.monitor.push(*sensor, event.time_s, wrench);
+        match &event.measured {
+            Measured::Wrench(sensor, wrench) => {
+                self.monitor.push(*sensor, event.time_s, wrench);
+                if let Some(constant) = self.constant.get_mut(*sensor) {
+                    constant.push(self.monitor.changed_s(*sensor));
+                }
+            }
+            Measured::Joints(values) => {
+                for constant in &mut self.constant {
+                    constant.move_to(&values.position);
+                }
+            }
+            _ => {}
         }
+    }
+
+    /// Reports the sensors whose wrenches are constant from a time on although joints move.
+    fn stopped(&self, sources: &Sources) -> impl Iterator<Item = Finding> {
+        let sensors = self.constant.iter().enumerate();
+        let stopped = sensors.filter(|(_, constant)| constant.is_stopped());
+        stopped.map(|(sensor, constant)| {
+            let all = ConstantChannels::new(sensor, [true; 6], false);
+            let mut finding = finding(all, false, self.axes, sources);
+            if let Finding::Data(DataFinding::ConstantChannels {
+                since_s, is_most, ..
+            }) = &mut finding
+            {
+                *since_s = Some(constant.changed_s);
+                *is_most = 2 * constant.samples >= constant.all;
+            }
+            finding
+        })
     }
 
     /// Reports the channels of each sensor that did not change in the last `span_s` seconds, or
@@ -201,6 +237,7 @@ impl WrenchChannels {
             .chain(constant)
             .filter(|(channels, _)| !channels.channels.is_empty())
             .map(|(channels, is_left_out)| finding(channels, is_left_out, self.axes, sources))
+            .chain(self.stopped(sources).filter(|_| span_s.is_infinite()))
             .collect()
     }
 
@@ -218,6 +255,45 @@ impl WrenchChannels {
             ConstantChannels::new(sensor, later, false)
         });
         always.chain(later).collect()
+    }
+}
+
+/// The wrenches of one sensor since its last change.
+#[derive(Clone, Debug, Default)]
+struct ConstantWrench {
+    /// Time of the last change, s.
+    changed_s: f64,
+    /// Number of wrenches since then, and of all.
+    samples: u64,
+    all: u64,
+    /// Positions of the joints at the first motion since then, rad or m, and the largest distance of
+    /// one of them from there.
+    position: Vec<f64>,
+    moved: f64,
+}
+
+impl ConstantWrench {
+    /// Adds a wrench of a sensor that changed at a time, s.
+    fn push(&mut self, changed_s: f64) {
+        if changed_s != self.changed_s {
+            self.position.clear();
+            (self.changed_s, self.samples, self.moved) = (changed_s, 0, 0.0);
+        }
+        self.samples += 1;
+        self.all += 1;
+    }
+
+    fn move_to(&mut self, position: &[f64]) {
+        if self.position.is_empty() {
+            self.position.extend_from_slice(position);
+        }
+        for (from, to) in self.position.iter().zip(position) {
+            self.moved = self.moved.max((to - from).abs());
+        }
+    }
+
+    fn is_stopped(&self) -> bool {
+        self.changed_s.is_finite() && self.samples > FEWEST_SAMPLES && self.moved > LARGE_MOTION
     }
 }
 
@@ -263,5 +339,7 @@ fn finding(
         is_zero: of.is_zero,
         is_left_out,
         without_moments: is_left_out && axes == ChannelAxes::Turning && are_others,
+        since_s: None,
+        is_most: false,
     })
 }

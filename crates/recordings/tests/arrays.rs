@@ -222,6 +222,21 @@ fn bad_times_are_counted() {
     assert!(errors.iter().all(|error| error.abs() < 0.1), "{errors:?}");
 }
 
+/// Times far in the future are left out, wherever they stand, and not what follows them.
+#[test]
+fn times_far_ahead_are_left_out() {
+    let mut bad = recorded();
+    let length_s = bad.identify(&quick()).unwrap().recording.duration_s;
+    for (k, time_s) in [(0, 1e3), (500, 1e9), (501, 2e9), (900, 50.0)] {
+        bad.times_s[k] = time_s;
+    }
+    assert_eq!(bad.count_faults("time", &FaultKind::OutOfOrder), 4);
+    let found = bad.identify(&quick()).unwrap();
+    assert!((found.recording.duration_s - length_s).abs() < 0.01);
+    let errors = errors_percent(&found.estimate.body);
+    assert!(errors.iter().all(|error| error.abs() < 0.1), "{errors:?}");
+}
+
 /// A pose that is not finite, or a time that cannot be used, does not spoil the velocities of its
 /// neighbours.
 #[test]
@@ -292,6 +307,8 @@ fn constant_channels_are_reported() {
                 is_zero,
                 is_left_out,
                 without_moments: false,
+                since_s: None,
+                is_most: false,
             }) => Some((
                 source.as_str(),
                 frame.as_str(),

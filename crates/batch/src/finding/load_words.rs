@@ -172,7 +172,7 @@ fn reason(load: &UnexplainedLoad, reader: Reader) -> String {
 }
 
 /// Says which channels never change, and whether they are left out.
-pub(super) fn constant_channels(finding: &Finding) -> String {
+pub(super) fn constant_channels(finding: &Finding, reader: Reader) -> String {
     let Finding::ConstantChannels {
         source,
         frame,
@@ -180,10 +180,19 @@ pub(super) fn constant_channels(finding: &Finding) -> String {
         is_zero,
         is_left_out,
         without_moments,
+        since_s,
+        ..
     } = finding
     else {
         return String::new();
     };
+    if let Some(since_s) = since_s {
+        return format!(
+            "{source}: the wrench in `{frame}` is exactly constant from {since_s:.3} s on, although \
+             the joints move: the sensor, or its driver, has stopped. Leave out what follows ({}).",
+            reader.option("end_s")
+        );
+    }
     if *is_left_out {
         let were = if channels.len() > 1 { "were" } else { "was" };
         let when = if *is_zero {

@@ -138,6 +138,9 @@ pub struct Disagreement {
     /// The difference in standard deviations of the noise within the recordings, without a unit,
     /// with its sign.
     pub sigmas: Option<f64>,
+    /// Whether the recordings together leave the mass uncertain: there is no result then.
+    #[serde(default)]
+    pub is_mass_uncertain: bool,
 }
 
 impl Disagreement {
@@ -193,7 +196,7 @@ pub enum Finding {
         #[serde(flatten)]
         contradiction: TwistContradiction,
     },
-    /// Some channels of a wrench sensor have the same value in all samples.
+    /// Some channels of a wrench sensor have the same value in all samples, or all from a time on.
     ConstantChannels {
         /// Name of the array or the topic of the wrenches.
         source: String,
@@ -211,6 +214,13 @@ pub enum Finding {
         /// the moments about the tip are not known without them.
         #[serde(default)]
         without_moments: bool,
+        /// Time on the recording's clock from which on all channels are constant although the
+        /// joints move, s; `None` for channels that are so in all samples.
+        #[serde(default)]
+        since_s: Option<f64>,
+        /// Whether these are at least half of the samples: the result is wrong then.
+        #[serde(default)]
+        is_most: bool,
     },
     /// Positions of joints start again after a turn, and were continued.
     AnglesContinued {
@@ -355,7 +365,9 @@ pub enum Finding {
 impl Notice for Finding {
     fn severity(&self) -> Severity {
         let contradicts = match self {
+            Self::VelocitiesContradicted(found) if !found.are_measured() => return Severity::Notes,
             Self::VelocitiesContradicted(_)
+            | Self::ConstantChannels { is_most: true, .. }
             | Self::PositionsBeyondLimits(_)
             | Self::TwistContradicted { .. }
             | Self::EffortsUnmeasured { .. }
@@ -380,6 +392,7 @@ impl Notice for Finding {
             Self::PositionsJump(jumps) => jumps.are_of_two_sources(),
             Self::WeightOrOffset { is_known: false } => true,
             Self::OtherLoad(found) => found.is_most(),
+            Self::RunsDisagree(found) if found.is_mass_uncertain => true,
             Self::ConstantChannels {
                 is_left_out: true, ..
             } => return Severity::Notes,
@@ -414,6 +427,7 @@ impl Notice for Finding {
             | Self::PositionsJump(_)
             | Self::CenterFarAway(_)
             | Self::TwistContradicted { .. } => Subject::Measurements,
+            Self::ConstantChannels { since_s, .. } if since_s.is_some() => Subject::Measurements,
             Self::WeightOrOffset { is_known: false } => Subject::Measurements,
             Self::GravityContradicted { .. }
             | Self::WrongAssumption(_)

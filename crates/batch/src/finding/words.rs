@@ -32,7 +32,7 @@ pub(super) fn sentences(finding: &Finding, reader: Reader) -> String {
         } => twist(source, contradiction),
         Finding::EffortsUnmeasured { source, joints } => efforts_unmeasured(source, joints, reader),
         Finding::Saturated { source, saturation } => saturated(source, saturation),
-        Finding::ConstantChannels { .. } => constant_channels(finding),
+        Finding::ConstantChannels { .. } => constant_channels(finding, reader),
         Finding::AnglesContinued { joints, count } => format!(
             "The positions of {} start again after a turn, {}: they were continued.",
             listed(joints),
@@ -167,6 +167,13 @@ impl fmt::Display for Finding {
 }
 
 fn velocities(found: &VelocityContradiction) -> String {
+    if !found.are_measured() {
+        return format!(
+            "The velocities of {} are exactly zero in all samples, although these joints move: they \
+             are not measured, and were derived from the positions.",
+            listed(&found.joints)
+        );
+    }
     let cause = match (found.cause, &found.other) {
         (Some(VelocityCause::OppositeSign), _) => "They have the opposite sign.".to_owned(),
         (Some(VelocityCause::Degrees), _) => {
@@ -178,7 +185,7 @@ fn velocities(found: &VelocityContradiction) -> String {
         (Some(VelocityCause::OtherJoint), Some(other)) => {
             format!("They are those of {other}: check the order of the joints.")
         }
-        (Some(VelocityCause::OtherJoint) | None, _) => {
+        (Some(VelocityCause::OtherJoint | VelocityCause::NotMeasured) | None, _) => {
             "Check their units and signs, and the order of the joints.".to_owned()
         }
     };
@@ -353,9 +360,10 @@ fn inconsistent(distance: f64, within_box: bool, reader: Reader) -> String {
     format!(
         "No physically consistent body{within} explains the data within their noise. The result is \
          the nearest one, {} standard deviations away{widened}: check the frames{the_box}, gravity, \
-         the offsets of the sensors, and whether a controller subtracts a payload from the \
-         wrenches ({}).",
+         the offsets of the sensors, the known tool if one is given ({}), and whether a controller \
+         subtracts a payload from the wrenches ({}).",
         at_most(distance, 1),
+        reader.option("known_tool"),
         reader.option("wrench_is")
     )
 }

@@ -101,6 +101,15 @@ impl ChannelMonitor {
         sensor.samples += 1;
     }
 
+    /// Returns the time at which a channel of a sensor last changed, s; minus infinity where none
+    /// has.
+    #[must_use]
+    pub fn changed_s(&self, sensor: usize) -> f64 {
+        let changed_s = self.0.get(sensor).map(|sensor| sensor.changed_s);
+        let changed_s = changed_s.into_iter().flatten();
+        changed_s.fold(f64::NEG_INFINITY, f64::max)
+    }
+
     /// Returns the channels of each sensor that have not changed in its last `span_s` seconds, or,
     /// for an infinite span, in any of its samples, those that are zero apart from others. Sensors
     /// with fewer than 100 samples are left out.

@@ -23,6 +23,8 @@ pub enum VelocityCause {
     PositionsInDegrees,
     /// They are those of [`VelocityContradiction::other`].
     OtherJoint,
+    /// Those of all joints are exactly zero at all times: they are not measured, and not used.
+    NotMeasured,
 }
 
 /// Velocities of joints that are not the derivatives of their positions.
@@ -37,6 +39,14 @@ pub struct VelocityContradiction {
     pub cause: Option<VelocityCause>,
     /// The joint whose velocities they seem to be.
     pub other: Option<String>,
+}
+
+impl VelocityContradiction {
+    /// Returns whether the velocities are measured and wrong.
+    #[must_use]
+    pub fn are_measured(&self) -> bool {
+        self.cause != Some(VelocityCause::NotMeasured)
+    }
 }
 
 /// Sums the changes of joint positions and the integrals of joint velocities.

@@ -8,16 +8,17 @@ pub(crate) enum Order {
     /// It cannot be used: a number of it is not finite, or it is not later.
     Rejected,
     Follows,
-    /// It does not follow by the time that the two say: the clock had gone back.
+    /// It does not follow by the time that the two say, and may be earlier: the clock has gone back.
     Interrupted,
 }
 
 /// Puts samples in order, and notices that their clock has gone back: then more time has passed
-/// between the samples before and after than they say, and no instant may hold both.
+/// between the samples before and after than they say, and no instant may hold both. It goes back by
+/// any time, as after one stamp far in the future.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct ClockWatch {
     /// Number of samples in a row that were earlier than the last accepted one. One alone was late;
-    /// more show that the clock has gone back.
+    /// two show that the clock has gone back, and the next one is accepted at any time.
     earlier: u32,
     is_interrupted: bool,
 }
@@ -29,12 +30,13 @@ impl ClockWatch {
             return Order::Rejected;
         }
         let passed_s = sample.time_s - last_s;
-        if passed_s <= 0.0 {
-            self.earlier = self.earlier.saturating_add(u32::from(passed_s < 0.0));
+        let goes_on = self.is_interrupted || self.earlier > 1;
+        if passed_s == 0.0 || (passed_s < 0.0 && !goes_on) {
+            self.earlier += u32::from(passed_s < 0.0);
             return Order::Rejected;
         }
-        let before = std::mem::take(self);
-        if before.is_interrupted || before.earlier > 1 {
+        *self = Self::default();
+        if goes_on {
             Order::Interrupted
         } else {
             Order::Follows

@@ -163,14 +163,16 @@ mod tests {
         (instants, stream.rejected(), stream.gaps())
     }
 
-    /// Samples before and after a step of the clock are in no instant together. A sample that comes
-    /// late alone leaves the stretch whole.
+    /// Samples before and after a step of the clock are in no instant together, and the third one
+    /// after it is used. A sample that comes late alone leaves the stretch whole.
     #[test]
     fn a_clock_that_went_back_starts_a_stretch() {
         let (whole, ..) = counts(0..1000);
         let (apart, ..) = counts(0..500);
-        assert_eq!(counts((0..500).chain(450..1000)), (2 * apart, 50, 1));
+        assert_eq!(counts((0..500).chain(450..952)), (2 * apart, 2, 1));
         assert!(2 * apart < whole);
+        let far = counts((0..500).chain([4_000_000_000]).chain(500..1002));
+        assert_eq!(far, (2 * apart, 2, 2));
         assert_eq!(
             counts((0..500).chain([480]).chain(500..1000)),
             (whole, 1, 0)

@@ -411,10 +411,10 @@ impl Identifier {
     }
 
     /// Returns the time from the last payload change to the last sample, s; infinite before a
-    /// change.
+    /// change, and zero where the clock has gone back behind it.
     #[must_use]
     pub fn time_since_change_s(&self) -> f64 {
-        self.newest_s() - self.times.changed_s
+        (self.newest_s() - self.times.changed_s).max(0.0)
     }
 
     /// Time of the last sample, s.

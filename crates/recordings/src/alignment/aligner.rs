@@ -165,6 +165,9 @@ impl Aligner {
                 for (values, places) in more_joints.iter().zip(&self.streams.more_joints) {
                     fill(&mut aligned.joints, places, values);
                 }
+                if self.streams.without_velocities {
+                    aligned.joints.velocity.clear();
+                }
                 return true;
             }
             self.incomplete += 1;

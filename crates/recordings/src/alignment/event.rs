@@ -102,6 +102,8 @@ pub(crate) struct Streams {
     /// Number of wrench sensors.
     pub(crate) wrenches: usize,
     pub(crate) unloaded: bool,
+    /// Whether the velocities of joints are not measured, though they are given.
+    pub(crate) without_velocities: bool,
     /// Which of them are averaged.
     pub(crate) averaging: Averaging,
 }

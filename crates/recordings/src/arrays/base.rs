@@ -14,6 +14,8 @@ pub(super) struct Timeline {
     pub(super) order: Vec<usize>,
     /// Whether each sample was brought before others that came earlier.
     pub(super) is_late: Vec<bool>,
+    /// Whether the time of each sample is far ahead of those that follow it.
+    pub(super) is_ahead: Vec<bool>,
     /// Indices of the samples that come later than all usable ones before them in this order.
     pub(super) usable: Vec<usize>,
     /// Time from the first to the last of them, s.
@@ -24,12 +26,13 @@ pub(super) struct Timeline {
 
 impl Timeline {
     pub(super) fn new(times_s: &[f64]) -> Self {
-        let (order, is_late) = in_order(times_s);
+        let is_ahead = far_ahead(times_s);
+        let (order, is_late) = in_order(times_s, &is_ahead);
         let mut last_s = f64::NEG_INFINITY;
         let mut usable = Vec::with_capacity(times_s.len());
         for &k in &order {
             let time_s = times_s[k];
-            if time_s.is_finite() && time_s > last_s {
+            if time_s.is_finite() && time_s > last_s && !is_ahead[k] {
                 last_s = time_s;
                 usable.push(k);
             }
@@ -44,6 +47,7 @@ impl Timeline {
         Self {
             order,
             is_late,
+            is_ahead,
             usable,
             length_s,
             period_s: (period_s > 0.0 && period_s.is_finite()).then_some(period_s),
@@ -51,14 +55,42 @@ impl Timeline {
     }
 }
 
+/// Returns for each of some times whether it is outside of the longest sequence of increasing times,
+/// and ahead of the next one in it by more than a time can be late.
+fn far_ahead(times_s: &[f64]) -> Vec<bool> {
+    // The last element of the sequence of each length that ends with the earliest time.
+    let mut ends: Vec<usize> = Vec::new();
+    let mut before = vec![None; times_s.len()];
+    for k in (0..times_s.len()).filter(|&k| times_s[k].is_finite()) {
+        let length = ends.partition_point(|&end| times_s[end] < times_s[k]);
+        before[k] = length.checked_sub(1).map(|shorter| ends[shorter]);
+        match ends.get_mut(length) {
+            Some(end) if times_s[*end] == times_s[k] => {}
+            Some(end) => *end = k,
+            None => ends.push(k),
+        }
+    }
+    let mut is_ahead = vec![false; times_s.len()];
+    let (mut next, mut next_s) = (ends.last().copied(), f64::INFINITY);
+    for k in (0..times_s.len()).rev() {
+        if next == Some(k) {
+            (next, next_s) = (before[k], times_s[k]);
+        } else {
+            is_ahead[k] = times_s[k] - next_s > LONGEST_LATENESS_S;
+        }
+    }
+    is_ahead
+}
+
 /// Returns the indices of samples in the order of their times, and whether each came late. Where
-/// most do, times run backwards, and the order is that in which they are.
-fn in_order(times_s: &[f64]) -> (Vec<usize>, Vec<bool>) {
+/// most do, times run backwards, and the order is that in which they are. Those far ahead stay in
+/// their places.
+fn in_order(times_s: &[f64], is_ahead: &[bool]) -> (Vec<usize>, Vec<bool>) {
     let (mut newest_s, mut in_time) = (f64::NEG_INFINITY, 0);
     let mut is_late = vec![false; times_s.len()];
     let mut places_s = Vec::with_capacity(times_s.len());
-    for (&time_s, is_late) in times_s.iter().zip(&mut is_late) {
-        let is_in_time = time_s.is_finite() && newest_s - time_s < LONGEST_LATENESS_S;
+    for ((&time_s, is_late), is_ahead) in times_s.iter().zip(&mut is_late).zip(is_ahead) {
+        let is_in_time = time_s.is_finite() && !is_ahead && newest_s - time_s < LONGEST_LATENESS_S;
         places_s.push(if is_in_time { time_s } else { newest_s });
         if is_in_time {
             *is_late = time_s < newest_s;

@@ -212,6 +212,7 @@ fn samples<'a>(
         arrays: *arrays,
         order: timeline.order.clone(),
         is_late: timeline.is_late.clone(),
+        is_ahead: timeline.is_ahead.clone(),
         bases: base_states(arrays, timeline),
         sensors: sensors.len(),
         unmeasured: (0..sensors.len()).map(unmeasured).collect(),

@@ -17,6 +17,8 @@ pub(super) struct Samples<'a> {
     pub(super) order: Vec<usize>,
     /// Whether each sample was put in order.
     pub(super) is_late: Vec<bool>,
+    /// Whether the time of each sample is far ahead of those that follow it.
+    pub(super) is_ahead: Vec<bool>,
     /// State of the base at each sample.
     pub(super) bases: Vec<BaseState>,
     /// Number of wrench sensors that are used.
@@ -117,7 +119,7 @@ impl<'a> SampleReader<'a> {
     /// a delay between them can be subtracted.
     pub(super) fn read(&mut self, place: usize, events: &mut Vec<Event>) {
         let k = self.samples.order[place];
-        let time_s = match self.check_time(self.samples.arrays.time[k]) {
+        let time_s = match self.check_time(k) {
             Ok(time_s) if self.cut.leaves_out(time_s) => return,
             Ok(time_s) => time_s,
             Err(kind) => {
@@ -151,9 +153,13 @@ impl<'a> SampleReader<'a> {
     }
 
     /// Returns the time of a sample since the first one, and counts a gap before it.
-    fn check_time(&mut self, time_s: f64) -> Result<f64, FaultKind> {
+    fn check_time(&mut self, k: usize) -> Result<f64, FaultKind> {
+        let time_s = self.samples.arrays.time[k];
         if !time_s.is_finite() {
             return Err(FaultKind::NotFinite);
+        }
+        if self.samples.is_ahead[k] {
+            return Err(FaultKind::OutOfOrder);
         }
         let Some((first_s, last_s)) = self.times_s else {
             self.times_s = Some((time_s, time_s));

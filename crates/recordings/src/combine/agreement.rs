@@ -113,6 +113,7 @@ impl Agreement {
             difference: largest.map(|largest| largest.difference),
             of_others: largest.map(|largest| largest.others),
             sigmas: largest.as_ref().map(ValueDifference::sigmas),
+            is_mass_uncertain: false,
         })
     }
 }

@@ -60,6 +60,12 @@ impl FirstStamps {
         Ok(found)
     }
 
+    /// Returns stamp less time of logging of each message with a stamp, ns.
+    fn offsets_ns(&self) -> impl Iterator<Item = i64> {
+        let stamps = self.stamps.iter();
+        stamps.map(|(log_ns, stamp_ns)| stamp_ns.saturating_sub(*log_ns))
+    }
+
     /// Returns the rate of the stamps' clock relative to that of logging.
     fn rate(&self) -> Option<f64> {
         let ((from_ns, from_stamp), (to_ns, to_stamp)) =
@@ -82,11 +88,17 @@ impl LogClock {
         let firsts = topics.iter().map(|topic| FirstStamps::read(log, topic));
         let firsts: Vec<FirstStamps> = firsts.collect::<Result<_, _>>()?;
         let stamps = || firsts.iter().flat_map(|first| &first.stamps);
-        let mut offsets: Vec<i64> = stamps()
-            .map(|(log_ns, stamp_ns)| stamp_ns.saturating_sub(*log_ns))
-            .collect();
-        offsets.sort_unstable();
-        let offset_ns = offsets.get(offsets.len() / 2).copied();
+        // Where topics have stamps of different clocks, that of the recorder is the right one.
+        let of_topics = firsts
+            .iter()
+            .filter_map(|first| median(first.offsets_ns().collect()));
+        let least_ns = of_topics.min_by_key(|offset_ns| offset_ns.saturating_abs());
+        let is_near = |offset_ns: &i64| {
+            let apart_ns = offset_ns.saturating_sub(least_ns.unwrap_or(0));
+            apart_ns.unsigned_abs() as f64 * 1e-9 <= LONGEST_STAMP_DELAY_S
+        };
+        let offsets_ns = firsts.iter().flat_map(FirstStamps::offsets_ns);
+        let offset_ns = median(offsets_ns.filter(is_near).collect());
         let first_ns = firsts.iter().filter_map(|first| first.first_ns).min();
         let rates = firsts.iter().filter_map(FirstStamps::rate);
         let rate = rates.reduce(|a, b| {
@@ -183,6 +195,11 @@ impl LogClock {
         }
         Ok((time_s, None))
     }
+}
+
+fn median(mut values: Vec<i64>) -> Option<i64> {
+    values.sort_unstable();
+    values.get(values.len() / 2).copied()
 }
 
 fn signed_ns(log_time_ns: u64) -> i64 {

@@ -56,7 +56,10 @@ impl HeldMessages {
             self.publishers.push(VecDeque::new());
         }
         let held = &mut self.publishers[publisher];
-        let is_late = held.back().is_some_and(|last| time_s < last.time_s);
+        // One that comes later still is out of order, as after a clock was set back, and stays where
+        // it came: it is not mixed with those before.
+        let is_in_time = logged_s - time_s <= self.held_s;
+        let is_late = is_in_time && held.back().is_some_and(|last| time_s < last.time_s);
         let place = if is_late {
             held.partition_point(|message| message.time_s <= time_s)
         } else {
@@ -118,5 +121,10 @@ mod tests {
         assert_eq!(left(&late), [(0, 0.0), (0, 0.1), (1, 0.15), (0, 0.2)]);
         let too_late = [(0.0, 0, 0.0), (0.1, 0, 0.2), (1.15, 1, 1.15), (1.2, 0, 0.1)];
         assert_eq!(left(&too_late), [(0, 0.0), (0, 0.2), (1, 1.15), (0, 0.1)]);
+        let set_back = [(3.0, 0, 3.0), (3.1, 0, 3.1), (3.2, 0, 0.2), (3.3, 0, 0.3)];
+        let expected: Vec<_> = set_back.iter().map(|&(_, of, s)| (of, s)).collect();
+        assert_eq!(left(&set_back), expected);
+        let ahead = [(0.0, 0, 0.0), (0.1, 0, 30.1), (0.2, 0, 0.2), (0.3, 0, 0.3)];
+        assert_eq!(left(&ahead), [(0, 0.0), (0, 0.2), (0, 0.3), (0, 30.1)]);
     }
 }

@@ -124,6 +124,7 @@ impl Decoding {
             base_imu: sources.topics.base_imu().map(|_| gravity),
             wrenches: sources.topics.wrenches.len(),
             unloaded,
+            without_velocities: false,
             averaging: Averaging::default(),
         }
     }
