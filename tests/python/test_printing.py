@@ -84,12 +84,11 @@ def test_an_unknown_mass_is_no_number() -> None:
         (line,) = re.findall(r".*\bmass\b[ <].*unobservable.*", shown)
         assert "0.0" not in line.split("mass")[1].split("unobservable")[0]
     assert "unknown mass in tool0, 0 of 10 values identifiable" in repr(found)
-    assert "Nothing is identifiable: the motion is not larger than its noise." in str(found)
+    assert "Nothing is identifiable: the motion does not exceed its noise." in str(found)
     given = str(replace(found, given={"cutoff_hz": 50.0}, cutoff_hz=50.0))
-    assert "Nothing is identifiable: behind the cutoff of 50 Hz (`cutoff_hz`), the motion" in given
-    assert (
-        "Without the cutoff of 50 Hz (`cutoff_hz`) given, one is chosen from the motion." in given
-    )
+    after = "the motion after the cutoff of 50 Hz (`cutoff_hz`) does not exceed its noise."
+    assert f"Nothing is identifiable: {after}" in given
+    assert "Omit the cutoff of 50 Hz (`cutoff_hz`) to have one chosen from the motion." in given
     assert "its mass is" not in str(found)
 
 

@@ -40,11 +40,12 @@ pub struct BasePath {
 }
 
 impl BasePath {
-    /// Returns the largest motion until a time since the start, s.
+    /// Returns the largest motion of the base from the start until a time, s; until the end for a
+    /// later time.
     #[must_use]
     pub fn excursion(&self, until_s: f64) -> Excursion {
         let steps = (until_s / self.step_s).round() as usize;
-        let places = self.places.iter().take(steps + 1);
+        let places = self.places.iter().take(steps.saturating_add(1));
         places.fold(Excursion::default(), |largest, [angle, distance]| {
             Excursion {
                 attitude_rad: largest.attitude_rad.max(*angle),

@@ -76,8 +76,8 @@ pub struct Design {
 }
 
 impl Design {
-    /// Returns the largest motion of the base with the expected payload. A pass leads it back along
-    /// the path of the one before.
+    /// Returns the largest motion of the base with the expected payload. The base returns along the
+    /// same path in every second pass, so that further passes do not enlarge it.
     #[must_use]
     pub fn excursion(&self) -> Excursion {
         self.base_path.excursion(self.trajectory.duration_s())

@@ -307,8 +307,8 @@ impl Identification {
         findings.any(|finding| matches!(finding, Finding::Data(Data::TwistContradicted { .. })))
     }
 
-    /// Removes the causes that were found for what is unexplained, but those that are taken into
-    /// account.
+    /// Removes the wrong assumptions that were found as causes of an unexplained load, except those
+    /// that the result already takes into account.
     pub(crate) fn remove_causes(&mut self) {
         let is_cause = |finding: &Finding| match finding {
             Finding::Data(Data::WrongAssumption(found)) => !found.is_applied,

@@ -28,8 +28,8 @@ struct Squares {
 /// There are two measures of the noise, in neither of which the motion or an error of the model
 /// shows: the half-difference between the means over even and over odd instants, and, of noise that
 /// neighbouring instants share, fourth differences of the residuals over 0.1 s. The second one
-/// counts where the motion has little such noise, which would bias the parameters. The equations
-/// are those of the recording, and those of the fit.
+/// counts where the motion has little such noise, less than [`MODEL_ERROR`] of the load, because more
+/// would bias the parameters. The equations are those of the recording, and those of the fit.
 pub(crate) fn unexplained_load(
     equations: [&[Equation]; 2],
     fit: &Fit,
@@ -101,14 +101,19 @@ fn squares(equations: [&[Equation]; 2], fit: &Fit, range: std::ops::Range<usize>
 
 /// Returns the rms noise of the channels in a range from fourth differences of their residuals, and
 /// of the load that the motion and the parameters give; 0 where windows are too few or too far
-/// apart. Each difference is over at least [`INTERVAL_S`], a quarter of which the noise of most
-/// filtered sensors does not outlast. Of an error of the model, or of a motion, at less than 8 Hz
-/// less than a twentieth of its square is left.
+/// apart.
+///
+/// Each difference is over at least [`INTERVAL_S`], a quarter of which the noise of most filtered
+/// sensors does not outlast. A difference of windows that are `T` apart keeps `(2 sin πfT)⁸ / 70` of
+/// the square of an error of the model, or of a motion, at a frequency `f`: less than a twentieth
+/// below `0.2 / T`, which is 6 Hz at a cutoff of 10 Hz.
 fn shared_noise(equations: &[Equation], fit: &Fit, range: std::ops::Range<usize>) -> [f64; 2] {
     let lengths_s = equations
         .windows(2)
         .map(|pair| pair[1].time_s - pair[0].time_s);
-    let step_s = lengths_s.fold(f64::INFINITY, f64::min);
+    let step_s = lengths_s
+        .filter(|length_s| *length_s > 0.0)
+        .fold(f64::INFINITY, f64::min);
     let order = BINOMIALS.len() - 1;
     let spacing = (INTERVAL_S / (order as f64 * step_s)).ceil().max(1.0);
     let (longest_s, spacing) = (2.0 * order as f64 * spacing * step_s, spacing as usize);
@@ -118,7 +123,8 @@ fn shared_noise(equations: &[Equation], fit: &Fit, range: std::ops::Range<usize>
         .saturating_sub(order.saturating_mul(spacing))
     {
         let windows: [usize; BINOMIALS.len()] = std::array::from_fn(|k| first + k * spacing);
-        if equations[windows[order]].time_s - equations[first].time_s > longest_s {
+        let span_s = equations[windows[order]].time_s - equations[first].time_s;
+        if !(0.0..=longest_s).contains(&span_s) {
             continue;
         }
         let weight = windows

@@ -142,7 +142,9 @@ impl Increments {
         self.open.steps += 1;
         self.open.length_s += duration_s;
         self.quarter_s += duration_s;
-        if self.quarter_s >= INTERVAL_S / NEIGHBOURS as f64 {
+        // A tenth less than a quarter, so that neither rounding nor jitter of the times changes the
+        // number of steps at usual rates: differences of unequal quarters would contain the motion.
+        if self.quarter_s >= 0.9 * INTERVAL_S / NEIGHBOURS as f64 {
             self.close_quarter();
         }
         if self.open.length_s >= INTERVAL_S {
@@ -269,6 +271,33 @@ mod tests {
     use rand_distr::StandardNormal;
 
     use super::*;
+
+    /// Velocities that are half as large again contradict smooth positions at every rate, also where
+    /// rounding makes a quarter of an interval now shorter and now longer than a number of periods.
+    #[test]
+    fn a_smooth_motion_is_no_noise() {
+        for period_s in [
+            0.04, 0.025, 0.02, 0.0125, 0.01, 0.008, 0.005, 0.004, 0.002, 1e-3,
+        ] {
+            let mut increments = Increments::new(2, 1.0, None);
+            let at = |k: u32| {
+                (
+                    f64::from(k) * period_s,
+                    (3.0 * f64::from(k) * period_s).sin_cos(),
+                )
+            };
+            let steps = (10.0 / period_s) as u32;
+            for (last, next) in (0..steps).map(|k| (at(k), at(k + 1))) {
+                let duration_s = next.0 - last.0;
+                let change = Vector4::repeat(next.1.0 - last.1.0);
+                let rate = 1.5 * 3.0 * (last.1.1 + next.1.1) / 2.0;
+                increments.push(&[change, Vector4::repeat(rate * duration_s)], duration_s);
+            }
+            let found = increments.relative_difference(0..LANES, LANES..2 * LANES, 1.0);
+            let error = found.unwrap() - 1.0 / 3.0;
+            assert!(error.abs() < 0.01, "{period_s} s: {found:?}");
+        }
+    }
 
     /// The noise of increments over intervals is that of white noise of positions and velocities,
     /// whether a quarter of an interval has one step or 25.

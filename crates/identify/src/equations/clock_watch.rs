@@ -8,7 +8,8 @@ pub(crate) enum Order {
     /// It cannot be used: a number of it is not finite, or it is not later.
     Rejected,
     Follows,
-    /// It does not follow by the time that the two say, and may be earlier: the clock has gone back.
+    /// The clock has gone back since the last accepted sample: the time between the two is unknown,
+    /// and this one may be earlier.
     Interrupted,
 }
 

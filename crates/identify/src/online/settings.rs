@@ -2,8 +2,8 @@
 
 use crate::{ActsOn, KnownTool};
 
-/// What is known of the load and of the wrenches beside the settings of the equations. The names
-/// are those of the options of a recording, and mean the same.
+/// Settings of the online identifier: known bodies in the load, the sign of the wrenches and their
+/// delay. They have the names and the meaning of the options of a recording.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct OnlineSettings {
     /// A known body that the measured load contains besides the payload, in the tool frame: it is

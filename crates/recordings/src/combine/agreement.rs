@@ -90,8 +90,8 @@ impl ValueDifference {
 }
 
 impl Agreement {
-    /// Returns the disagreement of recordings that do not agree.
-    pub(crate) fn disagreement(&self) -> Option<Disagreement> {
+    /// Returns the disagreement of recordings that do not agree, whose mass may be uncertain.
+    pub(crate) fn disagreement(&self, is_mass_uncertain: bool) -> Option<Disagreement> {
         let largest = self.largest;
         let run = largest.map(|largest| largest.run);
         let run = run.filter(|_| self.runs.len() > 2);
@@ -113,7 +113,7 @@ impl Agreement {
             difference: largest.map(|largest| largest.difference),
             of_others: largest.map(|largest| largest.others),
             sigmas: largest.as_ref().map(ValueDifference::sigmas),
-            is_mass_uncertain: false,
+            is_mass_uncertain,
         })
     }
 }

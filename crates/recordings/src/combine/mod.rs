@@ -42,11 +42,11 @@ mod term;
 
 use schemars::JsonSchema;
 use serde::Serialize;
+use tactid_batch::Finding as Data;
 use tactid_batch::diagnosis::nearest_consistent;
 use tactid_batch::distributions::students_factor;
 use tactid_batch::solve::with_variance;
 use tactid_batch::solve::{Posterior, PrincipalMoments, Report};
-use tactid_batch::{Disagreement, Finding as Data};
 use tactid_batch::{GainErrors, LinearEstimate, PriorKnowledge, SharedErrors};
 use tactid_identify::serial::TenValues;
 use tactid_identify::solve::value_jacobian;
@@ -300,12 +300,8 @@ fn combination(
         principal_moments,
     } = posterior.report(frame, prior);
     let is_mass_uncertain = estimate.uncertain().any(|name| name == VALUE_NAMES[0]);
-    let disagreement = agreement.disagreement().map(|found| {
-        Data::RunsDisagree(Disagreement {
-            is_mass_uncertain,
-            ..found
-        })
-    });
+    let disagreement = agreement.disagreement(is_mass_uncertain);
+    let disagreement = disagreement.map(Data::RunsDisagree);
     let contradicted = shape.as_ref().filter(|fit| fit.is_contradicted());
     let contradicted = contradicted.map(|fit| Finding::ShapeContradicted {
         p_value: fit.p_value,

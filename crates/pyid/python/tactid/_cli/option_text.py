@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from tactid._base.errors import ArgumentError
 from tactid._native import MassProperties
+from tactid._read.columns import DIMENSIONS
 
 if TYPE_CHECKING:
     from tactid._api.excitation import Grip
@@ -158,7 +159,7 @@ def columns(flag: str, texts: list[str]) -> dict[str, list[str]]:
                 f"{flag} is {text!r}: expected an array, an equals sign and its columns, such as"
                 " time=stamp[ms] or q=joint_*[deg]"
             )
-        if second := re.search(r",\s*((?:time|q|qd|effort|wrench)=.*)", names):
+        if second := re.search(rf",\s*((?:{'|'.join(DIMENSIONS)})\s*=.*)", names):
             raise ArgumentError(
                 f"{flag} is {text!r}: give the option once for each array, such as"
                 f" {flag} {array}={names[: second.start()]} {flag} {second[1]}"

@@ -35,9 +35,9 @@ _FILES: tuple[Declaration, ...] = (
     Declaration(
         name="columns",
         text="Columns of a table that make up an array, where their names do not say so: of time,"
-        " q, qd, effort or wrench, each with an option of its own. * stands for any text, and a"
-        " unit in brackets follows the name of a column that has another than SI and does not say"
-        " so itself.",
+        " q, qd, effort, wrench or pose, each with an option of its own. * stands for any text,"
+        " and a unit in brackets follows the name of a column that has another than SI and does"
+        " not say so itself.",
         kind="columns",
         group="Tables",
         uses=["log", "compensation", "calibration"],

@@ -31,8 +31,8 @@ class CombinationData(Formats, records.Combination):
     def is_contradicted(self) -> bool:
         """Whether the data of a recording show its result to be wrong, or that of all.
 
-        A disagreement alone is no contradiction, because the intervals include it, unless they
-        then say nothing of the mass.
+        A disagreement alone is no contradiction, because the intervals include it. It is one where
+        they leave the mass uncertain.
         """
         wrong = any(noticed.contradicts_result for noticed in self.findings)
         wrong = wrong or any(run.is_contradicted for run in self.runs)

@@ -119,18 +119,19 @@ def unobservable_values(
 ) -> list[str]:
     """Says which values are unobservable, and with ``advised`` what helps.
 
-    A given ``cutoff`` may be so high that noise hides the motion, or so low that nothing passes.
+    A given ``cutoff`` may be so high that noise hides the motion, or so low that it removes the
+    motion.
     """
     unknown = estimate.unobservable
     known = [name for name in VALUE_NAMES if name not in estimate.not_identifiable]
     if not unknown:
         return []
     if len(unknown) == len(VALUE_NAMES):
-        behind = f"behind {cutoff}, " if cutoff else ""
-        sentence = f"Nothing is identifiable: {behind}the motion is not larger than its noise."
+        after = f" after {cutoff}" if cutoff else ""
+        sentence = f"Nothing is identifiable: the motion{after} does not exceed its noise."
     else:
         sentence = f"Unobservable: {', '.join(unknown)}; known: {', '.join(known) or 'nothing'}."
-    advice = [f"Without {cutoff} given, one is chosen from the motion."] if cutoff else []
+    advice = [f"Omit {cutoff} to have one chosen from the motion."] if cutoff else []
     advice += motion_advice(unknown, moments=moments)
     return [" ".join([sentence, *(advice if advised else [])])]
 
