@@ -171,10 +171,7 @@ class Identifier(_Online):
         return self._native.is_settled()
 
     def time_since_change(self) -> float:
-        """Returns the time from the last payload change to the last sample, s.
-
-        It is infinite before a change, and zero where the clock has gone back behind the change.
-        """
+        """Returns the time since the last payload change, s: infinite before one, never below 0."""
         return self._native.time_since_change()
 
     def hold_payload(self, is_held: bool = True) -> bool:
