@@ -1091,8 +1091,9 @@ def test_a_wrench_that_stops_and_velocities_of_zero_have_words_of_their_own() ->
     (velocities,) = (each for each in FINDINGS if each.kind == "velocities_contradicted")
     zero = Finding(velocities.kind, {**velocities.data, "cause": "not_measured"})
     assert str(zero) == (
-        "The velocities of joint_1 are exactly zero in all samples, although these joints move:"
-        " they are not measured, and were derived from the positions."
+        "The velocities of joint_1 are exactly zero at the beginning of the recording, although"
+        " these joints move: they are not measured, and those of all joints were derived from the"
+        " positions."
     )
     assert zero.severity == "notes"
 

@@ -19,8 +19,9 @@ pub enum FaultKind {
     /// A time between two messages of a publisher that is longer than the longest bridged gap. It
     /// is not bridged.
     Gap,
-    /// A time at which the clock of the stamps went back. Messages are left out until they are
-    /// later than those before, and a gap follows that is not bridged.
+    /// A publisher's clock was set back by more than the longest bridged gap. Its messages are left
+    /// out until they are later than the last one used by the length of the set-back, at most 1 s;
+    /// the gap is not bridged.
     ClockBack,
     /// A message that is not later than the one before of its publisher, or too late to be put in
     /// order. It is left out.

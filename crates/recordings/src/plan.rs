@@ -53,7 +53,8 @@ impl<'a> Plan<'a> {
         findings.extend(checked(request, &options, sources)?);
         let is_mixed = are_mixed(&Steps::findings_of(sources, &events));
         if !is_mixed {
-            findings.extend(contradicted_rates(sources, &events, &options.equations));
+            let (equations, tip) = (&options.equations, &options.tip);
+            findings.extend(contradicted_rates(sources, &events, equations, tip));
         }
         streams.without_velocities = are_unmeasured(&findings);
         let unmeasured = set_channels(&mut options, &streams, recording, &events);

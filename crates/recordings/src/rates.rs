@@ -2,6 +2,7 @@
 //! efforts against their limits.
 
 use tactid_batch::Finding as DataFinding;
+use tactid_dynamics::Manipulator;
 use tactid_identify::EquationSettings;
 use tactid_identify::checks::VelocityCause::NotMeasured;
 use tactid_identify::checks::{
@@ -14,14 +15,17 @@ use crate::recording::Sources;
 
 /// Returns findings about measured velocities that are not the derivatives of the measured
 /// positions, and about positions and efforts beyond the limits of the joints. Times between two
-/// events that are gaps by the settings are not bridged.
+/// events that are gaps by the settings are not bridged. Velocities that are not measured are
+/// reported where the joints move the tip.
 pub(crate) fn contradicted_rates(
     sources: &Sources,
     events: &[Event],
     settings: &EquationSettings,
+    tip: &str,
 ) -> Vec<Finding> {
     let max_gap_s = settings.max_gap_s;
-    let contradictions = contradicted_joints(sources, events, max_gap_s);
+    let more_joints = &sources.streams.more_joints;
+    let contradictions = contradicted_joints(&sources.robot, tip, more_joints, events, max_gap_s);
     let joints = grouped_by_cause(contradictions).into_iter();
     let finding = |joints| Finding::Data(DataFinding::VelocitiesContradicted(joints));
     // Positions in degrees are no integral of velocities in rad/s, and are the cause to name first.
@@ -76,25 +80,24 @@ fn beyond_limits(sources: &Sources, events: &[Event]) -> Vec<Finding> {
 
 /// Compares the velocities of each publisher of joint states with its positions.
 fn contradicted_joints(
-    sources: &Sources,
+    robot: &Manipulator,
+    tip: &str,
+    more_joints: &[Vec<usize>],
     events: &[Event],
     max_gap_s: f64,
 ) -> Vec<VelocityContradiction> {
-    let names = sources.robot.joint_names();
-    let more_joints = &sources.streams.more_joints;
+    let count = robot.dof();
     let is_first = |joint: &usize| !more_joints.iter().flatten().any(|other| other == joint);
-    let first: Vec<usize> = (0..names.len()).filter(is_first).collect();
-    let own_names =
-        |joints: &[usize]| -> Vec<&str> { joints.iter().map(|&k| names[k].as_str()).collect() };
+    let first: Vec<usize> = (0..count).filter(is_first).collect();
     let mut rates = PublisherRates::new(first.len(), max_gap_s);
     for event in events {
         // The events of the first publisher have a place for every joint of the robot.
         if let Measured::Joints(values) = &event.measured {
-            let (position, velocity) = pick(values, &first, names.len());
+            let (position, velocity) = pick(values, &first, count);
             rates.push(event.time_s, &position, &velocity);
         }
     }
-    let mut found = rates.contradictions(&own_names(&first));
+    let mut found = rates.contradictions(robot, tip, &first);
     for (publisher, joints) in more_joints.iter().enumerate() {
         let mut rates = PublisherRates::new(joints.len(), max_gap_s);
         for event in events {
@@ -105,7 +108,7 @@ fn contradicted_joints(
                 _ => {}
             }
         }
-        found.extend(rates.contradictions(&own_names(joints)));
+        found.extend(rates.contradictions(robot, tip, joints));
     }
     found
 }
@@ -130,10 +133,29 @@ impl PublisherRates {
         self.rates.push(time_s, position, velocity);
     }
 
-    /// Returns each joint whose velocities are not the derivatives of its positions.
-    fn contradictions(&self, names: &[&str]) -> Vec<VelocityContradiction> {
-        let mut found = self.rates.contradictions(names);
-        for of_joint in found.iter_mut().filter(|_| self.are_zero) {
+    /// Returns each of some joints whose velocities are not the derivatives of its positions. Where
+    /// they are not measured, there are none unless one of these joints moves the tip: those of a
+    /// gripper do not matter.
+    fn contradictions(
+        &self,
+        robot: &Manipulator,
+        tip: &str,
+        joints: &[usize],
+    ) -> Vec<VelocityContradiction> {
+        let names = robot.joint_names();
+        let of_joints: Vec<&str> = joints.iter().map(|&joint| names[joint].as_str()).collect();
+        let mut found = self.rates.contradictions(&of_joints);
+        if !self.are_zero {
+            return found;
+        }
+        let moves_tip = |name: &String| {
+            let joint_and_tip = robot.joint_index(name).zip(robot.frame(tip).ok());
+            joint_and_tip.is_some_and(|(joint, tip)| robot.moves(joint, tip))
+        };
+        if !found.iter().flat_map(|of| &of.joints).any(moves_tip) {
+            return Vec::new();
+        }
+        for of_joint in &mut found {
             (of_joint.cause, of_joint.other) = (Some(NotMeasured), None);
         }
         found
@@ -162,4 +184,57 @@ fn contradicted_twist(sources: &Sources, events: &[Event], max_gap_s: f64) -> Op
         source: source.clone(),
         contradiction: rates.contradiction()?,
     }))
+}
+
+#[cfg(test)]
+mod tests {
+    use tactid_dynamics::BaseKind;
+
+    use super::*;
+
+    /// Returns the joints whose velocities are not measured, by an arm of two publishers, one of
+    /// which publishes velocities of zero: that of the elbow, or that of the finger.
+    fn unmeasured(is_zero: [bool; 2]) -> Vec<String> {
+        let urdf = r#"<robot name="arm"><link name="base"/><link name="tip"/><link name="finger"/>
+            <joint name="elbow" type="revolute"><parent link="base"/><child link="tip"/>
+                <axis xyz="0 0 1"/><limit lower="-3" upper="3" effort="9" velocity="9"/></joint>
+            <joint name="slide" type="prismatic"><parent link="tip"/><child link="finger"/>
+                <axis xyz="0 0 1"/><limit lower="0" upper="1" effort="9" velocity="9"/></joint></robot>"#;
+        let robot = Manipulator::from_urdf(urdf, BaseKind::Fixed).unwrap();
+        let more_joints = [vec![robot.joint_index("slide").unwrap()]];
+        let elbow = robot.joint_index("elbow").unwrap();
+        let mut events = Vec::new();
+        for k in 0..5000 {
+            let time_s = 0.001 * f64::from(k);
+            let rate = |is_zero| if is_zero { 0.0 } else { time_s.cos() };
+            let spread = |value: f64| {
+                let mut all = vec![0.0; 2];
+                all[elbow] = value;
+                all
+            };
+            let values = |position, velocity| JointValues {
+                position,
+                velocity,
+                effort: Vec::new(),
+            };
+            let at = time_s.sin();
+            let of_arm = values(spread(at), spread(rate(is_zero[0])));
+            let of_finger = values(vec![at], vec![rate(is_zero[1])]);
+            for measured in [Measured::Joints(of_arm), Measured::MoreJoints(0, of_finger)] {
+                events.push(Event { time_s, measured });
+            }
+        }
+        let found = contradicted_joints(&robot, "tip", &more_joints, &events, 0.1);
+        assert!(found.iter().all(|of| !of.are_measured()), "{found:?}");
+        found.into_iter().flat_map(|of| of.joints).collect()
+    }
+
+    /// A gripper whose driver does not measure velocities says nothing about those of the arm.
+    #[test]
+    fn velocities_of_zero_of_a_gripper_do_not_matter() {
+        assert_eq!(unmeasured([false, false]), [""; 0]);
+        assert_eq!(unmeasured([false, true]), [""; 0]);
+        assert_eq!(unmeasured([true, false]), ["elbow"]);
+        assert_eq!(unmeasured([true, true]), ["elbow"]);
+    }
 }

@@ -10,8 +10,8 @@ use crate::Finding;
 use crate::alignment::{Event, Measured};
 use crate::recording::Sources;
 
-/// Motion of a joint beside which a wrench cannot be constant, rad or m: it turns the load in the
-/// sensor, or accelerates it.
+/// Motion of a joint that moves the sensor, rad or m, beside which noise and the load would change
+/// some channel.
 const LARGE_MOTION: f64 = 0.3;
 
 /// The moments of a wrench.
@@ -159,6 +159,9 @@ pub(crate) struct WrenchChannels {
     monitor: ChannelMonitor,
     /// What follows the last change of each sensor.
     constant: Vec<ConstantWrench>,
+    /// Whether each joint of the robot is one of the first publisher, and those of further ones.
+    is_first: Vec<bool>,
+    more_joints: Vec<Vec<usize>>,
     axes: ChannelAxes,
     /// Channels that the equations are without.
     left_out: [bool; 6],
@@ -175,9 +178,13 @@ impl WrenchChannels {
         equations: &EquationSettings,
         unmeasured: &[[bool; 6]],
     ) -> Self {
+        let (robot, more_joints) = (&sources.robot, &sources.streams.more_joints);
+        let constant = |sensor: &String| ConstantWrench::new(robot, sensor);
         Self {
             monitor: ChannelMonitor::new(unmeasured.len()),
-            constant: vec![ConstantWrench::default(); unmeasured.len()],
+            constant: sources.sensors.iter().map(constant).collect(),
+            is_first: are_first(robot, more_joints),
+            more_joints: more_joints.clone(),
             axes: ChannelAxes::of(sources, tip, equations),
             left_out: equations.unmeasured,
             unmeasured: unmeasured.to_vec(),
@@ -194,11 +201,24 @@ impl WrenchChannels {
                 }
             }
             Measured::Joints(values) => {
-                for constant in &mut self.constant {
-                    constant.move_to(&values.position);
+                for (joint, &to) in values.position.iter().enumerate() {
+                    if self.is_first[joint] {
+                        self.move_to(joint, to);
+                    }
+                }
+            }
+            Measured::MoreJoints(publisher, values) => {
+                for (k, &to) in values.position.iter().enumerate() {
+                    self.move_to(self.more_joints[*publisher][k], to);
                 }
             }
             _ => {}
+        }
+    }
+
+    fn move_to(&mut self, joint: usize, to: f64) {
+        for constant in &mut self.constant {
+            constant.move_to(joint, to);
         }
     }
 
@@ -259,42 +279,64 @@ impl WrenchChannels {
 }
 
 /// The wrenches of one sensor since its last change.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug)]
 struct ConstantWrench {
+    /// Whether each joint of the robot moves the sensor.
+    moves: Vec<bool>,
     /// Time of the last change, s.
     changed_s: f64,
     /// Number of wrenches since then, and of all.
     samples: u64,
     all: u64,
-    /// Positions of the joints at the first motion since then, rad or m, and the largest distance of
-    /// one of them from there.
+    /// First position of each joint since then, rad or m, NaN before there is one, and the largest
+    /// distance of one of them that moves the sensor from there.
     position: Vec<f64>,
     moved: f64,
 }
 
 impl ConstantWrench {
+    fn new(robot: &Manipulator, sensor: &str) -> Self {
+        let sensor = robot.frame(sensor).ok();
+        let moves = |joint| sensor.is_some_and(|sensor| robot.moves(joint, sensor));
+        Self {
+            moves: (0..robot.dof()).map(moves).collect(),
+            changed_s: 0.0,
+            samples: 0,
+            all: 0,
+            position: vec![f64::NAN; robot.dof()],
+            moved: 0.0,
+        }
+    }
+
     /// Adds a wrench of a sensor that changed at a time, s.
     fn push(&mut self, changed_s: f64) {
         if changed_s != self.changed_s {
-            self.position.clear();
+            self.position.fill(f64::NAN);
             (self.changed_s, self.samples, self.moved) = (changed_s, 0, 0.0);
         }
         self.samples += 1;
         self.all += 1;
     }
 
-    fn move_to(&mut self, position: &[f64]) {
-        if self.position.is_empty() {
-            self.position.extend_from_slice(position);
+    fn move_to(&mut self, joint: usize, to: f64) {
+        let from = &mut self.position[joint];
+        if from.is_nan() {
+            *from = to;
         }
-        for (from, to) in self.position.iter().zip(position) {
-            self.moved = self.moved.max((to - from).abs());
+        if self.moves[joint] {
+            self.moved = self.moved.max((to - *from).abs());
         }
     }
 
     fn is_stopped(&self) -> bool {
         self.changed_s.is_finite() && self.samples > FEWEST_SAMPLES && self.moved > LARGE_MOTION
     }
+}
+
+/// Returns whether each joint of a robot is none of those of further publishers.
+fn are_first(robot: &Manipulator, more_joints: &[Vec<usize>]) -> Vec<bool> {
+    let is_other = |joint| more_joints.iter().flatten().any(|other| *other == joint);
+    (0..robot.dof()).map(|joint| !is_other(joint)).collect()
 }
 
 /// Returns the channels that both masks have.
@@ -342,4 +384,67 @@ fn finding(
         since_s: None,
         is_most: false,
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use tactid_dynamics::{BaseKind, Wrench};
+
+    use super::*;
+    use crate::alignment::JointValues;
+
+    /// A wrench that is constant beside the motion of a finger may be right, but not beside that of
+    /// a joint which moves the sensor, whichever publisher measures it.
+    #[test]
+    fn only_joints_that_move_the_sensor_show_that_it_has_stopped() {
+        let urdf = r#"<robot name="arm"><link name="base"/><link name="tip"/><link name="finger"/>
+            <joint name="elbow" type="revolute"><parent link="base"/><child link="tip"/>
+                <axis xyz="0 0 1"/><limit lower="-3" upper="3" effort="9" velocity="9"/></joint>
+            <joint name="slide" type="prismatic"><parent link="tip"/><child link="finger"/>
+                <axis xyz="0 0 1"/><limit lower="0" upper="1" effort="9" velocity="9"/></joint></robot>"#;
+        let robot = Manipulator::from_urdf(urdf, BaseKind::Fixed).unwrap();
+        let place = |name: &str| robot.joint_index(name).unwrap();
+        let is_stopped = |moving: &str, of_another: bool| {
+            let others = if of_another {
+                vec![vec![place(moving)]]
+            } else {
+                Vec::new()
+            };
+            let mut channels = WrenchChannels {
+                monitor: ChannelMonitor::new(1),
+                constant: vec![ConstantWrench::new(&robot, "tip")],
+                axes: ChannelAxes::OfTheSensor,
+                left_out: [false; 6],
+                unmeasured: vec![[false; 6]],
+                is_first: are_first(&robot, &others),
+                more_joints: others,
+            };
+            for k in 0..2000 {
+                let time_s = 0.001 * f64::from(k);
+                let mut push = |measured| channels.push(&Event { time_s, measured });
+                let mut position = vec![0.0; 2];
+                if of_another {
+                    let of_other = JointValues {
+                        position: vec![1.0 + 0.5 * time_s],
+                        ..JointValues::default()
+                    };
+                    push(Measured::MoreJoints(0, of_other));
+                } else {
+                    position[place(moving)] = 1.0 + 0.5 * time_s;
+                }
+                push(Measured::Joints(JointValues {
+                    position,
+                    ..JointValues::default()
+                }));
+                let mut wrench = Wrench::zero();
+                wrench.force.x = time_s.min(0.5);
+                push(Measured::Wrench(0, wrench));
+            }
+            channels.constant[0].is_stopped()
+        };
+        for of_another in [false, true] {
+            assert!(is_stopped("elbow", of_another));
+            assert!(!is_stopped("slide", of_another));
+        }
+    }
 }

@@ -237,6 +237,21 @@ fn times_far_ahead_are_left_out() {
     assert!(errors.iter().all(|error| error.abs() < 0.1), "{errors:?}");
 }
 
+/// Where a clock is set back by more than a second, only one of the two passes through the same
+/// times is used, and they are not mixed: the longer one, or that which has the longer rest.
+#[test]
+fn passes_of_a_clock_that_is_set_back_are_not_mixed() {
+    let exact = carried();
+    for (from, by_s, left_out) in [(800, 1.501, 750), (1600, 1.601, 400)] {
+        let mut bad = exact.clone();
+        for time_s in &mut bad.times_s[from..] {
+            *time_s -= by_s;
+        }
+        assert_eq!(bad.count_faults("time", &FaultKind::OutOfOrder), left_out);
+        assert_eq!(bad.count_faults("time", &FaultKind::PutInOrder), 0);
+    }
+}
+
 /// A pose that is not finite, or a time that cannot be used, does not spoil the velocities of its
 /// neighbours.
 #[test]

@@ -169,8 +169,9 @@ impl fmt::Display for Finding {
 fn velocities(found: &VelocityContradiction) -> String {
     if !found.are_measured() {
         return format!(
-            "The velocities of {} are exactly zero in all samples, although these joints move: they \
-             are not measured, and were derived from the positions.",
+            "The velocities of {} are exactly zero at the beginning of the recording, although these \
+             joints move: they are not measured, and those of all joints were derived from the \
+             positions.",
             listed(&found.joints)
         );
     }

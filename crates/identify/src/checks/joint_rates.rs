@@ -23,7 +23,8 @@ pub enum VelocityCause {
     PositionsInDegrees,
     /// They are those of [`VelocityContradiction::other`].
     OtherJoint,
-    /// Those of all joints are exactly zero at all times: they are not measured, and not used.
+    /// The velocities of all joints of a publisher are exactly zero. They are not measured, and
+    /// positions replace them.
     NotMeasured,
 }
 

@@ -56,7 +56,8 @@ impl Timeline {
 }
 
 /// Returns for each of some times whether it is outside of the longest sequence of increasing times,
-/// and ahead of the next one in it by more than a time can be late.
+/// and ahead of the next one in it: by more than a time can be late, or at all where the times that
+/// follow it are, as before a clock was set back.
 fn far_ahead(times_s: &[f64]) -> Vec<bool> {
     // The last element of the sequence of each length that ends with the earliest time.
     let mut ends: Vec<usize> = Vec::new();
@@ -72,25 +73,34 @@ fn far_ahead(times_s: &[f64]) -> Vec<bool> {
     }
     let mut is_ahead = vec![false; times_s.len()];
     let (mut next, mut next_s) = (ends.last().copied(), f64::INFINITY);
+    let mut is_run = false;
     for k in (0..times_s.len()).rev() {
         if next == Some(k) {
-            (next, next_s) = (before[k], times_s[k]);
+            (next, next_s, is_run) = (before[k], times_s[k], false);
         } else {
-            is_ahead[k] = times_s[k] - next_s > LONGEST_LATENESS_S;
+            let ahead_s = times_s[k] - next_s;
+            is_run = ahead_s > LONGEST_LATENESS_S || (is_run && ahead_s > 0.0);
+            is_ahead[k] = is_run;
         }
     }
     is_ahead
 }
 
 /// Returns the indices of samples in the order of their times, and whether each came late. Where
-/// most do, times run backwards, and the order is that in which they are. Those far ahead stay in
-/// their places.
+/// most do, times run backwards, and the order is that in which they are. Those far ahead, or far
+/// too late, stay in their places, and so do those that follow the latter until they are later than
+/// all before.
 fn in_order(times_s: &[f64], is_ahead: &[bool]) -> (Vec<usize>, Vec<bool>) {
     let (mut newest_s, mut in_time) = (f64::NEG_INFINITY, 0);
     let mut is_late = vec![false; times_s.len()];
+    let mut is_back = false;
     let mut places_s = Vec::with_capacity(times_s.len());
     for ((&time_s, is_late), is_ahead) in times_s.iter().zip(&mut is_late).zip(is_ahead) {
-        let is_in_time = time_s.is_finite() && !is_ahead && newest_s - time_s < LONGEST_LATENESS_S;
+        if time_s.is_finite() && !is_ahead {
+            let lateness_s = newest_s - time_s;
+            is_back = lateness_s >= LONGEST_LATENESS_S || (is_back && lateness_s >= 0.0);
+        }
+        let is_in_time = time_s.is_finite() && !is_ahead && !is_back;
         places_s.push(if is_in_time { time_s } else { newest_s });
         if is_in_time {
             *is_late = time_s < newest_s;

@@ -28,6 +28,8 @@ pub(super) struct HeldMessages {
     arrivals: VecDeque<(f64, usize)>,
     /// Messages of each publisher in the order of their times.
     publishers: Vec<VecDeque<Message>>,
+    /// Least time from a message of each publisher to its logging, s; zero where one came before it.
+    least_lags_s: Vec<f64>,
     /// Latest time of logging, s.
     newest_s: f64,
 }
@@ -39,6 +41,7 @@ impl HeldMessages {
             held_s,
             arrivals: VecDeque::new(),
             publishers: Vec::new(),
+            least_lags_s: Vec::new(),
             newest_s: 0.0,
         }
     }
@@ -54,11 +57,16 @@ impl HeldMessages {
     ) {
         while self.publishers.len() <= publisher {
             self.publishers.push(VecDeque::new());
+            self.least_lags_s.push(f64::INFINITY);
         }
+        // A single stamp that is far ahead says nothing about those that follow.
+        let lag_s = (logged_s - time_s).max(0.0);
+        let least_lag_s = &mut self.least_lags_s[publisher];
+        *least_lag_s = least_lag_s.min(lag_s);
         let held = &mut self.publishers[publisher];
         // One that comes later still is out of order, as after a clock was set back, and stays where
         // it came: it is not mixed with those before.
-        let is_in_time = logged_s - time_s <= self.held_s;
+        let is_in_time = lag_s - *least_lag_s <= self.held_s;
         let is_late = is_in_time && held.back().is_some_and(|last| time_s < last.time_s);
         let place = if is_late {
             held.partition_point(|message| message.time_s <= time_s)
@@ -124,6 +132,9 @@ mod tests {
         let set_back = [(3.0, 0, 3.0), (3.1, 0, 3.1), (3.2, 0, 0.2), (3.3, 0, 0.3)];
         let expected: Vec<_> = set_back.iter().map(|&(_, of, s)| (of, s)).collect();
         assert_eq!(left(&set_back), expected);
+        // The stamps of a topic may be of another time than those of the others.
+        let delayed = [(3.0, 0, 0.0), (3.1, 0, 0.1), (3.2, 0, 0.05)];
+        assert_eq!(left(&delayed), [(0, 0.0), (0, 0.05), (0, 0.1)]);
         let ahead = [(0.0, 0, 0.0), (0.1, 0, 30.1), (0.2, 0, 0.2), (0.3, 0, 0.3)];
         assert_eq!(left(&ahead), [(0, 0.0), (0, 0.2), (0, 0.3), (0, 30.1)]);
     }
