@@ -469,7 +469,7 @@ def test_columns_of_two_arrays_in_one_option_are_refused(
     rows: np.ndarray, tmp_path: Path, command: TactidCommand
 ) -> None:
     path, _ = rtde(tmp_path, rows)
-    refused = command("identify", path, "--columns", "wrench=w_*,time=t")
+    refused = command("identify", path, "--columns", "wrench=w_*,v,time=t,q=q_*")
     assert refused.returncode == 2
-    message = "give the option once for each array, such as --columns wrench=w_* --columns time=t"
+    message = "for each array: --columns wrench=w_*,v --columns time=t --columns q=q_*"
     assert message in " ".join(refused.stderr.split())

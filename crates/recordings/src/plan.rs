@@ -53,8 +53,7 @@ impl<'a> Plan<'a> {
         findings.extend(checked(request, &options, sources)?);
         let is_mixed = are_mixed(&Steps::findings_of(sources, &events));
         if !is_mixed {
-            let (equations, tip) = (&options.equations, &options.tip);
-            findings.extend(contradicted_rates(sources, &events, equations, tip));
+            findings.extend(contradicted_rates(sources, &events, &options));
         }
         streams.without_velocities = are_unmeasured(&findings);
         let unmeasured = set_channels(&mut options, &streams, recording, &events);

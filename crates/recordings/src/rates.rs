@@ -3,7 +3,6 @@
 
 use tactid_batch::Finding as DataFinding;
 use tactid_dynamics::Manipulator;
-use tactid_identify::EquationSettings;
 use tactid_identify::checks::VelocityCause::NotMeasured;
 use tactid_identify::checks::{
     EffortMonitor, JointRates, PositionMonitor, TwistRates, VelocityContradiction, grouped_by_cause,
@@ -11,19 +10,19 @@ use tactid_identify::checks::{
 
 use crate::Finding;
 use crate::alignment::{Event, JointValues, Measured};
+use crate::defaults::Options;
 use crate::recording::Sources;
 
 /// Returns findings about measured velocities that are not the derivatives of the measured
 /// positions, and about positions and efforts beyond the limits of the joints. Times between two
-/// events that are gaps by the settings are not bridged. Velocities that are not measured are
+/// events that are gaps by the options are not bridged. Velocities that are not measured are
 /// reported where the joints move the tip.
 pub(crate) fn contradicted_rates(
     sources: &Sources,
     events: &[Event],
-    settings: &EquationSettings,
-    tip: &str,
+    options: &Options,
 ) -> Vec<Finding> {
-    let max_gap_s = settings.max_gap_s;
+    let (max_gap_s, tip) = (options.equations.max_gap_s, &options.tip);
     let more_joints = &sources.streams.more_joints;
     let contradictions = contradicted_joints(&sources.robot, tip, more_joints, events, max_gap_s);
     let joints = grouped_by_cause(contradictions).into_iter();

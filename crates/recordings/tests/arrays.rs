@@ -237,6 +237,18 @@ fn times_far_ahead_are_left_out() {
     assert!(errors.iter().all(|error| error.abs() < 0.1), "{errors:?}");
 }
 
+/// Samples that come late and have the time of another one but for rounding are left out.
+#[test]
+fn times_that_are_equal_but_for_rounding_are_left_out() {
+    let mut bad = recorded();
+    for k in (500..2000).step_by(500) {
+        bad.times_s[k] = bad.times_s[k - 5] + 1e-15;
+    }
+    assert_eq!(bad.count_faults("time", &FaultKind::OutOfOrder), 3);
+    let errors = errors_percent(&bad.identify(&quick()).unwrap().estimate.body);
+    assert!(errors.iter().all(|error| error.abs() < 0.1), "{errors:?}");
+}
+
 /// Where a clock is set back by more than a second, only one of the two passes through the same
 /// times is used, and they are not mixed: the longer one, or that which has the longer rest.
 #[test]

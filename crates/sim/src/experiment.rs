@@ -8,7 +8,7 @@ mod noise;
 
 use std::path::{Path, PathBuf};
 
-use nalgebra::Vector3;
+use nalgebra::{Matrix3, Vector3};
 use serde::{Deserialize, Serialize};
 use tactid_dynamics::{BaseKind, MassProperties, symmetric_matrix};
 
@@ -252,6 +252,18 @@ impl Default for Payload {
 }
 
 impl Payload {
+    /// Returns the mass by which the payload resists a force on the centre of its handle, kg: least
+    /// where the force turns it most. It is the payload's mass where the centre of mass is there.
+    fn least_mass_at_handle_kg(&self) -> f64 {
+        let center_of_mass = Vector3::from(self.center_of_mass_m);
+        let arm = (Vector3::from(self.handle.center_m) - center_of_mass).cross_matrix();
+        let inertia = symmetric_matrix(self.inertia_kg_m2);
+        let turned = inertia.try_inverse().unwrap_or_default();
+        let mobility =
+            Matrix3::from_diagonal_element(self.mass_kg.recip()) + arm.transpose() * turned * arm;
+        mobility.symmetric_eigenvalues().max().recip()
+    }
+
     /// Returns the mass properties as one value, expressed in the tool frame.
     #[must_use]
     pub fn mass_properties(&self) -> MassProperties {
@@ -283,7 +295,8 @@ impl Default for Handle {
 #[serde(deny_unknown_fields, default, expecting = "a table")]
 pub struct Gripper {
     /// Force of each finger on the handle at which the fingers are locked, N. Default 1500, and at
-    /// most 1000 for each kilogram of the payload, because contacts are as soft as it is light.
+    /// most 1000 for each kilogram by which the payload resists a force on its handle, because
+    /// contacts are as soft as it is light.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub grip_force_n: Option<f64>,
     /// Coefficient of friction between pad and handle.
@@ -371,10 +384,10 @@ impl Experiment {
     }
 
     /// Returns the force of each finger at which the fingers are locked, N: the given one, or the
-    /// default for the payload's mass.
+    /// default for the payload.
     #[must_use]
     pub fn grip_force_n(&self) -> f64 {
-        let default = || (1000.0 * self.payload.mass_kg).min(1500.0);
+        let default = || (1000.0 * self.payload.least_mass_at_handle_kg()).min(1500.0);
         self.gripper.grip_force_n.unwrap_or_else(default)
     }
 

@@ -60,6 +60,13 @@ fn a_light_payload_is_gripped_gently() {
     experiment.payload.inertia_kg_m2 = [1e-4, 0.0, 0.0, 2e-4, 0.0, 1e-4];
     run(&experiment).unwrap();
 
+    // Held far from its centre of mass, it resists a force as 1/(1/0.5 + 0.17²/6e-4) kg do.
+    experiment.payload.mass_kg = 0.5;
+    experiment.payload.center_of_mass_m = [0.05, 0.0, 0.075];
+    experiment.payload.inertia_kg_m2 = [6e-4, 0.0, 0.0, 6e-4, 0.0, 6e-4];
+    assert!((experiment.grip_force_n() - 19.934).abs() < 1e-3);
+    run(&experiment).unwrap();
+
     experiment.gripper.grip_force_n = Some(1500.0);
     let error = run(&experiment).unwrap_err().to_string();
     assert!(error.contains("lower gripper.grip_force_n"), "{error}");

@@ -24,6 +24,12 @@ pub(super) struct Timeline {
     pub(super) period_s: Option<f64>,
 }
 
+/// Returns whether a time is later than another one, s: by a nanosecond, as in the stamps of logs.
+/// What rounding makes of equal times is no step.
+pub(super) fn is_later(time_s: f64, last_s: f64) -> bool {
+    time_s - last_s >= 1e-9
+}
+
 impl Timeline {
     pub(super) fn new(times_s: &[f64]) -> Self {
         let is_ahead = far_ahead(times_s);
@@ -32,7 +38,7 @@ impl Timeline {
         let mut usable = Vec::with_capacity(times_s.len());
         for &k in &order {
             let time_s = times_s[k];
-            if time_s.is_finite() && time_s > last_s && !is_ahead[k] {
+            if time_s.is_finite() && is_later(time_s, last_s) && !is_ahead[k] {
                 last_s = time_s;
                 usable.push(k);
             }

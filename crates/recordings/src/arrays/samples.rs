@@ -4,7 +4,7 @@ use nalgebra::Vector3;
 use tactid_dynamics::Wrench;
 use tactid_identify::BaseState;
 
-use super::base::check_base;
+use super::base::{check_base, is_later};
 use super::fields::Arrays;
 use crate::alignment::{Event, JOINT_VELOCITY, JointValues, Measured};
 use crate::cut::Cut;
@@ -165,7 +165,7 @@ impl<'a> SampleReader<'a> {
             self.times_s = Some((time_s, time_s));
             return Ok(0.0);
         };
-        if time_s <= last_s {
+        if !is_later(time_s, last_s) {
             return Err(FaultKind::OutOfOrder);
         }
         if time_s - last_s > self.max_gap_s && !self.cut.leaves_out(time_s - first_s) {

@@ -87,8 +87,8 @@ class _Online:
         Returns:
             Number of samples that were used: they gave rows once a window was full. Bad samples
             (not finite, not later than the one before) are rejected and counted. The first sample
-            of all, or after a gap, only starts a window; so does the third one in a row that is
-            earlier than the last one used, because the clock has gone back.
+            of all, or after a gap, only starts a window; so does the one after two in a row that
+            are earlier than the last one used, because the clock has gone back.
 
         Raises:
             ArgumentError: A shape does not fit, or something is missing.

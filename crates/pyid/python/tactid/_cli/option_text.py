@@ -159,10 +159,11 @@ def columns(flag: str, texts: list[str]) -> dict[str, list[str]]:
                 f"{flag} is {text!r}: expected an array, an equals sign and its columns, such as"
                 " time=stamp[ms] or q=joint_*[deg]"
             )
-        if second := re.search(rf",\s*((?:{'|'.join(DIMENSIONS)})\s*=.*)", names):
+        each = re.split(rf",\s*(?=(?:{'|'.join(DIMENSIONS)})\s*=)", text)
+        if len(each) > 1:
             raise ArgumentError(
-                f"{flag} is {text!r}: give the option once for each array, such as"
-                f" {flag} {array}={names[: second.start()]} {flag} {second[1]}"
+                f"{flag} is {text!r}: give the option once for each array:"
+                f" {' '.join(f'{flag} {one}' for one in each)}"
             )
         found.setdefault(array.strip(), []).extend(map(str.strip, names.split(",")))
     return found
