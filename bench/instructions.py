@@ -24,11 +24,12 @@ PROGRAMS = {
 }
 """Examples that repeat a kernel, and their packages."""
 
-TOLERANCE = 0.02
+TOLERANCE = 0.03
 """Largest change of a count, as a fraction. The compiled code is the same on all processors, and
-valgrind lets it use AVX2 at most. A C library that rounds a sine otherwise can change a branch or
-add a step to an iteration, and another version of the compiler changes some counts by a percent or
-two; where it changes one by more, the counts are stored anew."""
+valgrind lets it use AVX2 at most. Runs of one build differ by up to 1.3 %, in steps of 132
+instructions a sample: the stored count is the middle one. A C library that rounds a sine otherwise
+can change a branch or add a step to an iteration, and another version of the compiler changes some
+counts by a percent or two; where it changes one by more, the counts are stored anew."""
 
 REPETITIONS = (200, 1200)
 """The difference of two runs is that of the calls alone."""
