@@ -9,7 +9,7 @@ use tactid_identify::checks::{
 };
 
 use crate::Finding;
-use crate::alignment::{Event, JointValues, Measured};
+use crate::alignment::{Event, JointValues, Measured, first_joints};
 use crate::defaults::Options;
 use crate::recording::Sources;
 
@@ -86,8 +86,7 @@ fn contradicted_joints(
     max_gap_s: f64,
 ) -> Vec<VelocityContradiction> {
     let count = robot.dof();
-    let is_first = |joint: &usize| !more_joints.iter().flatten().any(|other| other == joint);
-    let first: Vec<usize> = (0..count).filter(is_first).collect();
+    let first = first_joints(count, more_joints);
     let mut rates = PublisherRates::new(first.len(), max_gap_s);
     for event in events {
         // The events of the first publisher have a place for every joint of the robot.
@@ -186,20 +185,25 @@ fn contradicted_twist(sources: &Sources, events: &[Event], max_gap_s: f64) -> Op
 }
 
 #[cfg(test)]
-mod tests {
+pub(crate) mod tests {
     use tactid_dynamics::BaseKind;
 
     use super::*;
 
-    /// Returns the joints whose velocities are not measured, by an arm of two publishers, one of
-    /// which publishes velocities of zero: that of the elbow, or that of the finger.
-    fn unmeasured(is_zero: [bool; 2]) -> Vec<String> {
+    /// Returns an arm of one joint, the elbow, whose tip carries a finger on a slide.
+    pub(crate) fn arm_with_finger() -> Manipulator {
         let urdf = r#"<robot name="arm"><link name="base"/><link name="tip"/><link name="finger"/>
             <joint name="elbow" type="revolute"><parent link="base"/><child link="tip"/>
                 <axis xyz="0 0 1"/><limit lower="-3" upper="3" effort="9" velocity="9"/></joint>
             <joint name="slide" type="prismatic"><parent link="tip"/><child link="finger"/>
                 <axis xyz="0 0 1"/><limit lower="0" upper="1" effort="9" velocity="9"/></joint></robot>"#;
-        let robot = Manipulator::from_urdf(urdf, BaseKind::Fixed).unwrap();
+        Manipulator::from_urdf(urdf, BaseKind::Fixed).unwrap()
+    }
+
+    /// Returns the joints whose velocities are not measured, by an arm of two publishers, one of
+    /// which publishes velocities of zero: that of the elbow, or that of the finger.
+    fn unmeasured(is_zero: [bool; 2]) -> Vec<String> {
+        let robot = arm_with_finger();
         let more_joints = [vec![robot.joint_index("slide").unwrap()]];
         let elbow = robot.joint_index("elbow").unwrap();
         let mut events = Vec::new();

@@ -7,7 +7,7 @@ use tactid_identify::EquationSettings;
 use tactid_identify::checks::{ChannelMonitor, ConstantChannels, FEWEST_SAMPLES};
 
 use crate::Finding;
-use crate::alignment::{Event, Measured};
+use crate::alignment::{Event, Measured, first_joints};
 use crate::recording::Sources;
 
 /// Motion of a joint that moves the sensor, rad or m, beside which noise and the load would change
@@ -159,8 +159,9 @@ pub(crate) struct WrenchChannels {
     monitor: ChannelMonitor,
     /// What follows the last change of each sensor.
     constant: Vec<ConstantWrench>,
-    /// Whether each joint of the robot is one of the first publisher, and those of further ones.
-    is_first: Vec<bool>,
+    /// Indices of the joints of the first publisher among the robot's.
+    first_joints: Vec<usize>,
+    /// The same of each further publisher.
     more_joints: Vec<Vec<usize>>,
     axes: ChannelAxes,
     /// Channels that the equations are without.
@@ -183,7 +184,7 @@ impl WrenchChannels {
         Self {
             monitor: ChannelMonitor::new(unmeasured.len()),
             constant: sources.sensors.iter().map(constant).collect(),
-            is_first: are_first(robot, more_joints),
+            first_joints: first_joints(robot.dof(), more_joints),
             more_joints: more_joints.clone(),
             axes: ChannelAxes::of(sources, tip, equations),
             left_out: equations.unmeasured,
@@ -201,8 +202,9 @@ impl WrenchChannels {
                 }
             }
             Measured::Joints(values) => {
-                for (joint, &to) in values.position.iter().enumerate() {
-                    if self.is_first[joint] {
+                for k in 0..self.first_joints.len() {
+                    let joint = self.first_joints[k];
+                    if let Some(&to) = values.position.get(joint) {
                         self.move_to(joint, to);
                     }
                 }
@@ -228,15 +230,7 @@ impl WrenchChannels {
         let stopped = sensors.filter(|(_, constant)| constant.is_stopped());
         stopped.map(|(sensor, constant)| {
             let all = ConstantChannels::new(sensor, [true; 6], false);
-            let mut finding = finding(all, false, self.axes, sources);
-            if let Finding::Data(DataFinding::ConstantChannels {
-                since_s, is_most, ..
-            }) = &mut finding
-            {
-                *since_s = Some(constant.changed_s);
-                *is_most = 2 * constant.samples >= constant.all;
-            }
-            finding
+            finding(all, false, Some(constant), self.axes, sources)
         })
     }
 
@@ -256,7 +250,7 @@ impl WrenchChannels {
         left_out
             .chain(constant)
             .filter(|(channels, _)| !channels.channels.is_empty())
-            .map(|(channels, is_left_out)| finding(channels, is_left_out, self.axes, sources))
+            .map(|(channels, is_left_out)| finding(channels, is_left_out, None, self.axes, sources))
             .chain(self.stopped(sources).filter(|_| span_s.is_infinite()))
             .collect()
     }
@@ -333,12 +327,6 @@ impl ConstantWrench {
     }
 }
 
-/// Returns whether each joint of a robot is none of those of further publishers.
-fn are_first(robot: &Manipulator, more_joints: &[Vec<usize>]) -> Vec<bool> {
-    let is_other = |joint| more_joints.iter().flatten().any(|other| *other == joint);
-    (0..robot.dof()).map(|joint| !is_other(joint)).collect()
-}
-
 /// Returns the channels that both masks have.
 fn both(a: &[bool; 6], b: &[bool; 6]) -> [bool; 6] {
     std::array::from_fn(|k| a[k] && b[k])
@@ -359,13 +347,14 @@ pub(crate) fn left_out_channels(
     });
     of_sensors
         .filter(|channels| !channels.channels.is_empty())
-        .map(|channels| finding(channels, true, axes, sources))
+        .map(|channels| finding(channels, true, None, axes, sources))
         .collect()
 }
 
 fn finding(
     of: ConstantChannels,
     is_left_out: bool,
+    stopped: Option<&ConstantWrench>,
     axes: ChannelAxes,
     sources: &Sources,
 ) -> Finding {
@@ -381,28 +370,24 @@ fn finding(
         is_zero: of.is_zero,
         is_left_out,
         without_moments: is_left_out && axes == ChannelAxes::Turning && are_others,
-        since_s: None,
-        is_most: false,
+        since_s: stopped.map(|constant| constant.changed_s),
+        is_most: stopped.is_some_and(|constant| 2 * constant.samples >= constant.all),
     })
 }
 
 #[cfg(test)]
 mod tests {
-    use tactid_dynamics::{BaseKind, Wrench};
+    use tactid_dynamics::Wrench;
 
     use super::*;
     use crate::alignment::JointValues;
+    use crate::rates::tests::arm_with_finger;
 
     /// A wrench that is constant beside the motion of a finger may be right, but not beside that of
     /// a joint which moves the sensor, whichever publisher measures it.
     #[test]
     fn only_joints_that_move_the_sensor_show_that_it_has_stopped() {
-        let urdf = r#"<robot name="arm"><link name="base"/><link name="tip"/><link name="finger"/>
-            <joint name="elbow" type="revolute"><parent link="base"/><child link="tip"/>
-                <axis xyz="0 0 1"/><limit lower="-3" upper="3" effort="9" velocity="9"/></joint>
-            <joint name="slide" type="prismatic"><parent link="tip"/><child link="finger"/>
-                <axis xyz="0 0 1"/><limit lower="0" upper="1" effort="9" velocity="9"/></joint></robot>"#;
-        let robot = Manipulator::from_urdf(urdf, BaseKind::Fixed).unwrap();
+        let robot = arm_with_finger();
         let place = |name: &str| robot.joint_index(name).unwrap();
         let is_stopped = |moving: &str, of_another: bool| {
             let others = if of_another {
@@ -416,7 +401,7 @@ mod tests {
                 axes: ChannelAxes::OfTheSensor,
                 left_out: [false; 6],
                 unmeasured: vec![[false; 6]],
-                is_first: are_first(&robot, &others),
+                first_joints: first_joints(robot.dof(), &others),
                 more_joints: others,
             };
             for k in 0..2000 {

@@ -138,7 +138,7 @@ pub struct Disagreement {
     /// The difference in standard deviations of the noise within the recordings, without a unit,
     /// with its sign.
     pub sigmas: Option<f64>,
-    /// Whether the recordings together leave the mass uncertain: there is no result then.
+    /// Whether the recordings together leave the mass uncertain: that contradicts the result.
     #[serde(default)]
     pub is_mass_uncertain: bool,
 }

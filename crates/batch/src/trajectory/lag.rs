@@ -60,13 +60,14 @@ impl Default for LagSettings {
 ///
 /// The estimate differs from that of a recording in three ways. Rows have the weights that follow
 /// from the samples until they were marginalised, so that those of the first second are less
-/// precise. Residuals, and with them the intervals, are those of the motion at that
-/// time. Wrong assumptions are not looked for, but where residuals are larger than noise: see
+/// precise. Residuals, and with them the intervals, are those of the motion at that time. Wrong
+/// assumptions are not looked for, but where residuals are larger than noise: see
 /// [`online_findings`](crate::online_findings).
 ///
 /// A gap of the samples, and a motion that splines do not follow, end the motion, and what is known
 /// of the payload stays. Residuals that are larger than noise, of all samples or of any stretch of
-/// 1.2 s (72 samples where they are rarer than 60 Hz), discard it. There is no estimate where that of the online identifier is as precise.
+/// 1.2 s (72 samples where they are rarer than 60 Hz), discard it. There is no estimate where that
+/// of the online identifier is as precise.
 ///
 /// # Assumptions
 /// Those of [`Identifier`], and velocities of the joints and of the base that are measured, not

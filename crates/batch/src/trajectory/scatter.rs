@@ -102,13 +102,14 @@ impl Scatter {
     /// that of white noise, one or more.
     ///
     /// Residuals are smaller than the noise by what the unknowns explain. The scores are those of
-    /// parameters that were estimated from them: an error of the covariance `C` changes the scores of
-    /// a bin with the information `J` by `J C J`, and the meat has so much less, taken in the mean over
-    /// the ten directions. For one parameter and equal bins that is `b - b² / 3` with a bandwidth of
-    /// the fraction `b` of the bins (Kiefer and Vogelsang 2005), and `b` is the fraction that loses as
-    /// much. Of the scatter in ten directions the mean is ten times as well known as each, so
-    /// directions count as far as their degrees of freedom, `1.5 / b`, go. The intervals are those of Student's t with the degrees of freedom of such a
-    /// scatter where it is far larger than white noise, and of more where white noise explains it.
+    /// parameters that were estimated from them: an error of the covariance `C` changes the scores
+    /// of a bin with the information `J` by `J C J`, and the meat has so much less, taken in the
+    /// mean over the ten directions. For one parameter and equal bins that is `b - b² / 3` with a
+    /// bandwidth of the fraction `b` of the bins (Kiefer and Vogelsang 2005), and `b` is the
+    /// fraction that loses as much. Of the scatter in ten directions the mean is ten times as well
+    /// known as each, so directions count as far as their degrees of freedom, `1.5 / b`, go. The
+    /// intervals are those of Student's t with the degrees of freedom of such a scatter where it is
+    /// far larger than white noise, and of more where white noise explains it.
     pub(super) fn covariance(
         &self,
         of_white_noise: &Matrix,

@@ -14,8 +14,8 @@ pub(crate) enum Order {
 }
 
 /// Puts samples in order, and notices that their clock has gone back: then more time has passed
-/// between the samples before and after than they say, and no instant may hold both. It goes back by
-/// any time, as after one stamp far in the future.
+/// between the samples before and after than they say, and no instant may hold both. The clock may go
+/// back by any time, as it seems to after one stamp far in the future.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct ClockWatch {
     /// Number of samples in a row that were earlier than the last accepted one. One alone was late;

@@ -108,6 +108,13 @@ pub(crate) struct Streams {
     pub(crate) averaging: Averaging,
 }
 
+/// Returns the indices of the joints of the first publisher among the joints of a robot, `count`:
+/// those that no further publisher measures.
+pub(crate) fn first_joints(count: usize, more_joints: &[Vec<usize>]) -> Vec<usize> {
+    let is_first = |joint: &usize| !more_joints.iter().flatten().any(|other| other == joint);
+    (0..count).filter(is_first).collect()
+}
+
 /// For each stream that is faster than the joints the period of the joints, s, over which it is
 /// averaged.
 #[derive(Clone, Debug, Default)]

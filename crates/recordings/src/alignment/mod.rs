@@ -8,5 +8,5 @@ mod stream;
 
 pub(crate) use aligner::{Aligned, Aligner};
 pub(crate) use event::{
-    Averaging, Event, JOINT_VELOCITY, JointValues, Measured, SpecificForce, Streams,
+    Averaging, Event, JOINT_VELOCITY, JointValues, Measured, SpecificForce, Streams, first_joints,
 };
